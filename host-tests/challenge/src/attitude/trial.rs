@@ -17,7 +17,7 @@ use crate::marks::effects::{Concealed, Effect, Strong};
 use crate::marks::grade::Grade;
 use crate::marks::motion::{Derivative, Motion};
 use crate::marks::noise::Levels;
-use crate::marks::setting::{log_uniform, one_of};
+use crate::marks::setting::{log_uniform, one_of, shown};
 
 /// Rows a second \[Hz\].
 const RATES_HZ: [f64; 4] = [100.0, 200.0, 250.0, 500.0];
@@ -30,9 +30,6 @@ const LEAST_RHO: f64 = 10.0;
 
 /// Time that the motion is known before the first row: no delay is longer \[s\].
 const BEFORE_S: f64 = 1.0;
-
-/// Settings that are drawn until one shows what is planted.
-const ATTEMPTS: usize = 200;
 
 /// Sizes are scaled from this share of the largest, where every effect is linear.
 const SMALL: f64 = 1e-3;
@@ -79,13 +76,7 @@ impl Attitudes {
     /// No setting shows what is planted.
     pub fn draw(number: u64, rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
         let planted = Planted::of(number);
-        for _ in 0..ATTEMPTS {
-            if let Some(drawn) = Self::attempt(planted, rng) {
-                return Ok(drawn);
-            }
-        }
-        let name = planted.name();
-        Err(InputError::new("challenge", "no setting shows what is planted").value(name))
+        shown(&planted.name(), || Self::attempt(planted, rng))
     }
 
     fn attempt(planted: Planted, rng: &mut ChaCha8Rng) -> Option<Self> {

@@ -16,13 +16,10 @@ use crate::marks::family::Family;
 use crate::marks::kinds::find;
 use crate::marks::noise::{Drift, Levels, Weighting, dct, product};
 use crate::marks::rows::Rows;
-use crate::marks::setting::{Limits, log_uniform, one_of, sign};
+use crate::marks::setting::{Limits, log_uniform, one_of, shown, sign};
 
 /// Matched-filter SNR of an accelerometers' effect: from hardly shown to gross.
 const STRENGTHS: [f64; 2] = [10.0, 3000.0];
-
-/// Settings that are drawn until one shows what is planted at a size that an instrument has.
-const ATTEMPTS: usize = 200;
 
 /// A recording, drawn.
 #[derive(Debug, Clone)]
@@ -56,13 +53,7 @@ impl Turned {
     /// No unit has what is planted.
     pub fn draw(number: u64, limits: &Limits, rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
         let planted = Planted::of(number);
-        for _ in 0..ATTEMPTS {
-            if let Some(drawn) = Self::attempt(planted, limits, rng) {
-                return Ok(drawn);
-            }
-        }
-        let name = planted.name();
-        Err(InputError::new("challenge", "no setting shows what is planted").value(name))
+        shown(&planted.name(), || Self::attempt(planted, limits, rng))
     }
 
     fn attempt(planted: Planted, limits: &Limits, rng: &mut ChaCha8Rng) -> Option<Self> {

@@ -4,6 +4,7 @@ use std::f64::consts::PI;
 
 use rand::RngExt as _;
 use rand_chacha::ChaCha8Rng;
+use rlg_recording::error::InputError;
 use serde::{Deserialize, Serialize};
 
 use super::noise::{Drift, Levels};
@@ -130,6 +131,17 @@ pub fn draw_strength(rng: &mut ChaCha8Rng) -> f64 {
 /// Returns one of several.
 pub fn one_of<T: Copy>(rng: &mut ChaCha8Rng, list: &[T]) -> T {
     list[rng.random_range(0..list.len())]
+}
+
+/// The first of some hundreds of draws that shows what is planted.
+///
+/// # Errors
+/// None shows what is called `name`.
+pub fn shown<T>(name: &str, draw: impl FnMut() -> Option<T>) -> Result<T, InputError> {
+    const DRAWS: usize = 200;
+    let mut draws = std::iter::repeat_with(draw).take(DRAWS);
+    let nothing = || InputError::new("challenge", "no setting shows what is planted").value(name);
+    draws.find_map(|drawn| drawn).ok_or_else(nothing)
 }
 
 /// Returns −1 or 1.

@@ -9,7 +9,7 @@ use rlg_simulator::instrument::normal;
 use super::planted::Planted;
 use crate::marks::case::GRAVITY_M_S2;
 use crate::marks::effects::{AXES, Concealed, Effect, Strong};
-use crate::marks::setting::{Limits, log_uniform, one_of};
+use crate::marks::setting::{Limits, log_uniform, one_of, shown};
 
 /// Rows a second \[Hz\].
 const RATES_HZ: [f64; 4] = [20.0, 50.0, 100.0, 200.0];
@@ -19,9 +19,6 @@ const STRENGTHS: [f64; 2] = [30.0, 3000.0];
 
 /// The same where six positions are all there are: of six lengths six numbers are found.
 const STRENGTHS_OF_SIX: [f64; 2] = [1000.0, 10_000.0];
-
-/// Settings that are drawn until one shows what is planted at a size that an instrument has.
-const ATTEMPTS: usize = 200;
 
 /// How the unit is set down.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -102,13 +99,7 @@ impl Stood {
     /// No unit has what is planted.
     pub fn draw(number: u64, limits: &Limits, rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
         let planted = Planted::of(number);
-        for _ in 0..ATTEMPTS {
-            if let Some(drawn) = Self::attempt(planted, limits, rng) {
-                return Ok(drawn);
-            }
-        }
-        let name = planted.name();
-        Err(InputError::new("challenge", "no setting shows what is planted").value(name))
+        shown(&planted.name(), || Self::attempt(planted, limits, rng))
     }
 
     fn attempt(planted: Planted, limits: &Limits, rng: &mut ChaCha8Rng) -> Option<Self> {

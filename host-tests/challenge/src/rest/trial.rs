@@ -17,7 +17,7 @@ use crate::marks::effects::{AXES, Concealed, Effect, Strong};
 use crate::marks::grade::Grade;
 use crate::marks::motion::{Motion, Term};
 use crate::marks::noise::{Drift, Levels, Weighting, dct};
-use crate::marks::setting::{Limits, draw_strength, log_uniform, one_of, sign};
+use crate::marks::setting::{Limits, draw_strength, log_uniform, one_of, shown, sign};
 
 /// Rows a second \[Hz\].
 const RATES_HZ: [f64; 4] = [10.0, 50.0, 100.0, 200.0];
@@ -27,9 +27,6 @@ const LENGTH_S: [f64; 2] = [60.0, 1200.0];
 
 /// Standard deviations of a bias.
 const BIASES: [f64; 2] = [5.0, 1e4];
-
-/// Sizes that are drawn until a unit of the grade can have one.
-const ATTEMPTS: usize = 200;
 
 /// A recording, drawn.
 #[derive(Debug, Clone)]
@@ -71,13 +68,7 @@ impl Still {
     /// No unit has what is planted.
     pub fn draw(number: u64, limits: &Limits, rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
         let planted = Planted::of(number);
-        for _ in 0..ATTEMPTS {
-            if let Some(drawn) = Self::attempt(planted, limits, rng) {
-                return Ok(drawn);
-            }
-        }
-        let name = planted.name();
-        Err(InputError::new("challenge", "no setting shows what is planted").value(name))
+        shown(&planted.name(), || Self::attempt(planted, limits, rng))
     }
 
     fn attempt(planted: Planted, limits: &Limits, rng: &mut ChaCha8Rng) -> Option<Self> {

@@ -168,7 +168,10 @@ mod tests {
             ..long
         };
         let of = |most_rows| slow.stretches(most_rows, &plan.long);
-        assert_eq!(of(20_000).iter().map(ExactSizeIterator::len).min(), Some(2000));
+        assert_eq!(
+            of(20_000).iter().map(ExactSizeIterator::len).min(),
+            Some(2000)
+        );
         // Where that is more than may be held, what may be held.
         assert_eq!(of(800).iter().map(ExactSizeIterator::len).max(), Some(400));
     }
