@@ -329,20 +329,10 @@ fn not_excluded(said: &Said) -> Vec<String> {
 
 /// Kinds that lost against what was named, each by its nearest.
 fn runners_up(named: &[(&Named, Numbers)]) -> Vec<RunnerUp> {
-    let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
-    for (kind, behind) in named.iter().flat_map(|(one, _)| &one.behind) {
-        let entry = nearest.entry(kind).or_insert(*behind);
-        *entry = entry.min(*behind);
-    }
-    let kinds: Vec<&str> = named.iter().map(|(one, _)| one.kind).collect();
-    nearest
-        .into_iter()
-        .filter(|(kind, _)| !kinds.contains(kind))
-        .map(|(kind, behind)| RunnerUp {
-            kind: kind.to_string(),
-            behind,
-        })
-        .collect()
+    let rivals = named.iter().flat_map(|(one, _)| &one.behind);
+    let is_named = |kind: &str| named.iter().any(|(one, _)| one.kind == kind);
+    let others = rivals.filter(|(kind, _)| !is_named(kind));
+    RunnerUp::nearest(others.map(|(kind, behind)| (*kind, *behind)))
 }
 
 fn next_experiment(named: &[(&Named, Numbers)], promises: &[PromiseEntry]) -> String {

@@ -1,7 +1,7 @@
 //! What is said of a set besides its findings: the summary, what was not named and why, and what to do next.
 
 use std::cmp::Ordering;
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 
 use rlg_catalogue::Signals;
 use rlg_catalogue::candidates::Variant;
@@ -166,19 +166,6 @@ pub(crate) fn next_experiment(findings: &[Finding]) -> String {
 }
 
 pub(crate) fn runners_up(found: &Found) -> Vec<RunnerUp> {
-    let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
-    for judged in &found.judged {
-        for (rival, behind) in &judged.rivals {
-            let kind = found.candidates[*rival].kind;
-            let entry = nearest.entry(kind).or_insert(*behind);
-            *entry = entry.min(*behind);
-        }
-    }
-    nearest
-        .into_iter()
-        .map(|(kind, behind)| RunnerUp {
-            kind: kind.to_string(),
-            behind,
-        })
-        .collect()
+    let rivals = found.judged.iter().flat_map(|judged| &judged.rivals);
+    RunnerUp::nearest(rivals.map(|(rival, behind)| (found.candidates[*rival].kind, *behind)))
 }

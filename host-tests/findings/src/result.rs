@@ -552,6 +552,24 @@ pub struct RunnerUp {
     pub behind: f64,
 }
 
+impl RunnerUp {
+    /// Each kind once, by its nearest: kinds with what each is behind, in the order of their names.
+    pub fn nearest<'a>(rivals: impl Iterator<Item = (&'a str, f64)>) -> Vec<Self> {
+        let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
+        for (kind, behind) in rivals {
+            let entry = nearest.entry(kind).or_insert(behind);
+            *entry = entry.min(behind);
+        }
+        let kinds = nearest.into_iter();
+        kinds
+            .map(|(kind, behind)| Self {
+                kind: kind.to_string(),
+                behind,
+            })
+            .collect()
+    }
+}
+
 /// A kind's reach.
 #[derive(Debug, Clone, Serialize)]
 pub struct Sensitivity {

@@ -1,6 +1,6 @@
 //! The accelerometers' findings in the terms of `diagnosis.json`, beside those of the gyros. µg where people read.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
@@ -47,6 +47,18 @@ struct Shown {
     locations: Vec<Location>,
     left: Vec<Location>,
     validations: Vec<Validation>,
+}
+
+/// Whether the numbers of three accelerometers are the same within what is known of them.
+pub(crate) fn are_equal(values: &[f64], covariance: &DMatrix<f64>) -> bool {
+    /// Standard deviations beyond which two sizes are not the same.
+    const SAME: f64 = 3.0;
+    values.len() == 3
+        && (0..3).all(|a| {
+            let b = (a + 1) % 3;
+            let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
+            (values[a] - values[b]).abs() <= SAME * variance.max(0.0).sqrt()
+        })
 }
 
 impl Diagnosed {
@@ -364,8 +376,6 @@ impl Diagnosed {
 
     /// What a kind means, and where three equal sizes have another cause that no accelerometer shows.
     fn left_out(&self, place: usize, values: &[f64], covariance: &DMatrix<f64>) -> String {
-        /// Standard deviations beyond which two sizes are not the same.
-        const SAME: f64 = 3.0;
         let one = self.candidate(place);
         let Some(kind) = kind_of(one) else {
             let Variant::Expression(axis, column) = one.variant else {
@@ -377,12 +387,7 @@ impl Diagnosed {
                 column.text()
             );
         };
-        let is_equal = values.len() == 3
-            && (0..3).all(|a| {
-                let b = (a + 1) % 3;
-                let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
-                (values[a] - values[b]).abs() <= SAME * variance.max(0.0).sqrt()
-            });
+        let is_equal = are_equal(values, covariance);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
                 " All three are the same within their spread: a wrong gravity of the site would look like this too."
@@ -449,19 +454,9 @@ impl Diagnosed {
     }
 
     fn runners_up(&self) -> Vec<RunnerUp> {
-        let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
-        for (rival, behind) in self.found.judged.iter().flat_map(|judged| &judged.rivals) {
-            let kind = self.found.candidates[*rival].kind;
-            let entry = nearest.entry(kind).or_insert(*behind);
-            *entry = entry.min(*behind);
-        }
-        let kinds = nearest.into_iter();
-        kinds
-            .map(|(kind, behind)| RunnerUp {
-                kind: kind.to_string(),
-                behind,
-            })
-            .collect()
+        let rivals = self.found.judged.iter().flat_map(|judged| &judged.rivals);
+        let candidates = &self.found.candidates;
+        RunnerUp::nearest(rivals.map(|(rival, behind)| (candidates[*rival].kind, *behind)))
     }
 
     fn sentences(&self, shown: &Shown, effects: &[EffectEntry]) -> Vec<String> {

@@ -5,7 +5,7 @@ use std::f64::consts::TAU;
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
-use rlg_model::{Accelerometer, Gyro, Installation, Model, MotionSource};
+use rlg_model::{Accelerometer, Gyro, Model, MotionSource};
 use rlg_recording::{Quantity, Recording, Site};
 use rlg_simulator::instrument::normal;
 
@@ -75,15 +75,7 @@ pub fn record(drawn: &Stood, noise_seed: u64) -> (Recording, Model) {
     let model = Model {
         motion: MotionSource::Static,
         earth_rate_in_reference: false,
-        gyro: Gyro {
-            pulse_weight_rad: [0.0; 3],
-            bias_rad_s: [0.0; 3],
-            scale_error: [0.0; 3],
-            angle_random_walk_rad_sqrt_s: None,
-            rate_random_walk_rad_s_sqrt_s: None,
-            flicker_rad_s: None,
-            installation_rad: Installation::default(),
-        },
+        gyro: Gyro::default(),
         dither: None,
         reference: None,
         accelerometer: is_known.then_some(Accelerometer {

@@ -27,13 +27,10 @@ const LENGTH: &str = "force_length";
 impl Diagnosed {
     /// Everything that was found, as entries, in words and in the model.
     pub fn outcome(&self) -> Outcome {
-        let effects: Vec<EffectEntry> = self
-            .found
-            .named
-            .iter()
-            .enumerate()
-            .map(|(place, _)| self.effect(place))
-            .collect();
+        let places = 0..self.found.named.len();
+        let effects: Vec<EffectEntry> = places.map(|place| self.effect(place)).collect();
+        let lengths_m_s2 = self.lengths_m_s2();
+        let channel = self.channel(&lengths_m_s2);
         let is_listed = |one: &&EffectEntry| one.kind != UNLISTED;
         let found = effects.iter().filter(is_listed).count();
         let left = effects.len() - found + usize::from(self.is_scatter_incredible());
@@ -50,16 +47,19 @@ impl Diagnosed {
                 switch_on(&mut model, one.effect(self.sizes(place)));
             }
         }
+        let summary = self.summary(verdict, &effects, channel.as_ref());
         let mut diagnosis = Diagnosis {
             verdict,
-            locations: self.locations(),
+            summary,
+            effects,
+            locations: self.locations(&lengths_m_s2),
             registration: Vec::new(),
             fit: FitEntry {
                 fitted_on: self.fitted.iter().map(|&one| self.span_s(one)).collect(),
                 held_out: self.tested.iter().map(|&one| self.span_s(one)).collect(),
                 recordings: Vec::new(),
                 whole: None,
-                channels: self.channel().into_iter().collect(),
+                channels: channel.into_iter().collect(),
             },
             not_excluded: self.not_excluded(),
             next_experiment: self.next_experiment(),
@@ -68,8 +68,6 @@ impl Diagnosed {
             runners_up: self.runners_up(),
             ..Diagnosis::unusable(&self.recording, self.seed, "")
         };
-        diagnosis.summary = self.summary(verdict, &effects);
-        diagnosis.effects = effects;
         diagnosis.tell(self.self_test());
         Outcome {
             diagnosis,
@@ -343,12 +341,12 @@ impl Diagnosed {
     }
 
     /// Positions that differ from gravity, where anything was found.
-    fn locations(&self) -> Vec<LocationEntry> {
+    fn locations(&self, lengths_m_s2: &[[f64; 3]]) -> Vec<LocationEntry> {
         let mut all = Vec::new();
         if self.found.named.is_empty() {
             return all;
         }
-        for (place, [before, _, std]) in self.lengths_m_s2().into_iter().enumerate() {
+        for (place, [before, _, std]) in lengths_m_s2.iter().enumerate() {
             let chance = ChiSquared::new(1.0).map_or(1.0, |law| law.sf((before / std).powi(2)));
             let p_value = (chance * self.positions.len() as f64).min(1.0);
             if p_value > self.plan.shared.unexplained {
@@ -373,11 +371,10 @@ impl Diagnosed {
     }
 
     /// Held-out positions before and after; none where all are fitted.
-    pub(super) fn channel(&self) -> Option<ChannelEntry> {
-        let lengths = self.lengths_m_s2();
+    fn channel(&self, lengths_m_s2: &[[f64; 3]]) -> Option<ChannelEntry> {
         let count = self.tested.len() as f64;
         let figures = |which: usize| {
-            let own = || self.tested.iter().map(|&place| lengths[place]);
+            let own = || self.tested.iter().map(|&place| lengths_m_s2[place]);
             let power: f64 = own().map(|one| (one[which] / one[2]).powi(2)).sum();
             let variance: f64 = own().map(|one| one[2].powi(2)).sum();
             FiguresEntry {
@@ -417,20 +414,14 @@ impl Diagnosed {
     }
 
     fn runners_up(&self) -> Vec<RunnerUp> {
-        let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
-        let judged = self.found.judged.members.iter();
-        for (rival, behind) in judged.flat_map(|judged| &judged.rivals) {
-            let kind = self.found.candidates[*rival].kind;
-            let entry = nearest.entry(kind).or_insert(*behind);
-            *entry = entry.min(*behind);
-        }
-        let kinds = nearest.into_iter();
-        kinds
-            .map(|(kind, behind)| RunnerUp {
-                kind: kind.to_string(),
-                behind,
-            })
-            .collect()
+        let rivals = self
+            .found
+            .judged
+            .members
+            .iter()
+            .flat_map(|judged| &judged.rivals);
+        let candidates = &self.found.candidates;
+        RunnerUp::nearest(rivals.map(|(rival, behind)| (candidates[*rival].kind, *behind)))
     }
 
     /// How the search answers to noise and to known effects in these positions.

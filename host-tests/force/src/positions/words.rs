@@ -1,14 +1,14 @@
 //! What still positions showed in sentences, and what they could not show.
 
 use nalgebra::DMatrix;
-use rlg_findings::result::{EffectEntry, UNLISTED, Verdict};
+use rlg_findings::result::{ChannelEntry, EffectEntry, UNLISTED, Verdict};
 use rlg_findings::sentences::{combination, effect_lines, opening};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_signal::axes::AXES;
 
 use super::candidates::{Column, names, shows};
 use super::diagnose::{Diagnosed, NEXT};
-use crate::findings::MICRO_G;
+use crate::findings::{MICRO_G, are_equal};
 use crate::kinds::{KINDS, Kind};
 
 /// Why some kinds do not show.
@@ -22,8 +22,6 @@ impl Diagnosed {
         values: &[f64],
         covariance: &DMatrix<f64>,
     ) -> String {
-        /// Standard deviations beyond which two sizes are not the same.
-        const SAME: f64 = 3.0;
         let one = self.candidate(place);
         let Some(kind) = one.row() else {
             return match (one.position(), one.columns[0].expression()) {
@@ -35,12 +33,7 @@ impl Diagnosed {
                 (None, None) => String::new(),
             };
         };
-        let is_equal = values.len() == 3
-            && (0..3).all(|a| {
-                let b = (a + 1) % 3;
-                let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
-                (values[a] - values[b]).abs() <= SAME * variance.max(0.0).sqrt()
-            });
+        let is_equal = are_equal(values, covariance);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
                 " All three are the same within their spread: a wrong gravity of the site would look like this too."
@@ -137,7 +130,12 @@ impl Diagnosed {
         }
     }
 
-    pub(super) fn summary(&self, verdict: Verdict, effects: &[EffectEntry]) -> Vec<String> {
+    pub(super) fn summary(
+        &self,
+        verdict: Verdict,
+        effects: &[EffectEntry],
+        channel: Option<&ChannelEntry>,
+    ) -> Vec<String> {
         let mut lines = vec![opening(verdict).to_string()];
         let lengths_s = self
             .positions
@@ -176,7 +174,7 @@ impl Diagnosed {
         if self.is_scatter_incredible() {
             lines.push("Left: no bench scatters so much more between positions than within them; more positions would tell whose error that is.".to_string());
         }
-        if let Some(channel) = self.channel() {
+        if let Some(channel) = channel {
             let [before, after] = [&channel.held_out_before, &channel.held_out_after];
             lines.push(format!(
                 "Proof: on {} held-out positions the squared difference from gravity falls from {:.3e} to {:.2} of what the noise predicts.",

@@ -3,7 +3,7 @@
 //! The [`Model`] holds only what the file itself tells. Everything else is left for the diagnosis to find, so nothing
 //! here is taken from the data except the resolution in which they are written.
 
-use crate::model::{Gyro, Installation, Model, MotionSource};
+use crate::model::{Gyro, Model, MotionSource};
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Site, Table};
 
 /// What a foreign file turned out to hold.
@@ -31,12 +31,7 @@ pub fn model(resolution_rad: [f64; 3]) -> Model {
         earth_rate_in_reference: false,
         gyro: Gyro {
             pulse_weight_rad: resolution_rad,
-            bias_rad_s: [0.0; 3],
-            scale_error: [0.0; 3],
-            angle_random_walk_rad_sqrt_s: None,
-            rate_random_walk_rad_s_sqrt_s: None,
-            flicker_rad_s: None,
-            installation_rad: Installation::default(),
+            ..Gyro::default()
         },
         dither: None,
         reference: None,
