@@ -9,8 +9,8 @@ use rlg_diagnosis::entries_of_rows::fault_entry;
 use rlg_diagnosis::summary::no_channel;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{
-    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FitEntry, NoiseEntry, ParameterEntry,
-    PromiseEntry, RegistrationEntry, RunnerUp, Verdict,
+    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, ExperimentEntry, FitEntry, NoiseEntry,
+    ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
 };
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, ModelEffect};
@@ -78,7 +78,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     for effect in faults.chain(jumps.iter().flat_map(JumpSeen::effects)) {
         switch_on(&mut model, effect);
     }
-    let promises = promise::promises(said);
+    let experiment = promise::promised(said);
     let mut diagnosis = Diagnosis {
         format: 1,
         recording: observed.recording.name.clone(),
@@ -91,8 +91,8 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         registration: registration(said),
         fit: fit(said, tested.as_ref()),
         not_excluded: not_excluded(said),
-        next_experiment: next_experiment(&named, &promises),
-        promises,
+        next_experiment: next_experiment(&named, experiment.as_ref()),
+        experiment,
         noise: noise(registered),
         accelerometer_noise: Vec::new(),
         trials: found.tried,
@@ -335,8 +335,9 @@ fn runners_up(named: &[(&Named, Numbers)]) -> Vec<RunnerUp> {
     RunnerUp::nearest(others.map(|(kind, behind)| (*kind, *behind)))
 }
 
-fn next_experiment(named: &[(&Named, Numbers)], promises: &[PromiseEntry]) -> String {
-    if let Some(promised) = promise::sentence(promises) {
+fn next_experiment(named: &[(&Named, Numbers)], experiment: Option<&ExperimentEntry>) -> String {
+    if let Some(experiment) = experiment {
+        let promised = promise::sentence(experiment);
         return format!("{} {promised}", card("axis_flexure").experiment);
     }
     let confused = named.iter().find(|(one, _)| !one.alike.is_empty());

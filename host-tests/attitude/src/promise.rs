@@ -9,11 +9,13 @@
 //! flexure with K_ij = K_kj = W_jj: attitudes before and after cannot tell the two apart, whatever the motion. Between, the
 //! elastic rate stands in the attitude as W α, which a flexure never shows.
 
-use std::f64::consts::TAU;
-
 use nalgebra::{DMatrix, DVector, Vector3};
+use rlg_catalogue::experiment::Experiment;
+use rlg_catalogue::moves::increments_rad;
 use rlg_catalogue::{Candidate, Pool};
-use rlg_findings::result::PromiseEntry;
+use rlg_diagnosis::experiment_words::move_entry;
+use rlg_findings::result::{ExperimentEntry, SeparationEntry};
+use rlg_inference::Information;
 use rlg_inference::linear::invert;
 use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::Triad;
@@ -28,19 +30,6 @@ use crate::gyro_motion::Reads;
 use crate::increments::{Increments, Stamps};
 use crate::physics::Gyro;
 use crate::said::Said;
-
-/// One turn a second, which rate tables reach \[rad/s\].
-const SPIN_RAD_S: f64 = TAU;
-
-/// 10° \[rad\].
-const OSCILLATION_RAD: f64 = 0.175;
-
-/// Of each of the 24 moves, ramps of a second at either end included \[s\].
-const MOVE_S: f64 = 10.0;
-const RAMP_S: f64 = 1.0;
-
-/// Rows a second: a hundred for each turn, so that the columns are flat over a row to parts in a thousand.
-const RATE_HZ: f64 = 100.0;
 
 /// The attitude is read at least ten times a turn \[s\].
 const READ_EVERY_S: f64 = 0.1;
@@ -82,43 +71,43 @@ impl RowNoise {
     }
 }
 
-/// Promises for flexure and elastic rate where they are confused, either way round.
-pub(crate) fn promises(said: &Said) -> Vec<PromiseEntry> {
+/// The experiment for flexure and elastic rate where they are confused, with its promise either way round.
+pub(crate) fn promised(said: &Said) -> Option<ExperimentEntry> {
     let named = said.found.physics.iter().chain(&said.found.registration);
     let is_confused = |one: &&Named| {
         let is_in = |kind: &&str| *kind == one.kind || one.alike.contains(kind);
         CONFUSED.iter().all(is_in)
     };
-    let Some(one) = named.clone().find(is_confused) else {
-        return Vec::new();
-    };
+    let one = named.clone().find(is_confused)?;
     let registered = said.registered;
     let period_s = registered.about.increments.period_s;
     let noise = RowNoise {
         walk_rad_sqrt_s: (registered.levels.mean(0) / period_s).sqrt(),
         angle_rad: registered.levels.mean(1).sqrt(),
     };
-    let spacing_s = period_s.clamp(1.0 / RATE_HZ, READ_EVERY_S);
-    let Some(experiment) = Experiment::new(said, spacing_s) else {
-        return Vec::new();
-    };
+    let spins = Experiment::spins();
+    let spacing_s = period_s.clamp(1.0 / spins.rows_hz, READ_EVERY_S);
+    let experiment = Spins::new(said, &spins, spacing_s)?;
     let [flexure, elastic] = CONFUSED;
     let orders = [(flexure, elastic), (elastic, flexure)];
-    let promised = orders.into_iter().filter_map(|(truth, rival)| {
+    let apart = orders.into_iter().filter_map(|(truth, rival)| {
         let values = values(said, noise, one, truth)?;
-        let separation_sigma = experiment.separation(noise, (truth, &values), rival)?;
-        Some(PromiseEntry {
+        Some(SeparationEntry {
             truth: truth.to_string(),
             rival: rival.to_string(),
-            separation_sigma,
-            spin_rad_s: SPIN_RAD_S,
-            oscillation_rad: OSCILLATION_RAD,
-            move_s: MOVE_S,
-            moves: moves().len(),
-            attitude_every_s: spacing_s,
+            here_sigma: None,
+            promised_sigma: experiment.separation(noise, (truth, &values), rival)?,
         })
     });
-    promised.collect()
+    let separations: Vec<SeparationEntry> = apart.collect();
+    (!separations.is_empty()).then(|| ExperimentEntry {
+        programme: spins.text.clone(),
+        moves: spins.moves.iter().map(move_entry).collect(),
+        repeats: 1,
+        attitude_every_s: Some(spacing_s),
+        separations,
+        precisions: Vec::new(),
+    })
 }
 
 /// An effect of the catalogue with all its numbers.
@@ -172,24 +161,25 @@ fn values(said: &Said, noise: RowNoise, instead_of: &Named, kind: &str) -> Optio
     Some(estimate.iter().take(count).copied().collect())
 }
 
-/// The proposed motion.
-struct Experiment {
+/// The proposed motion, as attitudes show it.
+struct Spins {
     gyro: Gyro,
     about: About,
     plain: Vec<ParameterColumn>,
 }
 
-impl Experiment {
-    fn new(said: &Said, spacing_s: f64) -> Option<Self> {
+impl Spins {
+    fn new(said: &Said, spins: &Experiment, spacing_s: f64) -> Option<Self> {
         let mut model = said.observed.model.clone();
         model.effects.clear();
-        let case_rad = case_rad();
+        let rate_hz = spins.rows_hz;
+        let case_rad = increments_rad(&spins.moves, rate_hz);
         let rows = case_rad[0].len();
-        let streams = Streams::of_motion(RATE_HZ, case_rad.clone());
+        let streams = Streams::of_motion(rate_hz, case_rad.clone());
         let gyro = Gyro::new(&streams, &model, &case_rad)?;
         let gyros = Gyros {
             start_s: 0.0,
-            rate_hz: RATE_HZ,
+            rate_hz,
             sensed_rad: (0..rows)
                 .map(|row| Vector3::from_fn(|axis, _| case_rad[axis][row]))
                 .collect(),
@@ -213,7 +203,7 @@ impl Experiment {
         let alignment = Alignment::of_model(&model);
         let known = Stamps::without(&vec![false; samples.len()]);
         let about = About::new(&gyros, &samples, &known, &alignment)?;
-        let all = priced(about.columns(RATE_HZ), &alignment, &alignment).into_iter();
+        let all = priced(about.columns(rate_hz), &alignment, &alignment).into_iter();
         let is_plain: Vec<usize> = PLAIN.iter().flat_map(|kind| places(kind)).collect();
         let plain = all.enumerate().filter(|(k, _)| is_plain.contains(k));
         Some(Self {
@@ -231,106 +221,41 @@ impl Experiment {
             let columns = self.gyro.columns(&pool, &candidate, &self.about);
             Some((columns, candidate.hypothesis.bound(0).std))
         };
-        let (own, _) = columns(truth.0)?;
+        let (own, own_std) = columns(truth.0)?;
         let (of_rival, rival_std) = columns(rival)?;
-        let mut effect = DVector::zeros(3 * increments.rows());
-        for (column, value) in own.iter().zip(truth.1) {
-            effect += noise.whiten(increments, column) * *value;
-        }
-        let rivals = of_rival.into_iter().map(|values| (values, rival_std));
-        let plain = self
-            .plain
-            .iter()
-            .map(|one| (one.values.clone(), one.prior_std));
-        let (white, stds): (Vec<DVector<f64>>, Vec<f64>) = rivals
+        let count = own.len();
+        let own = own.into_iter().map(|values| (values, own_std));
+        let of_rival = of_rival.into_iter().map(|values| (values, rival_std));
+        let plain = self.plain.iter();
+        let plain = plain.map(|one| (one.values.clone(), one.prior_std));
+        let (white, stds): (Vec<DVector<f64>>, Vec<f64>) = own
+            .chain(of_rival)
             .chain(plain)
             .map(|(values, std)| (noise.whiten(increments, &values), std))
             .unzip();
         let rows = DMatrix::from_columns(&white);
-        let precision = stds.iter().map(|std| std.powi(-2));
-        let precision = DVector::from_iterator(stds.len(), precision);
-        let gram = rows.tr_mul(&rows) + DMatrix::from_diagonal(&precision);
-        let across = rows.tr_mul(&effect);
-        let hidden = across.dot(&(invert(&gram).0 * &across));
-        Some((effect.norm_squared() - hidden).max(0.0).sqrt())
+        let information = Information {
+            fisher: rows.tr_mul(&rows),
+            ..Information::none(0)
+        };
+        let beside: Vec<(usize, f64)> = stds.into_iter().enumerate().skip(count).collect();
+        Some(information.separation(0..count, truth.1, &beside))
     }
 }
 
-struct Move {
-    axis: usize,
-    across: usize,
-    spin_rad_s: f64,
-    phase_rad: f64,
-}
-
-fn moves() -> Vec<Move> {
-    let mut moves = Vec::new();
-    for axis in 0..3 {
-        for across in [(axis + 1) % 3, (axis + 2) % 3] {
-            for spin_rad_s in [SPIN_RAD_S, -SPIN_RAD_S] {
-                for phase_rad in [0.0, TAU / 4.0] {
-                    moves.push(Move {
-                        axis,
-                        across,
-                        spin_rad_s,
-                        phase_rad,
-                    });
-                }
-            }
-        }
-    }
-    moves
-}
-
-impl Move {
-    fn rate_rad_s(&self, time_s: f64) -> Vector3<f64> {
-        let x = (time_s.min(MOVE_S - time_s) / RAMP_S).clamp(0.0, 1.0);
-        let taper = x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)));
-        let mut rate = Vector3::zeros();
-        rate[self.axis] = taper * self.spin_rad_s;
-        let oscillation = (SPIN_RAD_S * time_s + self.phase_rad).cos();
-        rate[self.across] = taper * SPIN_RAD_S * OSCILLATION_RAD * oscillation;
-        rate
-    }
-}
-
-/// Increments of the programme by row \[rad\].
-fn case_rad() -> Triad {
-    let rows = (MOVE_S * RATE_HZ) as usize;
-    let mut case_rad = Triad::default();
-    for one in &moves() {
-        for row in 0..rows {
-            let at = |share: f64| one.rate_rad_s((row as f64 + share) / RATE_HZ);
-            // Simpson's rule: (ΩT)⁴/2880 of the increment.
-            let increment = (at(0.0) + at(0.5) * 4.0 + at(1.0)) / (6.0 * RATE_HZ);
-            for axis in 0..3 {
-                case_rad[axis].push(increment[axis]);
-            }
-        }
-    }
-    case_rad
-}
-
-/// The promises in words.
-pub(crate) fn sentence(promises: &[PromiseEntry]) -> Option<String> {
-    let first = promises.first()?;
-    let each: Vec<String> = promises
-        .iter()
-        .map(|promise| {
-            format!(
-                "if it is {}, by {:.0} standard deviations from {}",
-                promise.truth, promise.separation_sigma, promise.rival
-            )
-        })
-        .collect();
-    Some(format!(
-        "Promised: spin-synchronous oscillation, {} moves of {:.0} s (spin {:.2} rad/s about one axis in both senses, {:.3} rad at {:.2} Hz about another, phases 0 and 90°, all six pairs), with attitudes as good as here read every {:.2} s during the motion (those before and after it cannot tell), separates them {}.",
-        first.moves,
-        first.move_s,
-        first.spin_rad_s,
-        first.oscillation_rad,
-        first.spin_rad_s / TAU,
-        first.attitude_every_s,
+/// The promise in words.
+pub(crate) fn sentence(experiment: &ExperimentEntry) -> String {
+    let each = experiment.separations.iter().map(|one| {
+        format!(
+            "if it is {}, by {:.0} standard deviations from {}",
+            one.truth, one.promised_sigma, one.rival
+        )
+    });
+    let each: Vec<String> = each.collect();
+    let every_s = experiment.attitude_every_s.unwrap_or_default();
+    format!(
+        "Promised: {}, with attitudes as good as here read every {every_s:.2} s during the motion (those before and after it cannot tell), separates them {}.",
+        experiment.programme,
         each.join("; ")
-    ))
+    )
 }

@@ -38,7 +38,7 @@ use rlg_signal::residual::body_from_sensing;
 use rlg_signal::shrinkage::{Gate, Powers, shrink};
 use rlg_signal::streams::Streams;
 
-use super::columns::{DesignColumns, known_rad, signals_of};
+use super::columns::{DesignColumns, known_rad};
 use super::integration::{Chain, Sample, StepNoise, chains};
 use super::record::{RecordInformation, greatest, too_short};
 use super::unknowns::{EARTH, RIVAL, Unknowns, names};
@@ -277,7 +277,7 @@ fn signals(
         ..Inputs::of(streams)
     };
     let motion = (case_rad, streams.dither_rad());
-    signals_of(motion, inputs, rate_hz, scale_error, sensing_from_body)
+    Signals::of_known(motion, inputs, rate_hz, scale_error, sensing_from_body)
 }
 
 /// Checks that attitudes can be rid of every effect of the model: those that are linear, or add nothing to what gyros sense.

@@ -3,11 +3,7 @@
 //! The unknowns of [`Unknowns::of`] one recording are the parameters of one [`Hypothesis`], in that order, over the
 //! columns of one [`Pool`]: what a unit of each adds to what each gyro senses \[rad by row\].
 
-use std::sync::Arc;
-
-use nalgebra::Matrix3;
 use rlg_catalogue::candidates::PoolColumns;
-use rlg_catalogue::signals::{Inputs, Motions, Path};
 use rlg_catalogue::{Pool, Signals, entries};
 use rlg_inference::{Hypothesis, Term};
 use rlg_model::Model;
@@ -116,30 +112,6 @@ pub fn known_rad(model: &Model, signals: &Signals) -> Triad {
     sensed
 }
 
-/// What columns are made of where the motion shares no noise with the residual.
-///
-/// # Inputs
-/// `case_rad`: increments of the case; `dither_rad`: of the blocks against it; `inputs`: other channels; `scale_error`,
-/// `sensing_from_body`: of the model.
-pub fn signals_of(
-    (case_rad, dither_rad): (Triad, Option<Triad>),
-    inputs: Inputs,
-    rate_hz: f64,
-    scale_error: [f64; 3],
-    sensing_from_body: Matrix3<f64>,
-) -> Signals {
-    let motions = Motions::of_one(Arc::new(case_rad), dither_rad, rate_hz);
-    let sensing = (sensing_from_body, sensing_from_body);
-    Signals::new(
-        rate_hz,
-        motions,
-        inputs,
-        Path::default(),
-        scale_error,
-        sensing,
-    )
-}
-
 #[cfg(test)]
 mod tests {
     use std::f64::consts::TAU;
@@ -148,7 +120,7 @@ mod tests {
     use rlg_catalogue::Signals;
     use rlg_catalogue::signals::Inputs;
 
-    use super::{DesignColumns, signals_of};
+    use super::DesignColumns;
     use crate::unknowns::{EARTH, FLEXURE, Unknowns};
 
     const RATE_HZ: f64 = 200.0;
@@ -168,7 +140,7 @@ mod tests {
                 .collect::<Vec<f64>>()
         });
         let (motion, inputs) = ((case_rad, None), Inputs::default());
-        signals_of(motion, inputs, RATE_HZ, [0.0; 3], Matrix3::identity())
+        Signals::of_known(motion, inputs, RATE_HZ, [0.0; 3], Matrix3::identity())
     }
 
     #[test]

@@ -28,14 +28,11 @@ impl DeclaredNoise {
         self.levels(rate_hz).of_share(frequency_hz / rate_hz) * rate_hz
     }
 
-    /// The noise of slower rows, with white noise of angle raised so that its power a hertz stays.
+    /// The noise of slower rows, see [`NoiseLevels::of_other_rows`].
     pub fn read_at(&self, slower_hz: f64, rate_hz: f64) -> NoiseLevels {
-        let white_rad2 = self.white_rad2 * slower_hz / rate_hz;
-        let slower = Self {
-            white_rad2,
-            ..*self
-        };
-        slower.levels(slower_hz)
+        let span_s = 1.0;
+        let levels = self.levels(rate_hz);
+        levels.of_other_rows((rate_hz, span_s), (slower_hz, span_s))
     }
 }
 

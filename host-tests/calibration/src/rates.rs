@@ -13,7 +13,7 @@ use rlg_catalogue::signals::Path as SignalPath;
 use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::case_motion::estimate;
 use rlg_diagnosis::data::{Data, bridged, is_predictable};
-use rlg_diagnosis::noise_levels::{drift_prior, first_levels, mean};
+use rlg_diagnosis::noise_levels::{drift_prior, first_levels};
 use rlg_inference::{Information, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_model::Model;
 use rlg_recording::Recording;
@@ -67,7 +67,7 @@ pub fn record_information(
             fitted.clone(),
             &residual_rad,
             &columns.made_of(signals),
-            mean(&levels),
+            NoiseLevels::mean(&levels),
         );
         // One hypothesis that is certain: no price, no prior but the wide one of its own information.
         let certain = [columns.fitted()];

@@ -4,7 +4,8 @@
 //! [`expression`] writes physics outside the catalogue as products of channels, [`resonance`] second-order systems, [`lock_in`] dead bands;
 //! [`entries`] is the catalogue, one row an effect; [`candidates`] spells its rows out for the search, with the price of
 //! each, `members` those with a number inside, `turned` a reference turned by more than a small angle; [`families`] are effects with a number inside
-//! (order, frequency, time constant) that is gone through in a grid.
+//! (order, frequency, time constant) that is gone through in a grid; [`experiment`] is what a rate table could do next, in
+//! [`moves`], and what that would say of hypotheses.
 
 pub mod signals;
 
@@ -27,6 +28,10 @@ pub mod families;
 mod members;
 
 pub mod turned;
+
+pub mod moves;
+
+pub mod experiment;
 
 pub use candidates::{Candidate, Pool};
 pub use column::{Column, Sensed};

@@ -230,6 +230,30 @@ impl Signals {
         }
     }
 
+    /// What columns are made of where the motion shares no noise with the residual, and the path is direct.
+    ///
+    /// # Inputs
+    /// `case_rad`: increments of the case; `dither_rad`: of the blocks against it; `inputs`: other channels; `scale_error`,
+    /// `sensing_from_body`: of the model.
+    pub fn of_known(
+        (case_rad, dither_rad): (Triad, Option<Triad>),
+        inputs: Inputs,
+        rate_hz: f64,
+        scale_error: [f64; 3],
+        sensing_from_body: Matrix3<f64>,
+    ) -> Self {
+        let motions = Motions::of_one(Arc::new(case_rad), dither_rad, rate_hz);
+        let sensing = (sensing_from_body, sensing_from_body);
+        Self::new(
+            rate_hz,
+            motions,
+            inputs,
+            Path::default(),
+            scale_error,
+            sensing,
+        )
+    }
+
     /// What a gyro senses of the measured reference \[rad\], less its scale error, behind the mounts about each axis.
     pub fn measured_along_rad(&self, gyro: usize) -> Vec<f64> {
         let mut sum = vec![0.0; self.rows];

@@ -10,14 +10,14 @@ use rlg_inference::block_validation::BlockSums;
 use rlg_inference::events::{Instant, largest_impulse};
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::Judged;
-use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NormalEquations, Search};
+use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NoiseLevels, NormalEquations, Search};
 use rlg_signal::partition::Use;
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::data::Data;
 use super::goodness::{Misfit, misfits};
 use super::lock_in::Stops;
-use super::noise_levels::{drift_prior, mean};
+use super::noise_levels::drift_prior;
 use super::pass::{left_on, subtract};
 use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
@@ -400,7 +400,8 @@ pub(super) fn settle_instants(
     let Some(observations) = data.observed(&data.rows_of(&[Use::Train, Use::Confirm])) else {
         return vec![None; headlines.len()];
     };
-    let (transform, basis) = Transform::with_basis(observations, mean(&last.fit.levels));
+    let (transform, basis) =
+        Transform::with_basis(observations, NoiseLevels::mean(&last.fit.levels));
     let mut std_rows = Vec::with_capacity(headlines.len());
     for (place, headline) in headlines.iter_mut().enumerate() {
         let known = instant(
@@ -520,7 +521,12 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
         signals: &found.motion.signals,
     };
     let levels = &found.fit.levels;
-    let equations = NormalEquations::new(observations, &found.residual_rad, &made, mean(levels));
+    let equations = NormalEquations::new(
+        observations,
+        &found.residual_rad,
+        &made,
+        NoiseLevels::mean(levels),
+    );
     let drift = drift_prior(&data.model.gyro);
     let kinds = hypotheses.len().max(1);
     // Drift is chosen anew: what had no name may have stood for it.

@@ -142,20 +142,22 @@ pub(crate) fn of_the_others(told: [bool; 3]) -> String {
     }
 }
 
+/// Unit of a kind's parameter.
+pub(crate) fn unit_of(kind: &str, name: &str) -> &'static str {
+    if name.ends_with("frequency_hz") {
+        "Hz"
+    } else if name.ends_with("pole_s") {
+        "s"
+    } else if name.ends_with("damping") {
+        "1"
+    } else {
+        card(kind).unit
+    }
+}
+
 /// The parameters of a finding with their covariance.
 pub(crate) fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     let at = one.block.start;
-    let unit = |name: &str| {
-        if name.ends_with("frequency_hz") {
-            "Hz"
-        } else if name.ends_with("pole_s") {
-            "s"
-        } else if name.ends_with("damping") {
-            "1"
-        } else {
-            card(one.candidate.kind).unit
-        }
-    };
     let kind = one.candidate.kind;
     let stated = |k: usize| entries::value_of(kind, one.candidate.base[k] + fit.estimate[at + k]);
     // One value that all gyros share stands on each of them that shows it.
@@ -179,7 +181,7 @@ pub(crate) fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     });
     let numbers = names.into_iter().map(|(name, k)| Number {
         value: stated(k).0,
-        unit: unit(&name),
+        unit: unit_of(kind, &name),
         name,
     });
     (numbers.collect(), covariance)

@@ -11,7 +11,7 @@ use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, LocationEntry, Nois
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::events::scan;
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::{Drift, Fit};
+use rlg_inference::{Drift, Fit, NoiseLevels};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::Fault;
 use rlg_signal::partition::Use;
@@ -27,14 +27,15 @@ use super::finding::{Finding, card, findings};
 use super::left::unexplained;
 use super::locate::{self, Location, Tile};
 use super::lock_in::behind_walk;
-use super::noise_levels::{mean, reported};
+use super::next_experiment::next_experiment;
+use super::noise_levels::reported;
 use super::noise_spectrum::Noise;
 use super::outcome::Outcome;
 use super::pictures;
 use super::plan::AnalysisPlan;
 use super::regimes::{Regime, regimes_of};
 use super::search::Found;
-use super::summary::{next_experiment, not_excluded, runners_up, summary, unlike_noise};
+use super::summary::{not_excluded, runners_up, summary, unlike_noise};
 use super::validate::{Validation, validate};
 
 /// What is written of a set that is confirmed.
@@ -103,6 +104,7 @@ pub(super) fn written(
     effects.extend(faults.iter().map(|fault| fault_entry(streams, fault)));
     let span =
         |rows: &std::ops::Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
+    let next = next_experiment((data, found), confirmed, &findings, plan);
     let diagnosis = Diagnosis {
         format: 1,
         recording: streams.piece.recording.clone(),
@@ -131,9 +133,9 @@ pub(super) fn written(
             channels: places.validations.iter().map(channel).collect(),
         },
         not_excluded: not_excluded(found, streams),
-        next_experiment: next_experiment(&findings),
+        next_experiment: next.sentence,
         registration: Vec::new(),
-        promises: Vec::new(),
+        experiment: next.entry,
         noise: noise_entries(fit, &seen.noise, streams.span_s()),
         accelerometer_noise: Vec::new(),
         trials: found.tried,
@@ -284,7 +286,7 @@ fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> 
     else {
         return false;
     };
-    let (transform, basis) = Transform::with_basis(observations, mean(&fit.levels));
+    let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(&fit.levels));
     (0..3).any(|gyro| {
         let spectrum = transform.spectrum(&after_rad[gyro]);
         let events = scan(&transform, &basis, &spectrum, fit.levels[gyro]);

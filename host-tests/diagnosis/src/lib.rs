@@ -97,6 +97,10 @@ pub mod entries_of_findings;
 
 pub mod summary;
 
+pub mod experiment_words;
+
+pub mod next_experiment;
+
 pub mod findings;
 
 pub mod self_test;

@@ -16,7 +16,7 @@ pub fn first_levels(residual_rad: &Triad, observations: &Observations) -> Vec<No
         ..NoiseLevels::default()
     };
     let first = levels_under(flat, residual_rad, observations);
-    levels_under(mean(&first), residual_rad, observations)
+    levels_under(NoiseLevels::mean(&first), residual_rad, observations)
 }
 
 /// The same, with ends and gaps weighed by a known noise.
@@ -53,17 +53,6 @@ fn levels_under(
         basis.fit(&power, start, [true; 4])
     })
     .to_vec()
-}
-
-/// One noise for taking gaps and ends out of all gyros.
-pub fn mean(levels: &[NoiseLevels]) -> NoiseLevels {
-    let mut sum = [0.0; rlg_inference::noise::TERMS];
-    for levels in levels {
-        for (sum, level) in sum.iter_mut().zip(levels.as_array()) {
-            *sum += level / 3.0;
-        }
-    }
-    NoiseLevels::from_array(sum)
 }
 
 /// Reads each gyro's drift from what a model declares: a random walk where K is above 0, else flicker where B is, else

@@ -13,7 +13,6 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::case_motion::{Measured, estimate_from};
 use super::data::Data;
-use super::noise_levels::mean;
 use super::plan::AnalysisPlan;
 use super::search::{Found, effect_rad};
 use rlg_signal::streams::{Triad, add, add_triad, each_axis};
@@ -230,8 +229,12 @@ impl<'a> Stage<'a> {
             for other in others.clone() {
                 add_triad(&mut residual_rad, &self.effects_rad[other], 1.0);
             }
-            let equations =
-                NormalEquations::new(self.fitted.clone(), &residual_rad, &none, mean(levels));
+            let equations = NormalEquations::new(
+                self.fitted.clone(),
+                &residual_rad,
+                &none,
+                NoiseLevels::mean(levels),
+            );
             let others: Vec<&Hypothesis> = others.map(|other| &self.set[other]).collect();
             let tests = [ScoreTest::new(&equations, &others, &columns, levels)];
             let own = spectra(&tests, std::slice::from_ref(&self.set[place]), &columns);

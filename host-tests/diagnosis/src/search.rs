@@ -16,7 +16,7 @@ use super::before::{Before, left_behind_known, take_out_hidden, without_known};
 use super::case_motion::Motion;
 use super::data::{Data, bridged, known_by_axis};
 use super::families::{Alone, strongest, strongest_filters};
-use super::noise_levels::{drift_prior, mean};
+use super::noise_levels::drift_prior;
 use super::pass::{Begin, Pass, left_on, sizes_on, subtract, subtract_by};
 use super::path::{SETTLED, is_of_path, shown};
 use super::plan::AnalysisPlan;
@@ -154,7 +154,7 @@ impl Pass {
             fitted.clone(),
             &residual_rad,
             &columns,
-            mean(levels),
+            NoiseLevels::mean(levels),
             &data.free_constants,
         );
         for one in candidates.iter_mut().filter(|one| one.kind == LATE_PICKOFF) {
@@ -179,7 +179,7 @@ impl Pass {
         Self {
             motion,
             residual_rad,
-            levels: mean(levels),
+            levels: NoiseLevels::mean(levels),
             pool,
             candidates,
             equations,

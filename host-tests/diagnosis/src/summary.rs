@@ -12,7 +12,7 @@ use rlg_inference::{Drift, Fit};
 use rlg_signal::streams::Streams;
 
 use super::confirm::Confirmed;
-use super::finding::{Finding, card, numbers};
+use super::finding::{Finding, numbers};
 use super::goodness::Misfit;
 use super::search::Found;
 
@@ -153,16 +153,6 @@ pub(crate) fn not_excluded(found: &Found, streams: &Streams) -> Vec<String> {
         .filter(|entry| !tried.contains(entry.kind))
         .map(|entry| format!("{}: {}", entry.kind, reason(entry.kind)))
         .collect()
-}
-
-pub(crate) fn next_experiment(findings: &[Finding]) -> String {
-    let confused = findings
-        .iter()
-        .find(|one| !one.alike.is_empty() || one.or_drift);
-    match confused.or(findings.first()) {
-        Some(one) => card(one.candidate.kind).experiment.to_string(),
-        None => "None needed for this recording; a motion that excites what is not excluded would show more.".to_string(),
-    }
 }
 
 pub(crate) fn runners_up(found: &Found) -> Vec<RunnerUp> {

@@ -5,7 +5,6 @@ use rlg_inference::{NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::partition::Use;
 
 use super::data::Data;
-use super::noise_levels::mean;
 
 /// Whitens rows of each gyro that were looked at.
 pub(super) struct Whitener {
@@ -28,7 +27,7 @@ impl Whitener {
 
     /// For rows that are `seen`, as a span.
     pub fn of(observations: Observations, seen: Vec<bool>, levels: &[NoiseLevels]) -> Self {
-        let (transform, basis) = Transform::with_basis(observations, mean(levels));
+        let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(levels));
         let roots = std::array::from_fn(|gyro| basis.roots(levels[gyro]));
         Self {
             transform,

@@ -59,8 +59,8 @@ pub struct Diagnosis {
     /// The motion that would separate what is confused.
     pub next_experiment: String,
     /// Addition: what that motion is worth, where it was computed.
-    #[serde(skip_serializing_if = "Vec::is_empty")]
-    pub promises: Vec<PromiseEntry>,
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub experiment: Option<ExperimentEntry>,
     /// Addition: the noise each gyro was judged with.
     pub noise: Vec<NoiseEntry>,
     /// Addition: the noise each accelerometer was judged with.
@@ -111,7 +111,7 @@ impl Diagnosis {
             not_excluded: vec![format!("every kind: {why}")],
             next_experiment: "A longer recording with gyros, pickoffs and reference all measured."
                 .to_string(),
-            promises: Vec::new(),
+            experiment: None,
             noise: Vec::new(),
             accelerometer_noise: Vec::new(),
             trials: 0,
@@ -190,25 +190,71 @@ pub struct ControlEntry {
     pub dropped: usize,
 }
 
-/// A separation that the proposed motion promises, from the Fisher information of that motion.
+/// What the next experiment is worth, from the Fisher information of its motion under this recording's noise.
 #[derive(Debug, Clone, Serialize)]
-pub struct PromiseEntry {
-    /// The kind taken for true, at the size found here.
+pub struct ExperimentEntry {
+    /// What is done.
+    pub programme: String,
+    /// The moves, in order.
+    pub moves: Vec<MoveEntry>,
+    /// How often all of them are made.
+    pub repeats: u32,
+    /// Time between attitudes \[s\], where they are the reference.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub attitude_every_s: Option<f64>,
+    /// How far kinds come apart that are one class here.
+    pub separations: Vec<SeparationEntry>,
+    /// Standard deviations of the numbers of what was found.
+    pub precisions: Vec<PrecisionEntry>,
+}
+
+/// One move of a table, as a scenario has it.
+#[derive(Debug, Clone, Serialize)]
+pub struct MoveEntry {
+    /// `still`, `coning` or `spin`.
+    pub kind: &'static str,
+    /// Of the cone or the spin.
+    pub axis: &'static str,
+    /// Spin \[rad/s\].
+    pub rate_rad_s: f64,
+    /// Of the oscillation.
+    pub oscillation_axis: &'static str,
+    /// Of the oscillation or the cone \[Hz\].
+    pub frequency_hz: f64,
+    /// Peak angle of either \[rad\].
+    pub angle_rad: f64,
+    /// Phase of the oscillation's rate at the beginning \[rad\].
+    pub phase_rad: f64,
+    /// Ramp at either end \[s\].
+    pub ramp_s: f64,
+    /// Ramps included \[s\].
+    pub duration_s: f64,
+}
+
+/// How far an effect, as large as it was found, lies outside what a rival can make.
+#[derive(Debug, Clone, Serialize)]
+pub struct SeparationEntry {
+    /// The kind taken for true.
     pub truth: String,
     /// The kind it is separated from.
     pub rival: String,
-    /// Standard deviations between them.
-    pub separation_sigma: f64,
-    /// Spin, both senses \[rad/s\].
-    pub spin_rad_s: f64,
-    /// Oscillation about another axis at the spin's own frequency \[rad\].
-    pub oscillation_rad: f64,
-    /// Length of a move \[s\].
-    pub move_s: f64,
-    /// Number of moves.
-    pub moves: usize,
-    /// Time between attitudes \[s\].
-    pub attitude_every_s: f64,
+    /// In this recording, in standard deviations; null: not computed.
+    pub here_sigma: Option<f64>,
+    /// In the experiment.
+    pub promised_sigma: f64,
+}
+
+/// How well a number of what was found will be known.
+#[derive(Debug, Clone, Serialize)]
+pub struct PrecisionEntry {
+    /// The parameter.
+    pub name: String,
+    /// Standard deviation in this recording.
+    pub here_std: f64,
+    /// In the experiment.
+    pub promised_std: f64,
+    /// Of both.
+    pub unit: String,
 }
 
 /// One location.

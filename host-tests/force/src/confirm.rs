@@ -2,12 +2,11 @@
 
 use std::ops::Range;
 
-use rlg_diagnosis::noise_levels::mean;
 use rlg_findings::result::UNLISTED;
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::DriftPrior;
-use rlg_inference::{Columns, Fit, Hypothesis, Search};
+use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Search};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::candidates::Candidate;
@@ -144,7 +143,7 @@ fn confirmations(
 ) -> Option<Vec<Confirmation>> {
     let observations = made_of.rows.bridged(seen)?;
     let fit = &found.fit;
-    let (transform, basis) = Transform::with_basis(observations, mean(&fit.levels));
+    let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(&fit.levels));
     let roots: Vec<Vec<f64>> = fit
         .levels
         .iter()

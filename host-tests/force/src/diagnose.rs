@@ -2,7 +2,7 @@
 
 use std::ops::Range;
 
-use rlg_diagnosis::noise_levels::{first_levels, mean};
+use rlg_diagnosis::noise_levels::first_levels;
 use rlg_diagnosis::regimes::{Regime, intersect, regimes_of};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_inference::{Drift, NoiseLevels, Observations};
@@ -353,7 +353,7 @@ fn settle_verticals(
     };
     for _ in 0..STEPS {
         let residual = residual_m_s(made_of, model);
-        let all = mean(&first_levels(&residual, &observations)).stationary();
+        let all = NoiseLevels::mean(&first_levels(&residual, &observations)).stationary();
         let sums = equations(made_of, &residual, &observations, &Pool::default(), all);
         let fit = evaluate(&sums, &[], &[all; 3], &[Drift::None; 3], ONCE);
         let (moves, stays) = verticals_of(&fit, &recordings, plan.settled);

@@ -121,7 +121,7 @@ pub fn find(
         let residual_m_s = residual_m_s(made_of, model);
         let mut pool = Pool::default();
         let mut candidates = pool.candidates(made_of, delay_s, (left_out, open));
-        let mean = rlg_diagnosis::noise_levels::mean(&levels);
+        let mean = NoiseLevels::mean(&levels);
         let sums = equations(made_of, &residual_m_s, observations, &pool, mean);
         candidates.retain(|one| {
             let mut terms = one.hypothesis.terms.iter();

@@ -7,11 +7,11 @@
 use std::ops::Range;
 
 use rlg_diagnosis::locate::BAND_EDGES_HZ;
-use rlg_diagnosis::noise_levels::{first_levels, mean};
+use rlg_diagnosis::noise_levels::first_levels;
 use rlg_diagnosis::regimes::{Regime, intersect};
 use rlg_findings::result::UNLISTED;
 use rlg_inference::evaluate::{Effort, evaluate, residual_power};
-use rlg_inference::{Drift, Fit, Hypothesis};
+use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels};
 use rlg_signal::axes::Triad;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
@@ -91,7 +91,13 @@ fn of_regime(
         let without_expressions = [left_out, &[UNLISTED]].concat();
         let mut all = pool.candidates(made_of, delay_s, (&without_expressions, open));
         all.retain(|one| one.variant == Variant::Whole);
-        let sums = equations(made_of, residual_m_s, &observations, &pool, mean(&levels));
+        let sums = equations(
+            made_of,
+            residual_m_s,
+            &observations,
+            &pool,
+            NoiseLevels::mean(&levels),
+        );
         let set: Vec<&Hypothesis> = all.iter().map(|one| &one.hypothesis).collect();
         let fit = evaluate(&sums, &set, &levels, &[Drift::None; 3], Effort::FULL);
         delay_s = delays_of(&all, &fit, plan.settled);

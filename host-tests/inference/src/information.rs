@@ -2,12 +2,18 @@
 //!
 //! Of y = Xθ + n, n with covariance S: XᵀS⁻¹X θ = XᵀS⁻¹y (Kay, *Estimation Theory*, 1993, Eq. 4.25). Independent data add.
 
+use std::ops::Range;
+
 use nalgebra::{DMatrix, DVector};
 
 use crate::assembled::{Assembled, binned};
 use crate::hypothesis::Hypothesis;
 use crate::likelihood::Likelihood;
+use crate::linear::pseudo_inverse_beside;
 use crate::noise::NoiseLevels;
+
+/// What is left of an effect's power beside others below this share of it is rounding.
+const ROUNDING: f64 = 1e-6;
 
 /// Normal equations of one set of parameters.
 #[derive(Debug, Clone, PartialEq)]
@@ -69,6 +75,72 @@ impl Information {
                 self.fisher[(to_a, to_b)] += part.fisher[(a, b)];
             }
         }
+    }
+
+    /// What is left of the information on some parameters beside free others, and how an effect of some is spread over them.
+    ///
+    /// # Inputs
+    /// `own`: the parameters in question; `beside`: parameters that are free, each with the standard deviation of its prior.
+    fn beside(&self, own: &[usize], beside: &[(usize, f64)]) -> (DMatrix<f64>, DMatrix<f64>) {
+        let fisher = |a: usize, b: usize| self.fisher[(a, b)];
+        let free = DMatrix::from_fn(beside.len(), beside.len(), |a, b| {
+            let prior = if a == b { beside[a].1.powi(-2) } else { 0.0 };
+            fisher(beside[a].0, beside[b].0) + prior
+        });
+        let across = DMatrix::from_fn(beside.len(), own.len(), |a, b| fisher(beside[a].0, own[b]));
+        let spread = pseudo_inverse_beside(&free, &free) * &across;
+        let whole = DMatrix::from_fn(own.len(), own.len(), |a, b| fisher(own[a], own[b]));
+        (whole - across.tr_mul(&spread), spread)
+    }
+
+    /// How far the effect of parameters lies outside what free others can make, in standard deviations.
+    ///
+    /// # Inputs
+    /// `own`: the parameters; `values`: of them; `beside`: parameters that are free, each with the standard deviation of its
+    /// prior.
+    pub fn separation(&self, own: Range<usize>, values: &[f64], beside: &[(usize, f64)]) -> f64 {
+        let own: Vec<usize> = own.collect();
+        let values = DVector::from_column_slice(values);
+        let whole = DMatrix::from_fn(own.len(), own.len(), |a, b| self.fisher[(own[a], own[b])]);
+        let power = values.dot(&(whole * &values));
+        let left = values.dot(&(self.beside(&own, beside).0 * &values));
+        if left < ROUNDING * power {
+            0.0
+        } else {
+            left.max(0.0).sqrt()
+        }
+    }
+
+    /// The values that free parameters take where nothing but an effect of others is there.
+    ///
+    /// # Inputs
+    /// As of [`Self::separation`].
+    pub fn stand_in(&self, own: Range<usize>, values: &[f64], beside: &[(usize, f64)]) -> Vec<f64> {
+        let own: Vec<usize> = own.collect();
+        let spread = self.beside(&own, beside).1;
+        (spread * DVector::from_column_slice(values))
+            .as_slice()
+            .to_vec()
+    }
+
+    /// Standard deviations of parameters beside free others; infinite where nothing is said of one.
+    ///
+    /// # Inputs
+    /// `own`: the parameters, each with the standard deviation of its prior; `beside`: the free ones alike.
+    pub fn deviations(&self, own: &[(usize, f64)], beside: &[(usize, f64)]) -> Vec<f64> {
+        let places: Vec<usize> = own.iter().map(|one| one.0).collect();
+        let (mut left, _) = self.beside(&places, beside);
+        for (k, (_, std)) in own.iter().enumerate() {
+            left[(k, k)] += std.powi(-2);
+        }
+        let covariance = pseudo_inverse_beside(&left, &left);
+        let variance = |k: usize| covariance[(k, k)];
+        (0..own.len())
+            .map(|k| match variance(k) > 0.0 {
+                true => variance(k).sqrt(),
+                false => f64::INFINITY,
+            })
+            .collect()
     }
 
     /// Weighed square of what parameters of given values leave, (y − Xθ)ᵀS⁻¹(y − Xθ).
@@ -149,6 +221,45 @@ mod tests {
         assert!((&found.fisher - &expected.fisher).norm() < 1e-5 * expected.fisher.norm());
         assert!((&found.score - &expected.score).norm() < 1e-5 * expected.score.norm());
         assert!((found.power - expected.power).abs() < 1e-5 * expected.power);
+    }
+
+    /// Columns (1, 0), (c, s) and their sum, of white noise.
+    fn of_three(angle: f64) -> Information {
+        let x = DMatrix::from_row_slice(
+            2,
+            3,
+            &[
+                1.0,
+                angle.cos(),
+                1.0 + angle.cos(),
+                0.0,
+                angle.sin(),
+                angle.sin(),
+            ],
+        );
+        Information {
+            fisher: x.tr_mul(&x),
+            ..Information::none(3)
+        }
+    }
+
+    #[test]
+    fn an_effect_is_apart_by_its_part_across_the_others() {
+        let angle = 0.3_f64;
+        let known = of_three(angle);
+        let apart = known.separation(0..1, &[5.0], &[(1, f64::INFINITY)]);
+        assert!((apart - 5.0 * angle.sin()).abs() < 1e-9);
+        // What others can make together is not apart of them.
+        assert_eq!(
+            known.separation(0..1, &[5.0], &[(1, f64::INFINITY), (2, f64::INFINITY)]),
+            0.0
+        );
+        // A prior keeps the other from standing in.
+        assert!((known.separation(0..1, &[5.0], &[(1, 1e-6)]) - 5.0).abs() < 1e-6);
+        let instead = known.stand_in(0..1, &[5.0], &[(1, f64::INFINITY)]);
+        assert!((instead[0] - 5.0 * angle.cos()).abs() < 1e-9);
+        let std = known.deviations(&[(0, f64::INFINITY)], &[(1, f64::INFINITY)]);
+        assert!((std[0] * angle.sin() - 1.0).abs() < 1e-9);
     }
 
     #[test]

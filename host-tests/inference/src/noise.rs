@@ -49,6 +49,33 @@ impl NoiseLevels {
         self.white + self.angle * 4.0 * (PI * share).sin().powi(2)
     }
 
+    /// The mean of several records' levels.
+    pub fn mean(levels: &[Self]) -> Self {
+        let count = levels.len() as f64;
+        let mut sum = [0.0; TERMS];
+        for levels in levels {
+            for (sum, level) in sum.iter_mut().zip(levels.as_array()) {
+                *sum += level / count;
+            }
+        }
+        Self::from_array(sum)
+    }
+
+    /// The noise of increments by rows of another length, in a record of another: angle random walk and drift have the same
+    /// power a hertz; so has white noise of angle below half the slower rate, as if the faster rows were summed.
+    ///
+    /// # Inputs
+    /// `own`, `other`: rows a second \[Hz\] and length \[s\] of the record.
+    pub fn of_other_rows(self, own: (f64, f64), other: (f64, f64)) -> Self {
+        let (rate, span) = (other.0 / own.0, other.1 / own.1);
+        Self {
+            white: self.white / rate,
+            angle: self.angle * rate,
+            flicker: self.flicker * span / rate,
+            walk: self.walk * span * span / rate,
+        }
+    }
+
     /// Without drift.
     pub fn stationary(self) -> Self {
         Self {

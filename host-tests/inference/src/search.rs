@@ -51,6 +51,8 @@ pub struct Judged {
     pub cost_without: f64,
     /// The same if drift had no price beyond that of its terms.
     pub cost_against_drift: f64,
+    /// The noise with the drift that comes nearest to it; empty where drift is declared.
+    pub drift_levels: Vec<NoiseLevels>,
     /// Hypotheses that reach within `within` of it in its place, nearest first, and how far behind.
     pub rivals: Vec<(usize, f64)>,
 }
@@ -429,18 +431,20 @@ impl<'a, L: Likelihood> Search<'a, L> {
             .filter(|(_, behind)| *behind < within)
             .collect();
         rivals.sort_by(|a, b| a.1.total_cmp(&b.1));
+        let (cost_against_drift, drift_levels) = self.against_drift(best, &rest);
         Judged {
             hypothesis: member,
             cost_without: best.score - alone.score,
-            cost_against_drift: self.cost_against_drift(best, &rest),
+            cost_against_drift,
+            drift_levels,
             rivals,
         }
     }
 
-    /// What it costs to explain by drift what a member explains, only drift's terms priced.
-    fn cost_against_drift(&self, best: &Fit, rest: &[usize]) -> f64 {
+    /// What it costs to explain by drift what a member explains, only drift's terms priced, and the noise with that drift.
+    fn against_drift(&self, best: &Fit, rest: &[usize]) -> (f64, Vec<NoiseLevels>) {
         if matches!(self.drift, DriftPrior::Declared(_)) {
-            return f64::INFINITY;
+            return (f64::INFINITY, Vec::new());
         }
         let lenient = |fit: &Fit| {
             fit.log_likelihood + self.log_prior(&fit.members) - self.drift_terms(&fit.drift)
@@ -469,10 +473,12 @@ impl<'a, L: Likelihood> Search<'a, L> {
             .map(|drift| {
                 let mut fit = evaluate(self.data, &set, &best.levels, &drift, Effort::FULL);
                 fit.members = rest.to_vec();
-                lenient(&fit)
+                (lenient(&fit), fit.levels)
             })
-            .fold(f64::NEG_INFINITY, f64::max);
-        lenient(best) - reached
+            .max_by(|a, b| a.0.total_cmp(&b.0));
+        reached.map_or((f64::INFINITY, Vec::new()), |(reached, levels)| {
+            (lenient(best) - reached, levels)
+        })
     }
 
     /// How far a member's effect lies outside what `rival` and the other members can make, in standard deviations.

@@ -12,9 +12,9 @@ use std::f64::consts::TAU;
 use nalgebra::DMatrix;
 
 use super::limits::Limits;
-use super::moves::{Kind, Move, STEEPEST};
 use crate::noise::DeclaredNoise;
 use crate::unknowns::{COEFFICIENTS, PAIRS};
+use rlg_catalogue::moves::{Kind, Move, STEEPEST};
 
 /// Shares of the greatest rate that are tried for the spin.
 const SPINS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];

@@ -13,8 +13,6 @@ pub mod design;
 
 pub mod limits;
 
-pub mod moves;
-
 pub mod predict;
 
 mod scenario;
@@ -34,7 +32,7 @@ use rlg_signal::streams::AXES;
 
 use candidates::{Candidate, candidates, rounded_up};
 use limits::Limits;
-use moves::{Kind, Move};
+use rlg_catalogue::moves::{Kind, Move};
 
 /// Rest at the beginning and at the end \[s\]: where bias is seen alone and an attitude is taken.
 const REST_S: f64 = 4.0;

@@ -7,15 +7,13 @@
 //! Out of scope: noise that drifts (flicker, rate random walk).
 
 use nalgebra::{DMatrix, Matrix3};
+use rlg_catalogue::Signals;
+use rlg_catalogue::experiment::information;
+use rlg_catalogue::moves::{Move, increments_rad};
 use rlg_catalogue::signals::Inputs;
-use rlg_diagnosis::noise_levels::mean;
-use rlg_inference::{Information, NormalEquations, Observations};
-use rlg_signal::axes::Triad;
-use rlg_signal::derivatives::row_means;
 
 use super::limits::Limits;
-use super::moves::Move;
-use crate::columns::{DesignColumns, signals_of};
+use crate::columns::DesignColumns;
 use crate::estimate::estimate;
 use crate::noise::DeclaredNoise;
 use crate::unknowns::{COEFFICIENTS, Unknowns};
@@ -31,38 +29,15 @@ pub fn covariance(
     noise: &[DeclaredNoise; 3],
 ) -> Option<DMatrix<f64>> {
     let rate_hz = (ROWS_PER_CYCLE * limits.greatest_frequency_hz).min(limits.rate_hz);
-    let case_rad = case_rad(moves, rate_hz);
-    let rows = case_rad[0].len();
-    let observations = Observations::bridged(&vec![true; rows])?.to_fast_length();
-    let (motion, inputs) = ((case_rad, None), Inputs::default());
-    let signals = signals_of(motion, inputs, rate_hz, [0.0; 3], Matrix3::identity());
+    let (motion, inputs) = ((increments_rad(moves, rate_hz), None), Inputs::default());
+    let signals = Signals::of_known(motion, inputs, rate_hz, [0.0; 3], Matrix3::identity());
     let unknowns = Unknowns::of(1);
     let columns = DesignColumns::new(&signals, &Unknowns::fitted_kinds(false));
     let levels = noise.map(|noise| noise.read_at(rate_hz, limits.rate_hz));
-    let nothing = [0, 1, 2].map(|_| vec![0.0; rows]);
-    let of_motion = columns.made_of(&signals);
-    let equations = NormalEquations::new(observations, &nothing, &of_motion, mean(&levels));
-    let information = Information::of(&equations, &[columns.hypothesis()], &levels);
+    let made = columns.made_of(&signals).columns;
+    let information = information(&signals, made, &[columns.hypothesis()], &levels)?;
     let set: Vec<usize> = unknowns.fitted().collect();
     let covariance = estimate(&unknowns, &information, &set).covariance;
     debug_assert_eq!(covariance.nrows(), COEFFICIENTS);
     Some(covariance)
-}
-
-/// Increments of the case by row \[rad\].
-fn case_rad(moves: &[Move], rate_hz: f64) -> Triad {
-    let mut rate_rad_s = Triad::default();
-    for one in moves {
-        let rows = (one.duration_s * rate_hz).round() as usize;
-        for row in 0..rows {
-            let (omega, _) = one.at((row as f64 + 0.5) / rate_hz);
-            for (axis, omega) in omega.into_iter().enumerate() {
-                rate_rad_s[axis].push(omega);
-            }
-        }
-    }
-    rate_rad_s.map(|at_middles| {
-        let means = row_means(&at_middles).into_iter();
-        means.map(|mean| mean / rate_hz).collect()
-    })
 }

@@ -6,7 +6,7 @@
 use std::fmt::Write as _;
 
 use super::limits::Limits;
-use super::moves::{Kind, Move};
+use rlg_catalogue::moves::{Kind, Move};
 use rlg_model::{EffectValue, Model};
 use rlg_recording::toml_file::{float, string};
 use rlg_signal::streams::AXES;

@@ -1,7 +1,7 @@
 //! Brings what was found of a unit at rest together.
 
 use rlg_findings::result::{
-    ControlEntry, Diagnosis, EffectEntry, ForceNoiseEntry, LocationEntry, Verdict,
+    ControlEntry, Diagnosis, EffectEntry, ExperimentEntry, ForceNoiseEntry, LocationEntry, Verdict,
 };
 use rlg_findings::sentences::{DEG_H, effect_lines, opening};
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
@@ -22,6 +22,12 @@ pub(super) struct Recorder {
     pub(super) control: Control,
 }
 
+/// The next experiment in words and in figures.
+fn next(diagnosis: &Diagnosis) -> (String, Option<ExperimentEntry>) {
+    let entry = diagnosis.experiment.clone();
+    (diagnosis.next_experiment.clone(), entry)
+}
+
 /// Findings as they come together.
 pub(super) struct Answer {
     /// Of the rows as they were recorded.
@@ -33,7 +39,7 @@ pub(super) struct Answer {
     /// What acts slowly, the model with it and what would tell it apart, of the last rows that were looked at.
     slow: Vec<EffectEntry>,
     model: Model,
-    next_experiment: String,
+    next: (String, Option<ExperimentEntry>),
     /// Sentences on the Earth's rotation and the held-out rows.
     said: Vec<String>,
 }
@@ -60,7 +66,7 @@ impl Answer {
             lines,
             slow: std::mem::take(&mut first.slow),
             model: first.outcome.model.clone(),
-            next_experiment: first.outcome.diagnosis.next_experiment.clone(),
+            next: next(&first.outcome.diagnosis),
             said: [
                 vec![of_the_earth(&first)],
                 of_held_out(&first, clock.rate_hz),
@@ -77,7 +83,7 @@ impl Answer {
         self.slow.retain(is_of_noise);
         self.slow.splice(0..0, next.slow);
         self.model = next.outcome.model;
-        self.next_experiment = next.outcome.diagnosis.next_experiment;
+        self.next = self::next(&next.outcome.diagnosis);
     }
 
     /// Everything that was found, as entries, in words and in the model.
@@ -117,7 +123,7 @@ impl Answer {
         };
         effects.append(&mut diagnosis.effects);
         diagnosis.effects = effects;
-        diagnosis.next_experiment = self.next_experiment;
+        (diagnosis.next_experiment, diagnosis.experiment) = self.next;
         for (entry, terms) in diagnosis.noise.iter_mut().zip(terms) {
             entry.terms = terms;
         }

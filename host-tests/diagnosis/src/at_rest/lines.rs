@@ -20,7 +20,6 @@ use super::line::{Clock, Line, Origin, Phase, phase_rad};
 use super::line_words::is_known;
 use super::products::{products, shown_hz};
 use crate::lattice::Lattice;
-use crate::noise_levels::mean;
 use crate::plan::AnalysisPlan;
 
 /// Lines of all gyros.
@@ -42,7 +41,7 @@ pub(super) fn search(
     plan: &AnalysisPlan,
 ) -> Option<Lines> {
     let observations = Observations::bridged(seen)?;
-    let (transform, basis) = Transform::with_basis(observations, mean(levels));
+    let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(levels));
     let clock = Clock {
         rows: seen.len(),
         rate_hz,

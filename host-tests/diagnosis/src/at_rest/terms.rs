@@ -4,13 +4,13 @@ use std::f64::consts::{PI, TAU};
 
 use rlg_findings::result::{ForceNoiseEntry, ForceTermsEntry, LevelEntry, NoiseTermsEntry};
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::{NoiseBasis, NoiseEstimate, Observations};
+use rlg_inference::{NoiseBasis, NoiseEstimate, NoiseLevels, Observations};
 use rlg_signal::accelerometer_rows::Rows;
 use rlg_signal::streams::AXES;
 
 use super::steady;
 use crate::goodness::misfits;
-use crate::noise_levels::{first_levels, mean};
+use crate::noise_levels::first_levels;
 use crate::plan::AnalysisPlan;
 
 /// Converts levels of increments to N, Q, B, K, in the increments' unit \[u\]: u/√s, u, u/s, u/s/√s.
@@ -63,7 +63,7 @@ pub(super) fn of_gyro(
 pub(super) fn of_accelerometers(rows: &Rows, plan: &AnalysisPlan) -> Option<Vec<ForceNoiseEntry>> {
     let observations = Observations::bridged(&rows.usable)?.to_fast_length();
     let sensed_m_s = steady::without_lines(&rows.sensed_m_s, &observations);
-    let known = mean(&first_levels(&sensed_m_s, &observations));
+    let known = NoiseLevels::mean(&first_levels(&sensed_m_s, &observations));
     let (transform, basis) = Transform::with_basis(observations, known);
     let of_axis = |axis: usize| {
         let spectrum = transform.spectrum(&sensed_m_s[axis]);

@@ -5,7 +5,7 @@ use rlg_catalogue::entries::STEP;
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::likelihood::behind;
-use rlg_inference::search::DriftPrior;
+use rlg_inference::search::{DriftPrior, Judged};
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 use rlg_signal::partition::Use;
 
@@ -18,7 +18,7 @@ use crate::confirm::{
 };
 use crate::data::Data;
 use crate::goodness::Misfit;
-use crate::noise_levels::{drift_prior, mean};
+use crate::noise_levels::drift_prior;
 use crate::plan::AnalysisPlan;
 use crate::reenact::{Named, Reenactment, Stage, repeat, squared_size};
 use crate::search::Found;
@@ -53,7 +53,7 @@ pub(crate) fn shares_of(together: &mut Together) -> Vec<Found> {
         candidates: in_recording(&together.shared, recording),
         pool: pass.pool,
         fit: with_noise_of(&together.fit, recording),
-        judged: together.judged.clone(),
+        judged: judged_in(&together.judged, recording),
         spanned_by: together.spanned_by.clone(),
         reached_by: together.reached_by.clone(),
         without: together.without.clone(),
@@ -64,6 +64,18 @@ pub(crate) fn shares_of(together: &mut Together) -> Vec<Found> {
         equations: pass.equations,
     };
     passes.into_iter().enumerate().map(of_pass).collect()
+}
+
+/// What was judged of all, with the drift of one recording's gyros.
+fn judged_in(judged: &[Judged], recording: usize) -> Vec<Judged> {
+    let of_one = |one: &Judged| {
+        let mut all = one.drift_levels.chunks(RECORDS);
+        Judged {
+            drift_levels: all.nth(recording).unwrap_or_default().to_vec(),
+            ..one.clone()
+        }
+    };
+    judged.iter().map(of_one).collect()
 }
 
 pub(crate) fn in_recording(shared: &[Shared], recording: usize) -> Vec<Candidate> {
@@ -280,7 +292,7 @@ fn refit(
             columns: &pool.columns,
             signals: &own.motion.signals,
         };
-        let levels = mean(&own.fit.levels);
+        let levels = NoiseLevels::mean(&own.fit.levels);
         let equations = NormalEquations::new(observations, &own.residual_rad, &columns, levels);
         parts.push((equations, candidates));
     }

@@ -3,8 +3,8 @@
 use std::collections::BTreeSet;
 
 use rlg_findings::result::{
-    ChannelEntry, Diagnosis, EffectEntry, FiguresEntry, FitEntry, LocationEntry, NoiseEntry,
-    ParameterEntry, RecordingEntry, Verdict, WholeEntry,
+    ChannelEntry, Diagnosis, EffectEntry, ExperimentEntry, FiguresEntry, FitEntry, LocationEntry,
+    NoiseEntry, ParameterEntry, RecordingEntry, Verdict, WholeEntry,
 };
 use rlg_findings::sentences::opening;
 use rlg_findings::updated_model::switch_on;
@@ -308,6 +308,7 @@ fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> (Diagnosis,
         fit,
         not_excluded: unseen_by_all(&diagnoses),
         next_experiment: next_experiment(each),
+        experiment: experiment(each),
         noise: (0..3).map(noise).collect(),
         trials: tried,
         ..diagnoses[0].clone()
@@ -344,13 +345,18 @@ fn unseen_by_all(diagnoses: &[&Diagnosis]) -> Vec<String> {
     lines.filter(nobody).cloned().collect()
 }
 
-/// That of the first that names something.
+/// The one whose next experiment is that of all: the first that names something.
+fn leading(each: &[OfRecording]) -> Option<&Diagnosis> {
+    let naming = each.iter().find(|one| one.named > 0);
+    naming.or(each.first()).map(|one| &one.outcome.diagnosis)
+}
+
 fn next_experiment(each: &[OfRecording]) -> String {
-    let experiments = each.iter().filter(|one| one.named > 0);
-    let experiment = experiments.chain(each).next();
-    experiment.map_or_else(String::new, |one| {
-        one.outcome.diagnosis.next_experiment.clone()
-    })
+    leading(each).map_or_else(String::new, |one| one.next_experiment.clone())
+}
+
+fn experiment(each: &[OfRecording]) -> Option<ExperimentEntry> {
+    leading(each).and_then(|one| one.experiment.clone())
 }
 
 /// One diagnosis of all.
@@ -414,6 +420,7 @@ fn joined(
         },
         not_excluded: unseen_by_all(&diagnoses),
         next_experiment: next_experiment(each),
+        experiment: experiment(each),
         noise: (0..3).map(|axis| noise(&diagnoses, axis)).collect(),
         trials: tried,
         ..diagnoses[0].clone()

@@ -14,7 +14,7 @@ use rlg_signal::streams::{Triad, add};
 
 use super::search::Side;
 use crate::confirm::columns_of;
-use crate::noise_levels::{first_levels, mean};
+use crate::noise_levels::first_levels;
 use crate::pass::sizes_on;
 use crate::plan::AnalysisPlan;
 use crate::search::is_seen;
@@ -78,8 +78,12 @@ impl Sums {
             columns: &summed.columns,
             places: (0..summed.columns.len()).collect(),
         };
-        let equations =
-            NormalEquations::new(observations, &summed.residual_rad, &all, mean(&levels));
+        let equations = NormalEquations::new(
+            observations,
+            &summed.residual_rad,
+            &all,
+            NoiseLevels::mean(&levels),
+        );
         summed
             .candidates
             .retain(|one| is_seen(&one.hypothesis, &equations));
@@ -149,7 +153,12 @@ impl Sums {
         };
         let observations = Observations::bridged(&self.summed.seen)?;
         let residual_rad = &self.summed.residual_rad;
-        let equations = NormalEquations::new(observations, residual_rad, &columns, mean(levels));
+        let equations = NormalEquations::new(
+            observations,
+            residual_rad,
+            &columns,
+            NoiseLevels::mean(levels),
+        );
         Some((equations, adopted))
     }
 

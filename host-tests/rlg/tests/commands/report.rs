@@ -441,7 +441,7 @@ pub(super) fn explained() -> Diagnosis {
         },
         not_excluded: vec!["gyro_bias_temperature: no temperature channels".to_string()],
         registration: Vec::new(),
-        promises: Vec::new(),
+        experiment: None,
         next_experiment: "Spin about one axis while oscillating about a second.".to_string(),
         noise: vec![NoiseEntry {
             channel: "gyro_x".to_string(),

@@ -4,7 +4,7 @@
 //! put into a table of its own, and the row reference taken away. No Earth rotation: the simulator's attitude is over
 //! the ground.
 
-use super::support::{WITHIN, concealed, kinds, names_nothing, sizes_are};
+use super::support::{WITHIN, concealed, kinds, moves, names_nothing, sizes_are};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
@@ -463,37 +463,20 @@ fn promised_spins_separate(cases: &[Confused]) {
                 [14e-8; 3]
             },
         );
-        let promise = diagnosis
-            .promises
-            .iter()
+        let proposed = diagnosis.experiment.as_ref();
+        let proposed = proposed.unwrap_or_else(|| panic!("{}", diagnosis.next_experiment));
+        let mut separations = proposed.separations.iter();
+        let promise = separations
             .find(|promise| promise.truth == kind && promise.rival == rival)
             .unwrap_or_else(|| panic!("no promise: {}", diagnosis.next_experiment));
         assert!(diagnosis.next_experiment.contains("pin-synchronous"));
-        assert!(promise.separation_sigma > 5.0, "{promise:?}");
-        eprintln!("{kind}: promised {:.1} σ", promise.separation_sigma);
+        assert!(promise.promised_sigma > 5.0, "{promise:?}");
+        eprintln!("{kind}: promised {:.1} σ", promise.promised_sigma);
 
-        let mut spins = still(2.0);
-        let axes = ["x", "y", "z"];
-        for axis in 0..3 {
-            for across in [(axis + 1) % 3, (axis + 2) % 3] {
-                for sense in [1.0, -1.0] {
-                    for phase in [0.0, std::f64::consts::FRAC_PI_2] {
-                        spins += &format!(
-                            "[[motion]]\nkind = \"spin_synchronous\"\naxis = \"{}\"\nrate_rad_s = {:.12}\n\
-                             oscillation_axis = \"{}\"\noscillation_angle_rad = {}\n\
-                             oscillation_phase_rad = {phase:.12}\nramp_s = 1.0\nduration_s = {:.1}\n",
-                            axes[axis],
-                            sense * promise.spin_rad_s,
-                            axes[across],
-                            promise.oscillation_rad,
-                            promise.move_s
-                        );
-                    }
-                }
-            }
-        }
+        let spins = still(2.0) + &moves(proposed);
         let simulation = made(&format!("{}{spins}{effect}", instrument(SPINS_HZ)), 8);
-        let every = (SPINS_HZ * promise.attitude_every_s).round() as usize;
+        let every_s = proposed.attitude_every_s.expect("attitudes");
+        let every = (SPINS_HZ * every_s).round() as usize;
         let diagnosis = told(&slow(&simulation, every, 0), &simulation);
         // An elastic rate about a gyro's own axis is a filter of that gyro: one class (contract).
         assert_eq!(kinds(&diagnosis).len(), 1, "{:#?}", diagnosis.summary);
@@ -512,7 +495,7 @@ fn promised_spins_separate(cases: &[Confused]) {
             .map_or_else(|| panic!("no runner-up {rival}"), |one| one.behind);
         eprintln!("{kind}: kept {:.1} σ", (2.0 * behind).sqrt());
         assert!(
-            (2.0 * behind).sqrt() > 0.5 * promise.separation_sigma,
+            (2.0 * behind).sqrt() > 0.5 * promise.promised_sigma,
             "{behind} {promise:?}"
         );
     }

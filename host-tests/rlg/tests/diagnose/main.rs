@@ -16,6 +16,7 @@ mod hidden;
 mod independence;
 mod long;
 mod modes;
+mod next_experiment;
 mod one_likelihood;
 mod outside;
 mod positions;

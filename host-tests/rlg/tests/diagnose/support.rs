@@ -2,7 +2,9 @@
 
 use std::fmt::Display;
 
-use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
+use rlg::diagnose::result::{
+    Diagnosis, EffectEntry, ExperimentEntry, MoveEntry, ParameterEntry, Verdict,
+};
 
 /// Each number within this many of its standard deviations. A file holds some forty to a hundred: one in three hundred is
 /// further than three by chance, one in fifteen thousand further than four.
@@ -90,4 +92,35 @@ pub fn sizes_are(effect: &EffectEntry, truth: &[(&str, f64)]) {
         .map(|(name, ..)| (name, 0.0))
         .collect();
     holds(effect, &others);
+}
+
+/// The moves of a proposed experiment as a scenario has them, as often as it says.
+pub fn moves(experiment: &ExperimentEntry) -> String {
+    let one = |one: &MoveEntry| {
+        let turning = match one.kind {
+            "still" => String::new(),
+            "coning" => format!(
+                "axis = \"{}\"\nfrequency_hz = {:.12}\nangle_rad = {:.12}\nramp_s = {:.3}\n",
+                one.axis, one.frequency_hz, one.angle_rad, one.ramp_s
+            ),
+            _ => format!(
+                "axis = \"{}\"\nrate_rad_s = {:.12}\nramp_s = {:.3}\noscillation_axis = \"{}\"\n\
+                 oscillation_frequency_hz = {:.12}\noscillation_angle_rad = {:.12}\n\
+                 oscillation_phase_rad = {:.12}\n",
+                one.axis,
+                one.rate_rad_s,
+                one.ramp_s,
+                one.oscillation_axis,
+                one.frequency_hz,
+                one.angle_rad,
+                one.phase_rad
+            ),
+        };
+        format!(
+            "[[motion]]\nkind = \"{}\"\n{turning}duration_s = {:.3}\n",
+            one.kind, one.duration_s
+        )
+    };
+    let once: String = experiment.moves.iter().map(one).collect();
+    once.repeat(experiment.repeats as usize)
 }

@@ -1,4 +1,4 @@
-//! Computes the moves of a programme in closed form.
+//! Computes the moves of an experiment in closed form.
 //!
 //! From a move and the time since its beginning it gives the body rate \[rad/s\] and its derivative \[rad/s²\], body
 //! frame. A three-axis table makes the move by following these rates; what its gimbals do is its controller's business.
@@ -7,6 +7,9 @@
 //! third gyro meets Ω, and reversing Ω reverses it alone. Cone: rates in quadrature across an axis.
 
 use std::f64::consts::TAU;
+
+use rlg_signal::axes::Triad;
+use rlg_signal::derivatives::row_means;
 
 /// What a move does.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -136,4 +139,22 @@ impl Move {
             )
         })
     }
+}
+
+/// Increments of the case by row over moves that follow one another \[rad\].
+pub fn increments_rad(moves: &[Move], rate_hz: f64) -> Triad {
+    let mut rate_rad_s = Triad::default();
+    for one in moves {
+        let rows = (one.duration_s * rate_hz).round() as usize;
+        for row in 0..rows {
+            let (omega, _) = one.at((row as f64 + 0.5) / rate_hz);
+            for (axis, omega) in omega.into_iter().enumerate() {
+                rate_rad_s[axis].push(omega);
+            }
+        }
+    }
+    rate_rad_s.map(|at_middles| {
+        let means = row_means(&at_middles).into_iter();
+        means.map(|mean| mean / rate_hz).collect()
+    })
 }

@@ -1,0 +1,328 @@
+//! Experiments that a rate table or a bench can make, and what each would say of hypotheses.
+//!
+//! From moves and the noise of a row it gives the [`Information`] on hypotheses: the Cramér–Rao bound of that motion (Kay,
+//! *Estimation Theory*, 1993, ch. 3).
+//!
+//! # Assumptions
+//! The motion is known: its own noise stands in what is fitted and not in the columns.
+
+use std::f64::consts::{PI, TAU};
+
+use nalgebra::Matrix3;
+use rlg_inference::{Hypothesis, Information, NoiseLevels, NormalEquations, Observations};
+use rlg_signal::axes::Triad;
+
+use crate::candidates::PoolColumns;
+use crate::column::Sensed;
+use crate::moves::{Kind, Move, increments_rad};
+use crate::signals::{Inputs, Signals};
+
+/// Standard gravity \[m/s²\].
+const GRAVITY_M_S2: f64 = 9.806_65;
+
+/// Moves in a row, in words and for the columns.
+#[derive(Debug, Clone)]
+pub struct Experiment {
+    /// What is done, for people.
+    pub text: String,
+    /// The moves.
+    pub moves: Vec<Move>,
+    /// Rows a second that columns are made on: forty in a period of the fastest line.
+    pub rows_hz: f64,
+    /// Cycles of the temperature by [`WARMING_K`]; 0: it stays.
+    pub cycles: u32,
+}
+
+/// A cycle warms the blocks by this much \[K\].
+pub const WARMING_K: f64 = 20.0;
+
+/// One turn a second, which common rate tables reach \[rad/s\].
+pub const TURN_RAD_S: f64 = TAU;
+
+/// Oscillation at that frequency: 10° \[rad\].
+pub const OSCILLATION_RAD: f64 = 0.175;
+
+/// A move of most experiments, ramps included \[s\].
+const MOVE_S: f64 = 10.0;
+
+/// A ramp up to a turn a second takes 14 rad/s².
+const RAMP_S: f64 = 1.0;
+
+fn spin(
+    axis: usize,
+    rate_rad_s: f64,
+    across: usize,
+    (hz, angle_rad, phase_rad): (f64, f64, f64),
+) -> Move {
+    Move {
+        kind: Kind::Spin {
+            axis,
+            rate_rad_s,
+            across,
+            frequency_hz: hz,
+            angle_rad,
+            phase_rad,
+        },
+        duration_s: MOVE_S,
+        ramp_s: RAMP_S,
+    }
+}
+
+impl Experiment {
+    /// Experiments, the shortest first.
+    pub fn all() -> Vec<Self> {
+        vec![
+            Self::oscillations(),
+            Self::cones(),
+            Self::slews(),
+            Self::spins(),
+            Self::tumble(),
+            Self::warming(),
+        ]
+    }
+
+    /// Rest in six attitudes: gravity and the Earth's rotation along both senses of each axis.
+    fn tumble() -> Self {
+        const REST_S: f64 = 60.0;
+        let rest = Move {
+            kind: Kind::Still,
+            duration_s: REST_S,
+            ramp_s: 0.0,
+        };
+        // A turn by Ω (T − ramp) is a quarter of one.
+        let quarter = |axis: usize| Move {
+            duration_s: 0.5 * PI / (0.1 * TURN_RAD_S) + RAMP_S,
+            ..spin(axis, 0.1 * TURN_RAD_S, axis, (0.0, 0.0, 0.0))
+        };
+        // From z up: y, −z, −y up about x; then x and −x about z.
+        let turns = [vec![0], vec![0], vec![0], vec![2], vec![2, 2]];
+        let mut moves = vec![rest];
+        for turn in turns {
+            moves.extend(turn.into_iter().map(quarter));
+            moves.push(rest);
+        }
+        Self {
+            text: format!("six still attitudes of {REST_S:.0} s, each axis up and down once"),
+            moves,
+            rows_hz: 20.0,
+            cycles: 0,
+        }
+    }
+
+    /// Steady turns about each axis, both senses.
+    fn slews() -> Self {
+        let rates = [0.25, 0.5, 1.0].map(|share| share * TURN_RAD_S);
+        let mut moves = Vec::new();
+        for axis in 0..3 {
+            for rate in rates {
+                moves.extend([rate, -rate].map(|rate| spin(axis, rate, axis, (0.0, 0.0, 0.0))));
+            }
+        }
+        Self {
+            text: format!(
+                "slews about each axis at {:.2}, {:.2} and {:.2} rad/s, both senses, {} moves of {MOVE_S:.0} s",
+                rates[0],
+                rates[1],
+                rates[2],
+                moves.len()
+            ),
+            moves,
+            rows_hz: 20.0,
+            cycles: 0,
+        }
+    }
+
+    /// Oscillation about one axis at a time, at two frequencies.
+    fn oscillations() -> Self {
+        // Both at 1.1 rad/s and more: 7 and 49 rad/s².
+        let lines = [(1.0, OSCILLATION_RAD), (5.0, 0.05)];
+        let of_axis =
+            |axis: usize| lines.map(|(hz, angle)| spin(axis, 0.0, axis, (hz, angle, 0.0)));
+        let moves: Vec<Move> = (0..3).flat_map(of_axis).collect();
+        Self {
+            text: format!(
+                "oscillation about each axis by itself, {} rad at {} Hz and {} rad at {} Hz, {} moves of {MOVE_S:.0} s",
+                lines[0].1,
+                lines[0].0,
+                lines[1].1,
+                lines[1].0,
+                moves.len()
+            ),
+            moves,
+            rows_hz: 200.0,
+            cycles: 0,
+        }
+    }
+
+    /// Cones about each axis, both senses.
+    fn cones() -> Self {
+        // 25 rad/s² at 1.6 rad/s.
+        const CONE_HZ: f64 = 2.5;
+        const CONE_RAD: f64 = 0.1;
+        let cone = |axis: usize, sense: f64| Move {
+            kind: Kind::Coning {
+                axis,
+                frequency_hz: sense * CONE_HZ,
+                angle_rad: CONE_RAD,
+            },
+            duration_s: MOVE_S,
+            ramp_s: 2.0 * RAMP_S,
+        };
+        let moves: Vec<Move> = (0..3)
+            .flat_map(|axis| [1.0, -1.0].map(|sense| cone(axis, sense)))
+            .collect();
+        Self {
+            text: format!(
+                "coning about each axis, {CONE_RAD} rad at {CONE_HZ} Hz, both senses, {} moves of {MOVE_S:.0} s",
+                moves.len()
+            ),
+            moves,
+            rows_hz: 200.0,
+            cycles: 0,
+        }
+    }
+
+    /// Spin-synchronous oscillation of every pair of axes.
+    pub fn spins() -> Self {
+        let mut moves = Vec::new();
+        for axis in 0..3 {
+            for across in [(axis + 1) % 3, (axis + 2) % 3] {
+                for sense in [1.0, -1.0] {
+                    for phase_rad in [0.0, TAU / 4.0] {
+                        let line = (TURN_RAD_S / TAU, OSCILLATION_RAD, phase_rad);
+                        moves.push(spin(axis, sense * TURN_RAD_S, across, line));
+                    }
+                }
+            }
+        }
+        Self {
+            text: format!(
+                "spin-synchronous oscillation, {} moves of {MOVE_S:.0} s (spin {TURN_RAD_S:.2} rad/s about one axis in both senses, {OSCILLATION_RAD} rad at {:.2} Hz about another, phases 0 and 90\u{b0}, all six pairs)",
+                moves.len(),
+                TURN_RAD_S / TAU
+            ),
+            moves,
+            rows_hz: 100.0,
+            cycles: 0,
+        }
+    }
+
+    /// Temperature up and down at rest.
+    fn warming() -> Self {
+        const CYCLE_S: f64 = 3600.0;
+        const CYCLES: u32 = 2;
+        Self {
+            text: format!(
+                "{CYCLES} cycles of the temperature by {WARMING_K:.0} K at rest, {CYCLE_S:.0} s each"
+            ),
+            moves: vec![Move {
+                kind: Kind::Still,
+                duration_s: f64::from(CYCLES) * CYCLE_S,
+                ramp_s: 0.0,
+            }],
+            rows_hz: 1.0,
+            cycles: CYCLES,
+        }
+    }
+
+    /// Its length \[s\].
+    pub fn duration_s(&self) -> f64 {
+        self.moves.iter().map(|one| one.duration_s).sum()
+    }
+
+    /// What columns would be made of: gravity along z at the beginning.
+    ///
+    /// # Inputs
+    /// `scale_error`, `sensing_from_body`: of the model.
+    pub fn signals(&self, scale_error: [f64; 3], sensing_from_body: Matrix3<f64>) -> Signals {
+        let motion = (increments_rad(&self.moves, self.rows_hz), None);
+        let inputs = Inputs::default();
+        let mut signals =
+            Signals::of_known(motion, inputs, self.rows_hz, scale_error, sensing_from_body);
+        let force = |axis: usize| -> Vec<f64> {
+            let vertical = signals.space_vector(2, axis).into_iter();
+            vertical.map(|along| GRAVITY_M_S2 * along).collect()
+        };
+        signals.force_m_s2 = Some([0, 1, 2].map(force));
+        if self.cycles > 0 {
+            let rows = signals.rows as f64;
+            let warming: Vec<f64> = (0..signals.rows)
+                .map(|row| {
+                    let cycle = (f64::from(self.cycles) * (row as f64 + 0.5) / rows).fract();
+                    WARMING_K * (1.0 - (2.0 * cycle - 1.0).abs())
+                })
+                .collect();
+            let warming_k: Triad = [0, 1, 2].map(|_| warming.clone());
+            signals.warming_k = Some(warming_k);
+        }
+        signals
+    }
+}
+
+/// What rows that nobody has recorded yet would say of hypotheses; `None` where they are too few to transform.
+///
+/// # Inputs
+/// `columns`: of the set; `levels`: noise of each gyro by these rows.
+pub fn information(
+    signals: &Signals,
+    columns: &[Sensed],
+    set: &[&Hypothesis],
+    levels: &[NoiseLevels],
+) -> Option<Information> {
+    let rows = signals.rows;
+    let observations = Observations::bridged(&vec![true; rows])?.to_fast_length();
+    let nothing = [0, 1, 2].map(|_| vec![0.0; rows]);
+    let columns = PoolColumns { columns, signals };
+    let equations =
+        NormalEquations::new(observations, &nothing, &columns, NoiseLevels::mean(levels));
+    Some(Information::of(&equations, set, levels))
+}
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Matrix3;
+    use rlg_inference::{Hypothesis, NoiseLevels};
+
+    use super::{Experiment, GRAVITY_M_S2, information};
+    use crate::candidates::Pool;
+    use crate::entries;
+
+    #[test]
+    fn a_tumble_shows_gravity_along_both_senses_of_each_axis() {
+        let signals = Experiment::tumble().signals([0.0; 3], Matrix3::identity());
+        let force = signals.force_m_s2.as_ref().expect("gravity");
+        for axis in force {
+            let most = axis.iter().copied().fold(f64::MIN, f64::max);
+            let least = axis.iter().copied().fold(f64::MAX, f64::min);
+            assert!((most - GRAVITY_M_S2).abs() < 1e-3 && (least + GRAVITY_M_S2).abs() < 1e-3);
+        }
+    }
+
+    #[test]
+    fn no_experiment_asks_more_than_a_table_does() {
+        for one in Experiment::all() {
+            for one in &one.moves {
+                let (rate_rad_s, acceleration_rad_s2) = one.greatest();
+                assert!(rate_rad_s < 6.5 && acceleration_rad_s2 < 60.0, "{one:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn a_bias_at_rest_is_known_to_the_noise_over_the_root_of_time() {
+        let one = Experiment::tumble();
+        let signals = one.signals([0.0; 3], Matrix3::identity());
+        let mut pool = Pool::default();
+        let bias = pool.whole(entries::find("gyro_bias").expect("listed"), &signals);
+        let bias = Hypothesis::of_terms(1, bias[0].1.clone());
+        let white = 1e-12;
+        let levels = [NoiseLevels {
+            white,
+            ..NoiseLevels::default()
+        }; 3];
+        let known = information(&signals, &pool.columns, &[&bias], &levels).expect("rows");
+        // n rows of variance N² each hold b T: 1/σ² = n T²/N².
+        let expected = signals.rows as f64 / (one.rows_hz * one.rows_hz * white);
+        assert!((known.fisher[(0, 0)] / expected - 1.0).abs() < 0.01);
+    }
+}

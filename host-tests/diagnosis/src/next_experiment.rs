@@ -1,0 +1,492 @@
+//! What to do next: the experiment that tells apart what this recording confuses, or else knows the numbers of what was
+//! found best, with the figure that it promises.
+//!
+//! What was found, its rivals and everyday errors → what this recording says of them → what it and each of the catalogue's
+//! experiments would say together, under this recording's noise → the one that decides most, the least trouble first.
+
+use std::ops::Range;
+
+use nalgebra::Matrix3;
+use rlg_catalogue::candidates::PoolColumns;
+use rlg_catalogue::entries;
+use rlg_catalogue::experiment::{Experiment, information};
+use rlg_catalogue::{Pool, Signals};
+use rlg_findings::result::{ExperimentEntry, PrecisionEntry, SeparationEntry};
+use rlg_inference::{Fit, Hypothesis, Information, NoiseLevels, NormalEquations, Term};
+use rlg_signal::partition::Use;
+
+use super::confirm::Confirmed;
+use super::data::Data;
+use super::entries_of_findings::DRIFT;
+use super::experiment_words::{in_words, move_entry};
+use super::finding::{Finding, card, unit_of};
+use super::plan::AnalysisPlan;
+use super::search::Found;
+
+/// Errors of any gyro, free beside what is told apart.
+const PLAIN: [&str; 3] = ["gyro_bias", "gyro_scale", "installation"];
+
+/// An hour at the table \[s\]: an experiment is repeated no longer.
+const MOST_S: f64 = 3600.0;
+
+/// Standard deviations of a log ratio that chance may take of it.
+const CHANCE: f64 = 2.0;
+
+/// An experiment that knows numbers better is one that halves their standard deviations at least.
+const WORTHWHILE: f64 = 0.5;
+
+/// What to do next.
+pub(crate) struct Next {
+    /// In words.
+    pub(crate) sentence: String,
+    /// In figures, where a motion or temperature does it.
+    pub(crate) entry: Option<ExperimentEntry>,
+}
+
+impl Next {
+    /// What the catalogue says of a kind.
+    fn of_card(kind: &str) -> Self {
+        Self {
+            sentence: card(kind).experiment.to_string(),
+            entry: None,
+        }
+    }
+}
+
+/// Separation \[σ\] from which on a rival falls behind by more than `within` in log posterior, chance counted: the log ratio is
+/// half its square, with itself as standard deviation.
+pub fn deciding_sigma(within: f64) -> f64 {
+    CHANCE + (CHANCE * CHANCE + 2.0 * within).sqrt()
+}
+
+/// The next experiment: of the first finding that the recording confuses with something, else of the first.
+pub(crate) fn next_experiment(
+    (data, found): (&Data, &Found),
+    confirmed: &Confirmed,
+    findings: &[Finding],
+    plan: &AnalysisPlan,
+) -> Next {
+    let is_confused = |one: &Finding| !one.alike.is_empty() || one.or_drift;
+    let place = findings.iter().position(is_confused).unwrap_or(0);
+    let Some(one) = findings.get(place) else {
+        return Next {
+            sentence: "None needed for this recording; a motion that excites what is not excluded would show more.".to_string(),
+            entry: None,
+        };
+    };
+    let kind = one.candidate.kind;
+    let of = (found, confirmed, place);
+    let next = Question::new(data, of, one).and_then(|question| {
+        if is_confused(one) {
+            question.separated(plan)
+        } else {
+            question.known_better()
+        }
+    });
+    next.unwrap_or_else(|| Next::of_card(kind))
+}
+
+/// What a hypothesis is to the question.
+#[derive(Clone, Copy, PartialEq)]
+enum Role {
+    /// What was found.
+    Own,
+    /// What may stand in its place.
+    Rival,
+    /// What was found besides.
+    Other,
+    /// An everyday error.
+    Plain,
+    /// Where a drift begins.
+    Level,
+}
+
+/// A hypothesis of the question.
+struct Asked {
+    kind: &'static str,
+    role: Role,
+    hypothesis: Hypothesis,
+    /// Places of its parameters in the information.
+    block: Range<usize>,
+}
+
+/// What was found with all that may stand in its place.
+struct Question<'a> {
+    one: &'a Finding<'a>,
+    fit: &'a Fit,
+    pool: Pool,
+    asked: Vec<Asked>,
+    /// Noise with the drift that comes nearest to it.
+    drift_levels: &'a [NoiseLevels],
+    /// Rows a second and length of this recording.
+    rows: (f64, f64),
+    /// Scale error and installation of the model.
+    gyros: ([f64; 3], Matrix3<f64>),
+    /// What this recording says, everyday errors set aside.
+    here: Information,
+}
+
+/// An experiment with what it says when it is made once.
+struct Said {
+    experiment: Experiment,
+    information: Information,
+    /// The same where gyros drift.
+    of_drift: Option<Information>,
+}
+
+impl Said {
+    fn most_repeats(&self) -> u32 {
+        (MOST_S / self.experiment.duration_s()).max(1.0) as u32
+    }
+}
+
+/// Kinds and how far they come apart in an experiment.
+struct Apart {
+    truth: &'static str,
+    rival: &'static str,
+    here_sigma: Option<f64>,
+    promised_sigma: f64,
+}
+
+impl<'a> Question<'a> {
+    fn new(
+        data: &Data,
+        (found, confirmed, place): (&'a Found, &'a Confirmed, usize),
+        one: &'a Finding<'a>,
+    ) -> Option<Self> {
+        let fit = &confirmed.last.fit;
+        let signals = &found.motion.signals;
+        let member = confirmed.named[place];
+        let mut pool = Pool::default();
+        let mut asked: Vec<Asked> = Vec::new();
+        let mut ask = |kind, role, hypothesis: Hypothesis| {
+            let first = asked.last().map_or(0, |one: &Asked| one.block.end);
+            let block = first..first + hypothesis.parameters;
+            asked.push(Asked {
+                kind,
+                role,
+                hypothesis,
+                block,
+            });
+        };
+        let own = pool.adopt(one.candidate, &found.pool.columns);
+        ask(
+            own.kind,
+            Role::Own,
+            own.hypothesis.with_fixed_as_parameter(),
+        );
+        let mut kinds = vec![own.kind];
+        for &other in fit
+            .members
+            .iter()
+            .filter(|other| **other != fit.members[place])
+        {
+            let mut other = pool.adopt(&found.candidates[other], &found.pool.columns);
+            other.hypothesis.fixed.clear();
+            kinds.push(other.kind);
+            ask(other.kind, Role::Other, other.hypothesis);
+        }
+        let judged = &found.judged[member];
+        let nearest = judged.rivals.iter().map(|(rival, _)| *rival);
+        let all = nearest
+            .chain(found.spanned_by[member].iter().copied())
+            .chain([judged.hypothesis]);
+        for rival in all {
+            let rival = &found.candidates[rival];
+            if !kinds.contains(&rival.kind) {
+                kinds.push(rival.kind);
+                let rival = pool.adopt(rival, &found.pool.columns);
+                let whole = rival.hypothesis.with_fixed_as_parameter();
+                ask(rival.kind, Role::Rival, whole);
+            }
+        }
+        for kind in PLAIN.into_iter().filter(|kind| !kinds.contains(kind)) {
+            ask(kind, Role::Plain, everyday(&mut pool, kind, signals)?);
+        }
+        let level = everyday(&mut pool, "gyro_bias", signals)?;
+        ask(DRIFT, Role::Level, level);
+        let mut here = of_recording(data, found, (&pool, &asked), &fit.levels)?;
+        // Everyday errors are those of the experiment: here the search has weighed them.
+        let is_new = |one: &&Asked| matches!(one.role, Role::Plain | Role::Level);
+        for place in asked
+            .iter()
+            .filter(is_new)
+            .flat_map(|one| one.block.clone())
+        {
+            here.fisher.row_mut(place).fill(0.0);
+            here.fisher.column_mut(place).fill(0.0);
+        }
+        Some(Self {
+            one,
+            fit,
+            pool,
+            asked,
+            drift_levels: &judged.drift_levels,
+            rows: (data.streams.rate_hz, data.streams.span_s()),
+            gyros: (data.model.gyro.scale_error, data.sensing_from_body),
+            here,
+        })
+    }
+
+    /// What each experiment would say; `None` of one too short to transform.
+    fn said(&self, experiment: Experiment) -> Option<Said> {
+        let (scale_error, sensing_from_body) = self.gyros;
+        let signals = experiment.signals(scale_error, sensing_from_body);
+        let set: Vec<&Hypothesis> = self.asked.iter().map(|one| &one.hypothesis).collect();
+        let rows = (experiment.rows_hz, experiment.duration_s());
+        let under = |levels: &[NoiseLevels]| {
+            let levels: Vec<NoiseLevels> = levels
+                .iter()
+                .map(|levels| levels.of_other_rows(self.rows, rows))
+                .collect();
+            information(&signals, &self.pool.columns, &set, &levels)
+        };
+        let drifts = self.one.or_drift && self.drift_levels.len() == self.fit.levels.len();
+        Some(Said {
+            information: under(&self.fit.levels)?,
+            of_drift: drifts.then(|| under(self.drift_levels)).flatten(),
+            experiment,
+        })
+    }
+
+    /// Places of what was found first, then of its rivals.
+    fn own(&self) -> &Asked {
+        &self.asked[0]
+    }
+
+    fn rivals(&self) -> impl Iterator<Item = &Asked> {
+        self.asked.iter().filter(|one| one.role == Role::Rival)
+    }
+
+    /// Parameters with the standard deviation of their prior.
+    fn free<'b>(&self, those: impl Iterator<Item = &'b Asked>) -> Vec<(usize, f64)> {
+        let of = |one: &'b Asked| {
+            let bound = |k: usize| one.hypothesis.bound(k).std;
+            let places = one.block.clone().enumerate();
+            places.map(move |(k, place)| (place, bound(k)))
+        };
+        those.flat_map(of).collect()
+    }
+
+    /// What is free beside what is told apart.
+    fn beside(&self) -> impl Iterator<Item = &Asked> {
+        let is_free = |one: &&Asked| matches!(one.role, Role::Other | Role::Plain);
+        self.asked.iter().filter(is_free)
+    }
+
+    /// This recording and an experiment that is made `repeats` times.
+    fn together(&self, experiment: &Information, repeats: u32) -> Information {
+        let mut all = self.here.clone();
+        all.fisher += &experiment.fisher * f64::from(repeats);
+        all
+    }
+
+    /// The numbers of what was found, and 1 for what it does without any.
+    fn values(&self) -> Vec<f64> {
+        let own = self.own().block.len();
+        let mut values: Vec<f64> = self.fit.estimate.as_slice()[self.one.block.clone()].to_vec();
+        values.resize(own, 1.0);
+        values
+    }
+
+    /// The numbers that a rival has in the place of what was found.
+    fn values_of(&self, rival: &Asked) -> Vec<f64> {
+        let free = self.free([rival].into_iter().chain(self.beside()));
+        let own = self.own().block.clone();
+        let mut values = self.here.stand_in(own, &self.values(), &free);
+        values.truncate(rival.block.len());
+        values
+    }
+
+    /// Every pair of kinds, either of them taken for true, where an experiment is made `repeats` times.
+    fn apart(&self, said: &Said, repeats: u32) -> Vec<Apart> {
+        let own = self.own();
+        let together = self.together(&said.information, repeats);
+        let pair = |truth: &Asked, values: &[f64], rival: &Asked| {
+            let free = self.free([rival].into_iter().chain(self.beside()));
+            let sigma = |known: &Information| known.separation(truth.block.clone(), values, &free);
+            Apart {
+                truth: truth.kind,
+                rival: rival.kind,
+                here_sigma: Some(sigma(&self.here)),
+                promised_sigma: sigma(&together),
+            }
+        };
+        let values = self.values();
+        let mut all: Vec<Apart> = Vec::new();
+        for rival in self.rivals() {
+            all.push(pair(own, &values, rival));
+            all.push(pair(rival, &self.values_of(rival), own));
+        }
+        if let Some(of_drift) = &said.of_drift {
+            let level = self.asked.iter().filter(|one| one.role == Role::Level);
+            let free = self.free(self.beside().chain(level));
+            let once = of_drift.separation(own.block.clone(), &values, &free);
+            all.push(Apart {
+                truth: own.kind,
+                rival: DRIFT,
+                here_sigma: None,
+                promised_sigma: once * f64::from(repeats).sqrt(),
+            });
+        }
+        all
+    }
+
+    /// Rivals that an experiment made `repeats` times tells apart whichever is true, and the others.
+    fn told(&self, apart: &[Apart], needed: f64) -> (Vec<&'static str>, Vec<&'static str>) {
+        let own = self.own().kind;
+        let other = |one: &Apart| {
+            if one.truth == own {
+                one.rival
+            } else {
+                one.truth
+            }
+        };
+        let mut rivals: Vec<&'static str> = apart.iter().map(other).collect();
+        rivals.dedup();
+        rivals.into_iter().partition(|rival| {
+            let mut pairs = apart.iter().filter(|one| other(one) == *rival);
+            pairs.all(|one| one.promised_sigma >= needed)
+        })
+    }
+
+    /// The experiment that tells what was found from most rivals, repeated least.
+    fn separated(&self, plan: &AnalysisPlan) -> Option<Next> {
+        let needed = deciding_sigma(plan.class_within);
+        let mut best: Option<(usize, u32, Said)> = None;
+        for experiment in Experiment::all() {
+            let Some(said) = self.said(experiment) else {
+                continue;
+            };
+            let count = |repeats: u32| self.told(&self.apart(&said, repeats), needed).0.len();
+            let most = said.most_repeats();
+            let at_most = count(most);
+            let doubled = (0..u32::BITS).map(|k| 1_u32 << k);
+            let mut doubled = doubled.take_while(|repeats| *repeats < most);
+            let repeats = doubled
+                .find(|repeats| count(*repeats) == at_most)
+                .unwrap_or(most);
+            let is_better = match &best {
+                None => at_most > 0,
+                Some((told, least, _)) => at_most > *told || at_most == *told && repeats < *least,
+            };
+            if is_better {
+                best = Some((at_most, repeats, said));
+            }
+        }
+        let (_, repeats, said) = best?;
+        let apart = self.apart(&said, repeats);
+        let (told, open) = self.told(&apart, needed);
+        let separations = apart
+            .into_iter()
+            .filter(|one| told.contains(&one.truth) || told.contains(&one.rival))
+            .map(|one| SeparationEntry {
+                truth: one.truth.to_string(),
+                rival: one.rival.to_string(),
+                here_sigma: one.here_sigma,
+                promised_sigma: one.promised_sigma,
+            });
+        let entry = self.entry(&said, repeats, separations.collect());
+        Some(Next {
+            sentence: in_words(self.own().kind, &entry, &open),
+            entry: Some(entry),
+        })
+    }
+
+    /// The experiment that knows the numbers of what was found best; `None` where none does so much better.
+    fn known_better(&self) -> Option<Next> {
+        let here = self.deviations(&self.here);
+        let worst = |said: &Said| {
+            let there = self.deviations(&self.together(&said.information, 1));
+            let ratios = here.iter().zip(&there).map(|(here, there)| there / here);
+            ratios.fold(0.0, f64::max)
+        };
+        let all = Experiment::all().into_iter();
+        let said = all.filter_map(|experiment| self.said(experiment));
+        let rated = said.map(|said| (worst(&said), said));
+        let (ratio, said) = rated.min_by(|a, b| a.0.total_cmp(&b.0))?;
+        if ratio.is_nan() || ratio > WORTHWHILE {
+            return None;
+        }
+        let entry = self.entry(&said, 1, Vec::new());
+        Some(Next {
+            sentence: in_words(self.own().kind, &entry, &[]),
+            entry: Some(entry),
+        })
+    }
+
+    /// Standard deviations of the numbers of what was found.
+    fn deviations(&self, information: &Information) -> Vec<f64> {
+        let own = self.free([self.own()].into_iter());
+        let free = self.free(self.beside());
+        information.deviations(&own[..self.one.candidate.names.len()], &free)
+    }
+
+    fn entry(
+        &self,
+        said: &Said,
+        repeats: u32,
+        separations: Vec<SeparationEntry>,
+    ) -> ExperimentEntry {
+        let one = self.one.candidate;
+        let here = self.deviations(&self.here);
+        let there = self.deviations(&self.together(&said.information, repeats));
+        let precision = |k: usize| {
+            let value = one.base[k] + self.fit.estimate[self.one.block.start + k];
+            let by = entries::value_of(one.kind, value).1;
+            PrecisionEntry {
+                name: one.names[k].clone(),
+                here_std: here[k] * by,
+                promised_std: there[k] * by,
+                unit: unit_of(one.kind, &one.names[k]).to_string(),
+            }
+        };
+        ExperimentEntry {
+            programme: said.experiment.text.clone(),
+            moves: said.experiment.moves.iter().map(move_entry).collect(),
+            repeats,
+            attitude_every_s: None,
+            separations,
+            precisions: (0..one.names.len())
+                .map(precision)
+                .filter(|one| one.promised_std.is_finite() && one.here_std.is_finite())
+                .collect(),
+        }
+    }
+}
+
+/// All parameters of an everyday error.
+fn everyday(pool: &mut Pool, kind: &str, signals: &Signals) -> Option<Hypothesis> {
+    let entry = entries::find(kind)?;
+    let whole = pool.whole(entry, signals);
+    let count = whole.len();
+    let terms = whole
+        .into_iter()
+        .enumerate()
+        .flat_map(|(parameter, (_, terms))| {
+            let own = move |term: Term| Term { parameter, ..term };
+            terms.into_iter().map(own)
+        });
+    let mut hypothesis = Hypothesis::of_terms(count, terms.collect());
+    hypothesis.bounds = vec![entry.size.bound(); count];
+    Some(hypothesis)
+}
+
+/// What this recording says; `None` where too few rows can be fitted.
+fn of_recording(
+    data: &Data,
+    found: &Found,
+    (pool, asked): (&Pool, &[Asked]),
+    levels: &[NoiseLevels],
+) -> Option<Information> {
+    let rows = data.rows_of(&[Use::Train, Use::Confirm]);
+    let observations = data.observed(&rows)?.to_fast_length();
+    let columns = PoolColumns {
+        columns: &pool.columns,
+        signals: &found.motion.signals,
+    };
+    let mean = NoiseLevels::mean(levels);
+    let equations = NormalEquations::new(observations, &found.residual_rad, &columns, mean);
+    let set: Vec<&Hypothesis> = asked.iter().map(|one| &one.hypothesis).collect();
+    Some(Information::of(&equations, &set, levels))
+}
