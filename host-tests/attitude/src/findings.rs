@@ -126,7 +126,6 @@ fn meaning(kind: &str, numbers: &Numbers) -> String {
 fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
     let card = card(one.kind);
     let count = numbers.values.len();
-    let of = |a: usize, b: usize| numbers.covariance[(a, b)];
     let row = |a: usize| (0..count).map(|b| numbers.covariance[(a, b)]).collect();
     let mut parameters = numbers.parameters();
     let mut covariance: Vec<Vec<f64>> = (0..count).map(row).collect();
@@ -152,7 +151,7 @@ fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
         equation: card.equation.to_string(),
         parameters,
         covariance,
-        identifiable: identifiable(&numbers.names, &numbers.values, &of),
+        identifiable: identifiable(&numbers.known(one.kind), &numbers.covariance),
         log_evidence_gain: one.gain,
         p_value: one.p_value,
         what_was_left_out: meaning(one.kind, numbers),

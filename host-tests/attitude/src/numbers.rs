@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3};
 use rlg_catalogue::entries::{self, Card, STEP};
+use rlg_findings::combinations::Number;
 use rlg_findings::result::ParameterEntry;
 use rlg_signal::axes::AXES;
 
@@ -32,6 +33,18 @@ impl Numbers {
                 value: *value,
                 std: self.std(k),
                 unit: self.unit.to_string(),
+            })
+            .collect()
+    }
+
+    /// With what was known of each before, as numbers of a kind.
+    pub(crate) fn known(&self, kind: &str) -> Vec<Number> {
+        let prior_std = entries::find(kind).map_or(f64::INFINITY, |entry| entry.size.largest);
+        let numbers = self.names.iter().zip(&self.values);
+        numbers
+            .map(|(name, value)| Number {
+                prior_std,
+                ..Number::free(name, *value)
             })
             .collect()
     }

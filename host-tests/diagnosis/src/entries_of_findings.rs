@@ -6,7 +6,7 @@ use rlg_catalogue::Signals;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::STEP;
 use rlg_catalogue::signals::AXES;
-use rlg_findings::combinations::identifiable;
+use rlg_findings::combinations::{Number as Known, identifiable};
 use rlg_findings::result::{EffectEntry, EvidenceEntry, Identifiable, ParameterEntry};
 use rlg_inference::Fit;
 use rlg_model::{EffectValue, ModelEffect};
@@ -138,9 +138,12 @@ fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
 
 fn fixed(one: &Finding, fit: &Fit) -> Vec<Identifiable> {
     let (numbers, covariance) = numbers(one, fit);
-    let names: Vec<String> = numbers.iter().map(|number| number.name.clone()).collect();
-    let values: Vec<f64> = numbers.iter().map(|number| number.value).collect();
-    identifiable(&names, &values, &|a, b| covariance[(a, b)])
+    let known = numbers.iter().map(|number| Known {
+        name: number.name.clone(),
+        value: number.value,
+        prior_std: number.prior_std,
+    });
+    identifiable(&known.collect::<Vec<_>>(), &covariance)
 }
 
 pub(crate) fn effect_of(

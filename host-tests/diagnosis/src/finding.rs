@@ -126,6 +126,8 @@ pub(crate) struct Number {
     pub(crate) name: String,
     pub(crate) value: f64,
     pub(crate) unit: &'static str,
+    /// Standard deviation of its prior.
+    pub(crate) prior_std: f64,
 }
 
 /// A sentence on the gyros of which a number is not told; empty where it is told of all.
@@ -181,6 +183,7 @@ pub(crate) fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     });
     let numbers = names.into_iter().map(|(name, k)| Number {
         value: stated(k).0,
+        prior_std: one.candidate.hypothesis.bound(k).std * stated(k).1,
         unit: unit_of(kind, &name),
         name,
     });

@@ -10,12 +10,12 @@ use nalgebra::Matrix3;
 use rlg_catalogue::candidates::PoolColumns;
 use rlg_catalogue::entries;
 use rlg_catalogue::experiment::{Experiment, information};
-use rlg_catalogue::{Pool, Signals};
+use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_findings::result::{ExperimentEntry, PrecisionEntry, SeparationEntry};
 use rlg_inference::{Fit, Hypothesis, Information, NoiseLevels, NormalEquations, Term};
 use rlg_signal::partition::Use;
 
-use super::confirm::Confirmed;
+use super::confirm::{Confirmed, gyro_of_event};
 use super::data::Data;
 use super::entries_of_findings::DRIFT;
 use super::experiment_words::{in_words, move_entry};
@@ -157,6 +157,11 @@ impl<'a> Question<'a> {
         let fit = &confirmed.last.fit;
         let signals = &found.motion.signals;
         let member = confirmed.named[place];
+        // What happened once does so on no table's command.
+        let happens_again = |one: &Candidate| gyro_of_event(one).is_none();
+        if !happens_again(one.candidate) {
+            return None;
+        }
         let mut pool = Pool::default();
         let mut asked: Vec<Asked> = Vec::new();
         let mut ask = |kind, role, hypothesis: Hypothesis| {
@@ -181,7 +186,11 @@ impl<'a> Question<'a> {
             .iter()
             .filter(|other| **other != fit.members[place])
         {
-            let mut other = pool.adopt(&found.candidates[other], &found.pool.columns);
+            let other = &found.candidates[other];
+            if !happens_again(other) {
+                continue;
+            }
+            let mut other = pool.adopt(other, &found.pool.columns);
             other.hypothesis.fixed.clear();
             kinds.push(other.kind);
             ask(other.kind, Role::Other, other.hypothesis);
@@ -193,7 +202,7 @@ impl<'a> Question<'a> {
             .chain([judged.hypothesis]);
         for rival in all {
             let rival = &found.candidates[rival];
-            if !kinds.contains(&rival.kind) {
+            if happens_again(rival) && !kinds.contains(&rival.kind) {
                 kinds.push(rival.kind);
                 let rival = pool.adopt(rival, &found.pool.columns);
                 let whole = rival.hypothesis.with_fixed_as_parameter();

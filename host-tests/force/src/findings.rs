@@ -10,7 +10,7 @@ use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_diagnosis::self_test::{Reach, Row, self_test_on, tell_also};
 use rlg_diagnosis::validate::{Validation, drift_chance, validate};
 use rlg_diagnosis::{Outcome, entries_of_rows};
-use rlg_findings::combinations::identifiable;
+use rlg_findings::combinations::{Number, identifiable};
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, EffectEntry, EvidenceEntry, ForceNoiseEntry, LocationEntry, ParameterEntry,
@@ -319,6 +319,12 @@ impl Diagnosed {
         let ratio = 2.0
             * (self.found.fit.log_likelihood - self.found.without[member].log_likelihood).max(0.0);
         let rank = self.found.fit.ranks[member].max(1) as f64;
+        let known = names.iter().zip(&values).enumerate();
+        let known = known.map(|(k, (name, value))| Number {
+            prior_std: one.hypothesis.bound(k).std,
+            ..Number::free(name, *value)
+        });
+        let known: Vec<Number> = known.collect();
         let tail = ChiSquared::new(rank).map_or(1.0, |law| law.sf(ratio));
         EffectEntry {
             kind: one.kind.to_string(),
@@ -327,7 +333,7 @@ impl Diagnosed {
             covariance: (0..values.len())
                 .map(|a| (0..values.len()).map(|b| covariance[(a, b)]).collect())
                 .collect(),
-            identifiable: identifiable(&names, &values, &|a, b| covariance[(a, b)]),
+            identifiable: identifiable(&known, &covariance),
             log_evidence_gain: judged.cost_without,
             p_value: (tail * one.hypothesis.price.exp().max(1.0)).min(1.0),
             what_was_left_out,

@@ -7,7 +7,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rlg_diagnosis::Outcome;
-use rlg_findings::combinations::identifiable;
+use rlg_findings::combinations::{Number, identifiable};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -320,8 +320,9 @@ fn write(
     entry.covariance = (0..count)
         .map(|a| (0..count).map(|b| covariance[(a, b)]).collect())
         .collect();
-    let sizes: Vec<f64> = values.iter().copied().collect();
-    entry.identifiable = identifiable(names, &sizes, &|a, b| covariance[(a, b)]);
+    let numbers = names.iter().zip(values);
+    let numbers = numbers.map(|(name, value)| Number::free(name, *value));
+    entry.identifiable = identifiable(&numbers.collect::<Vec<_>>(), covariance);
 }
 
 /// Names an entry after the side that the sum of both likelihoods prefers.
