@@ -155,65 +155,7 @@ impl<'a> Question<'a> {
         one: &'a Finding<'a>,
     ) -> Option<Self> {
         let fit = &confirmed.last.fit;
-        let signals = &found.motion.signals;
-        let member = confirmed.named[place];
-        // What happened once does so on no table's command.
-        let happens_again = |one: &Candidate| gyro_of_event(one).is_none();
-        if !happens_again(one.candidate) {
-            return None;
-        }
-        let mut pool = Pool::default();
-        let mut asked: Vec<Asked> = Vec::new();
-        let mut ask = |kind, role, hypothesis: Hypothesis| {
-            let first = asked.last().map_or(0, |one: &Asked| one.block.end);
-            let block = first..first + hypothesis.parameters;
-            asked.push(Asked {
-                kind,
-                role,
-                hypothesis,
-                block,
-            });
-        };
-        let own = pool.adopt(one.candidate, &found.pool.columns);
-        ask(
-            own.kind,
-            Role::Own,
-            own.hypothesis.with_fixed_as_parameter(),
-        );
-        let mut kinds = vec![own.kind];
-        for &other in fit
-            .members
-            .iter()
-            .filter(|other| **other != fit.members[place])
-        {
-            let other = &found.candidates[other];
-            if !happens_again(other) {
-                continue;
-            }
-            let mut other = pool.adopt(other, &found.pool.columns);
-            other.hypothesis.fixed.clear();
-            kinds.push(other.kind);
-            ask(other.kind, Role::Other, other.hypothesis);
-        }
-        let judged = &found.judged[member];
-        let nearest = judged.rivals.iter().map(|(rival, _)| *rival);
-        let all = nearest
-            .chain(found.spanned_by[member].iter().copied())
-            .chain([judged.hypothesis]);
-        for rival in all {
-            let rival = &found.candidates[rival];
-            if happens_again(rival) && !kinds.contains(&rival.kind) {
-                kinds.push(rival.kind);
-                let rival = pool.adopt(rival, &found.pool.columns);
-                let whole = rival.hypothesis.with_fixed_as_parameter();
-                ask(rival.kind, Role::Rival, whole);
-            }
-        }
-        for kind in PLAIN.into_iter().filter(|kind| !kinds.contains(kind)) {
-            ask(kind, Role::Plain, everyday(&mut pool, kind, signals)?);
-        }
-        let level = everyday(&mut pool, "gyro_bias", signals)?;
-        ask(DRIFT, Role::Level, level);
+        let (pool, asked) = asked((found, confirmed, place), one)?;
         let mut here = of_recording(data, found, (&pool, &asked), &fit.levels)?;
         // Everyday errors are those of the experiment: here the search has weighed them.
         let is_new = |one: &&Asked| matches!(one.role, Role::Plain | Role::Level);
@@ -230,7 +172,7 @@ impl<'a> Question<'a> {
             fit,
             pool,
             asked,
-            drift_levels: &judged.drift_levels,
+            drift_levels: &found.judged[confirmed.named[place]].drift_levels,
             rows: (data.streams.rate_hz, data.streams.span_s()),
             gyros: (data.model.gyro.scale_error, data.sensing_from_body),
             here,
@@ -462,6 +404,65 @@ impl<'a> Question<'a> {
                 .collect(),
         }
     }
+}
+
+/// What was found first, then what was found besides, its rivals, everyday errors and where a drift begins; `None` of what
+/// happened once, which it does on no table's command.
+fn asked(
+    (found, confirmed, place): (&Found, &Confirmed, usize),
+    one: &Finding,
+) -> Option<(Pool, Vec<Asked>)> {
+    let happens_again = |one: &Candidate| gyro_of_event(one).is_none();
+    if !happens_again(one.candidate) {
+        return None;
+    }
+    let mut pool = Pool::default();
+    let mut asked: Vec<Asked> = Vec::new();
+    let mut ask = |kind, role, hypothesis: Hypothesis| {
+        let first = asked.last().map_or(0, |one: &Asked| one.block.end);
+        let block = first..first + hypothesis.parameters;
+        asked.push(Asked {
+            kind,
+            role,
+            hypothesis,
+            block,
+        });
+    };
+    let own = pool.adopt(one.candidate, &found.pool.columns);
+    let whole = own.hypothesis.with_fixed_as_parameter();
+    ask(own.kind, Role::Own, whole);
+    let mut kinds = vec![own.kind];
+    let members = &confirmed.last.fit.members;
+    let others = members.iter().filter(|other| **other != members[place]);
+    for other in others.map(|&other| &found.candidates[other]) {
+        if happens_again(other) {
+            let mut other = pool.adopt(other, &found.pool.columns);
+            other.hypothesis.fixed.clear();
+            kinds.push(other.kind);
+            ask(other.kind, Role::Other, other.hypothesis);
+        }
+    }
+    let member = confirmed.named[place];
+    let judged = &found.judged[member];
+    let nearest = judged.rivals.iter().map(|(rival, _)| *rival);
+    let all = nearest
+        .chain(found.spanned_by[member].iter().copied())
+        .chain([judged.hypothesis]);
+    for rival in all.map(|rival| &found.candidates[rival]) {
+        if happens_again(rival) && !kinds.contains(&rival.kind) {
+            kinds.push(rival.kind);
+            let rival = pool.adopt(rival, &found.pool.columns);
+            let whole = rival.hypothesis.with_fixed_as_parameter();
+            ask(rival.kind, Role::Rival, whole);
+        }
+    }
+    let signals = &found.motion.signals;
+    for kind in PLAIN.into_iter().filter(|kind| !kinds.contains(kind)) {
+        ask(kind, Role::Plain, everyday(&mut pool, kind, signals)?);
+    }
+    let level = everyday(&mut pool, "gyro_bias", signals)?;
+    ask(DRIFT, Role::Level, level);
+    Some((pool, asked))
 }
 
 /// All parameters of an everyday error.
