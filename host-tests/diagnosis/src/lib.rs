@@ -61,6 +61,8 @@ mod turned;
 
 mod path;
 
+mod step;
+
 mod pass;
 
 mod whitened;

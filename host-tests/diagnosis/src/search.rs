@@ -101,6 +101,8 @@ pub(super) struct Run {
     pub(super) fit: Fit,
     /// Whether one nonlinear member is still to be settled.
     pub(super) only_nonlinear: bool,
+    /// Score of nothing but noise.
+    pub(super) empty_score: f64,
     pub(super) tried: usize,
 }
 
@@ -238,11 +240,12 @@ impl Pass {
         };
         let mut seen = Seen::default();
         if nonlinear_first {
-            let fit = self.first(start, &mut seen, &begin);
+            let (fit, empty) = self.first(start, &mut seen, &begin);
             if is_unsettled(&fit, &self.candidates) {
                 return Run {
                     fit,
                     only_nonlinear: true,
+                    empty_score: empty.score,
                     tried: seen.1,
                 };
             }
@@ -272,6 +275,7 @@ impl Pass {
         Run {
             fit,
             only_nonlinear: false,
+            empty_score: empty.score,
             tried: seen.1,
         }
     }
@@ -293,17 +297,18 @@ impl Pass {
         })
     }
 
-    /// The best single member, a soft mount and low passes among them.
-    fn first(&mut self, start: &[usize], seen: &mut Seen, begin: &Begin) -> Fit {
+    /// The best single member, a soft mount and low passes among them, and nothing but noise.
+    fn first(&mut self, start: &[usize], seen: &mut Seen, begin: &Begin) -> (Fit, Fit) {
         let start = if start.len() <= 1 { start } else { &[] };
         let (fit, empty) = self.searching(seen, begin, |search| {
             (search.run(start, 1), search.fit(&[], None))
         });
         let filters = self.adopt(&strongest_filters(self, &empty, begin));
-        self.searching(seen, begin, |search| {
+        let best = self.searching(seen, begin, |search| {
             let alone = filters.iter().map(|&place| search.fit(&[place], None));
             best_of(alone.collect(), fit)
-        })
+        });
+        (best, empty)
     }
 
     /// Scans what `fits` leave; the places of events that are new.

@@ -8,7 +8,7 @@ use rlg_catalogue::signals::Path;
 use rlg_catalogue::turned::TURNED;
 use rlg_inference::{Fit, NoiseLevels, Observations};
 use rlg_signal::partition::Use;
-use rlg_signal::streams::Triad;
+use rlg_signal::streams::{Triad, add_triad};
 
 use super::before::{Before, without_known};
 use super::case_motion::{Motion, estimate};
@@ -19,6 +19,7 @@ use super::pass::Pass;
 use super::path::{is_alike, is_nonlinear, is_same, is_settled, path_of};
 use super::plan::AnalysisPlan;
 use super::search::{Found, share_of};
+use super::step::Step;
 use super::turned::Turned;
 
 /// Finds the best set; `None` where too few rows can be fitted.
@@ -107,8 +108,10 @@ pub(super) fn settle(
         path: far.path,
         path_before: None,
         before: Before::Coarse(far),
+        step: None,
         is_settling: false,
     };
+    let mut best = Best::default();
     // What the last pass began with whose set stood before the families were asked.
     let mut stood = None;
     let mut asks = Asks::WhereItStands;
@@ -122,6 +125,14 @@ pub(super) fn settle(
         progress(&format!("pass {pass}"));
         let done = begun.pass(data, &rows, asks, (plan, left_out));
         tried += done.tried;
+        if is_last
+            && asks == Asks::Anyway
+            && !done.has_ended
+            && let Some(better) = best.take_above(done.odds + plan.class_within)
+        {
+            begun = better;
+            continue;
+        }
         if done.has_ended || is_last && stood.is_none() {
             data.found_share = share_of(&done.fit, &done.pass.candidates, &done.pass.pool);
             return Some(Settled {
@@ -138,11 +149,17 @@ pub(super) fn settle(
             continue;
         }
         pass += 1;
-        let has_stood = done.stood;
+        if let Some(step) = begun.step.filter(|step| step.is_worse(done.odds)) {
+            begun = begun.nearer(step, data, &rows);
+            continue;
+        }
+        let (has_stood, own_odds) = (done.stood, done.own_odds());
         let next = done.next(data, &rows, &begun);
         let before = std::mem::replace(&mut begun, next);
         if has_stood {
             stood = Some(before);
+        } else if let Some(odds) = own_odds {
+            best.offer(odds, before);
         }
     }
 }
@@ -168,8 +185,30 @@ pub(super) struct Begun {
     path: Path,
     path_before: Option<Path>,
     before: Before,
+    /// Of numbers inside columns, from where they were before; `None` where there are none, or nothing to compare with.
+    step: Option<Step>,
     /// Whether one nonlinear member is still to be settled.
     is_settling: bool,
+}
+
+/// What the pass with the best odds began with.
+#[derive(Default)]
+struct Best(Option<(f64, Begun)>);
+
+impl Best {
+    fn offer(&mut self, odds: f64, begun: Begun) {
+        if self.0.as_ref().is_none_or(|(best, _)| odds > *best) {
+            self.0 = Some((odds, begun));
+        }
+    }
+
+    /// It, where it has more than `least`.
+    fn take_above(&mut self, least: f64) -> Option<Begun> {
+        self.0
+            .take()
+            .filter(|(odds, _)| *odds > least)
+            .map(|(_, begun)| begun)
+    }
 }
 
 /// A pass that is done.
@@ -178,6 +217,11 @@ struct Done {
     fit: Fit,
     tried: usize,
     is_settling: bool,
+    /// Log odds of the set against nothing but noise. Scores of two passes have no common zero: what the gate hides of the set
+    /// before is taken out of the record.
+    odds: f64,
+    /// Whether the motion is of a set that holds all of this one. Motion that holds what is new fits it better than it should.
+    is_comparable: bool,
     /// Whether the set stood before the families were asked.
     stood: bool,
     /// Whether neither set nor its numbers change any more.
@@ -194,7 +238,26 @@ impl Begun {
             path,
             path_before: None,
             before: Before::Pass(fit, pass.candidates),
+            step: None,
             is_settling: false,
+        }
+    }
+
+    /// The same with half the step, and with all members of the set where none of it is left.
+    fn nearer(mut self, step: Step, data: &Data, rows: &Rows) -> Self {
+        let Before::Pass(fit, candidates) = &mut self.before else {
+            return self;
+        };
+        let step = step.halved(fit, candidates);
+        let path = path_of(fit, candidates);
+        add_triad(&mut self.clean_rad, &data.passed_by(self.path), 1.0);
+        add_triad(&mut self.clean_rad, &data.passed_by(path), -1.0);
+        Self {
+            clean_rad: bridged(&self.clean_rad, &rows.looked_at),
+            path,
+            step: Some(step),
+            is_settling: self.is_settling && !step.is_none(),
+            ..self
         }
     }
 
@@ -293,8 +356,11 @@ impl Begun {
                 && fit.members.len() == start.len()
                 && start.iter().all(|place| fit.members.contains(place))
         };
-        let is_settled =
-            |fit: &Fit, candidates: &[Candidate]| is_settled(fit, candidates, self.path.delay_s);
+        // Numbers that no step makes better are what they are.
+        let stand = self.step.is_some_and(|step| step.is_none());
+        let is_settled = |fit: &Fit, candidates: &[Candidate]| {
+            stand || is_settled(fit, candidates, self.path.delay_s)
+        };
         let stood = Cell::new(false);
         // The families are of motion.
         let are_sought = asks != Asks::Nothing && data.streams.at_rest.is_none();
@@ -319,7 +385,10 @@ impl Begun {
         // The motion is that of a set only where what the set leaves was seen along the same path.
         let mut path_before = self.path_before.iter();
         let is_own = path_before.any(|before| is_alike(before, &self.path));
+        let odds = fit.score - run.empty_score;
         Done {
+            odds,
+            is_comparable: !is_first && fit.members.iter().all(|place| start.contains(place)),
             has_ended: !run.only_nonlinear && (is_nothing || (is_same && is_own)),
             pass: now,
             fit,
@@ -331,11 +400,20 @@ impl Begun {
 }
 
 impl Done {
+    /// The odds where those of other passes may be compared with them.
+    fn own_odds(&self) -> Option<f64> {
+        self.is_comparable.then_some(self.odds)
+    }
+
     /// What the next pass begins with.
     fn next(self, data: &Data, rows: &Rows, begun: &Begun) -> Begun {
         let path = path_of(&self.fit, &self.pass.candidates);
+        let step = self
+            .own_odds()
+            .and_then(|odds| Step::of((odds, &self.fit), &self.pass.candidates));
         Begun {
             path_before: Some(begun.path),
+            step,
             is_settling: self.is_settling,
             ..Begun::behind((self.pass, self.fit), path, data, rows)
         }
