@@ -111,7 +111,6 @@ pub(super) fn settle(
         step: None,
         is_settling: false,
     };
-    let mut best = Best::default();
     // What the last pass began with whose set stood before the families were asked.
     let mut stood = None;
     let mut asks = Asks::WhereItStands;
@@ -125,14 +124,6 @@ pub(super) fn settle(
         progress(&format!("pass {pass}"));
         let done = begun.pass(data, &rows, asks, (plan, left_out));
         tried += done.tried;
-        if is_last
-            && asks == Asks::Anyway
-            && !done.has_ended
-            && let Some(better) = best.take_above(done.odds + plan.class_within)
-        {
-            begun = better;
-            continue;
-        }
         if done.has_ended || is_last && stood.is_none() {
             data.found_share = share_of(&done.fit, &done.pass.candidates, &done.pass.pool);
             return Some(Settled {
@@ -153,13 +144,11 @@ pub(super) fn settle(
             begun = begun.nearer(step, data, &rows);
             continue;
         }
-        let (has_stood, own_odds) = (done.stood, done.own_odds());
+        let has_stood = done.stood;
         let next = done.next(data, &rows, &begun);
         let before = std::mem::replace(&mut begun, next);
         if has_stood {
             stood = Some(before);
-        } else if let Some(odds) = own_odds {
-            best.offer(odds, before);
         }
     }
 }
@@ -189,26 +178,6 @@ pub(super) struct Begun {
     step: Option<Step>,
     /// Whether one nonlinear member is still to be settled.
     is_settling: bool,
-}
-
-/// What the pass with the best odds began with.
-#[derive(Default)]
-struct Best(Option<(f64, Begun)>);
-
-impl Best {
-    fn offer(&mut self, odds: f64, begun: Begun) {
-        if self.0.as_ref().is_none_or(|(best, _)| odds > *best) {
-            self.0 = Some((odds, begun));
-        }
-    }
-
-    /// It, where it has more than `least`.
-    fn take_above(&mut self, least: f64) -> Option<Begun> {
-        self.0
-            .take()
-            .filter(|(odds, _)| *odds > least)
-            .map(|(_, begun)| begun)
-    }
 }
 
 /// A pass that is done.
@@ -400,20 +369,16 @@ impl Begun {
 }
 
 impl Done {
-    /// The odds where those of other passes may be compared with them.
-    fn own_odds(&self) -> Option<f64> {
-        self.is_comparable.then_some(self.odds)
-    }
-
     /// What the next pass begins with.
     fn next(self, data: &Data, rows: &Rows, begun: &Begun) -> Begun {
         let path = path_of(&self.fit, &self.pass.candidates);
+        let of = (self.odds, &self.fit);
         let step = self
-            .own_odds()
-            .and_then(|odds| Step::of((odds, &self.fit), &self.pass.candidates));
+            .is_comparable
+            .then(|| Step::of(of, &self.pass.candidates));
         Begun {
             path_before: Some(begun.path),
-            step,
+            step: step.flatten(),
             is_settling: self.is_settling,
             ..Begun::behind((self.pass, self.fit), path, data, rows)
         }
