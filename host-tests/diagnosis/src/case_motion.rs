@@ -210,7 +210,10 @@ pub fn estimate_from(
     };
     let axes = each_axis(of_axis);
     drop(dct);
-    let is_moving = std::array::from_fn(|axis| axes[axis].shrunk.kept >= plan.least_cells);
+    let is_moving = std::array::from_fn(|axis| {
+        let shrunk = &axes[axis].shrunk;
+        shrunk.kept >= plan.least_cells && !data.lattice.hides_motion(axis, &shrunk.values)
+    });
     let rate_noise_rad_s = std::array::from_fn(|axis| axes[axis].shrunk.noise.sqrt() * rate_hz);
     let reference_walk = std::array::from_fn(|axis| axes[axis].walk);
     let reference_angle = std::array::from_fn(|axis| axes[axis].angle);

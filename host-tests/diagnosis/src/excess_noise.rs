@@ -38,7 +38,7 @@ pub fn excess(
         None => fit.levels[axis].angle > 0.25 * of_pulses(axis),
     };
     let coarse = [0, 1, 2].map(|axis| data.lattice.pulse_rad[axis] > 0.0 && is_counted(axis));
-    let is_coarse = |axis: usize| coarse[axis];
+    let is_coarse = |axis: usize| coarse[axis] || data.lattice.is_rare[axis];
     let walk = |axis: usize| {
         let is_walk = |axis: &usize| !is_coarse(*axis) && !locks_in.contains(axis);
         let axis = Some(axis).filter(is_noise).filter(is_walk)?;
@@ -90,7 +90,7 @@ pub fn excess(
     let mut found: Vec<Excess> = of_walk.into_iter().chain(of_angle).collect();
     data.lattice.take_over(&mut found, &|axis| {
         let std = level_std(&basis, fit.levels[axis], 1).hypot(motion.reference_angle[axis].std);
-        is_coarse(axis).then(|| 0.5 * (of_pulses(axis) / std).powi(2))
+        coarse[axis].then(|| 0.5 * (of_pulses(axis) / std).powi(2))
     });
     found
 }

@@ -2,7 +2,8 @@
 //!
 //! Enters: the gyros' increments, the model. Leaves: each such gyro's pulse \[rad\], read off its values ([`Lattice`]).
 //! A counter that is not dithered is wrong in tones and windows that go with the motion and look like physics, but never
-//! by more than a pulse: what turns by less is no finding there, and what remains of it is the pulses' noise.
+//! by more than a pulse: what turns by less is no finding there, and what remains of it is the pulses' noise. Where the gyro
+//! turns so slowly that its pulses are rare, that holds of pulses that the model knows, too: they are no white noise.
 
 use super::locate::Location;
 use super::noise_spectrum::Declared;
@@ -29,6 +30,8 @@ pub struct Lattice {
     pub pulse_rad: [f64; 3],
     /// Of it, what stands in the model as an effect already \[rad\].
     known_rad: [f64; 3],
+    /// Whether pulses come so rarely that what counting is wrong by stays for many rows: its angle is not white.
+    pub is_rare: [bool; 3],
 }
 
 impl Lattice {
@@ -56,7 +59,16 @@ impl Lattice {
             }
         };
         let counted_rad = [0, 1, 2].map(counted);
+        let is_rare = |axis: usize| {
+            let values = &streams.sensed_rad[axis];
+            let seen: Vec<f64> = (0..values.len())
+                .filter(|row| is_seen(*row))
+                .map(|row| values[row])
+                .collect();
+            counted_rad[axis] > 0.0 && stays(&seen)
+        };
         Self {
+            is_rare: [0, 1, 2].map(is_rare),
             pulse_rad: [0, 1, 2].map(|axis| {
                 if is_coarser(axis, counted_rad[axis]) {
                     counted_rad[axis]
@@ -85,15 +97,21 @@ impl Lattice {
 
     /// Whether increments of a gyro \[rad per row\] add up to no more than its pulses hide.
     pub fn hides(&self, axis: usize, increments_rad: &[f64], size: f64) -> bool {
-        let (mut angle_rad, mut sum, mut square) = (0.0, 0.0, 0.0);
-        for increment in increments_rad {
-            angle_rad += increment * size;
-            sum += angle_rad;
-            square += angle_rad * angle_rad;
+        size.abs() * angle_rms_rad(increments_rad) <= HIDDEN * self.hiding_rad(axis)
+    }
+
+    /// Whether a motion \[rad per row\] is no more than what a gyro whose pulses come rarely is wrong by: its own pulses, seen
+    /// through its residual.
+    pub fn hides_motion(&self, axis: usize, increments_rad: &[f64]) -> bool {
+        self.is_rare[axis] && self.hides_angle(axis, angle_rms_rad(increments_rad))
+    }
+
+    /// A pulse whose counting is no white noise of angle that the model knows \[rad\]; 0 of others.
+    fn hiding_rad(&self, axis: usize) -> f64 {
+        match self.is_rare[axis] {
+            true => self.counted_rad[axis],
+            false => self.pulse_rad[axis],
         }
-        let count = increments_rad.len().max(1) as f64;
-        let variance = (square / count - (sum / count).powi(2)).max(0.0);
-        variance.sqrt() <= HIDDEN * self.pulse_rad[axis]
     }
 
     /// Whether there is any such gyro.
@@ -123,7 +141,7 @@ impl Lattice {
             true => (std::f64::consts::PI * (low_hz + high_hz)).recip(),
             false => seconds / f64::sqrt(12.0),
         };
-        location.size_rad_s * turn_s <= HIDDEN * self.pulse_rad[location.axis]
+        location.size_rad_s * turn_s <= HIDDEN * self.hiding_rad(location.axis)
     }
 
     /// The pulses as a finding beside the noise that was compared, in the place of what the spectrum says of these gyros.
@@ -162,6 +180,26 @@ impl Lattice {
             entry.p_value = 0.0;
         }
     }
+}
+
+/// Root mean square of the angle that increments add up to, about its mean.
+fn angle_rms_rad(increments_rad: &[f64]) -> f64 {
+    let (mut angle_rad, mut sum, mut square) = (0.0, 0.0, 0.0);
+    for increment in increments_rad {
+        angle_rad += increment;
+        sum += angle_rad;
+        square += angle_rad * angle_rad;
+    }
+    let count = increments_rad.len().max(1) as f64;
+    (square / count - (sum / count).powi(2)).max(0.0).sqrt()
+}
+
+/// Whether a counter shows the same for many rows in a tenth of them.
+fn stays(values: &[f64]) -> bool {
+    /// Rows.
+    const MANY: usize = 20;
+    let same = values.chunk_by(|a, b| a == b).map(<[f64]>::len);
+    10 * same.filter(|rows| *rows >= MANY).sum::<usize>() > values.len()
 }
 
 /// The number of which all values are multiples away from the most frequent one; 0 where there is none.
@@ -271,5 +309,29 @@ mod tests {
         assert!(lattice.hides(0, &tone, 1e-7));
         assert!(!lattice.hides(0, &vec![1.0; 4000], 1e-8));
         assert!(!lattice.hides(1, &tone, 1e-7));
+    }
+
+    #[test]
+    fn rare_pulses_hide_a_motion_of_half_a_pulse_though_the_model_knows_them() {
+        let tone: Vec<f64> = (0..4000).map(|row| 1e-7 * (row as f64 * 0.1).cos()).collect();
+        let mut lattice = Lattice {
+            counted_rad: [2e-6, 0.0, 0.0],
+            ..Lattice::default()
+        };
+        assert!(!lattice.hides_motion(0, &tone) && !lattice.hides(0, &tone, 1.0));
+        lattice.is_rare[0] = true;
+        assert!(lattice.hides_motion(0, &tone) && lattice.hides(0, &tone, 1.0));
+        let swing: Vec<f64> = tone.iter().map(|increment| 3.0 * increment).collect();
+        assert!(!lattice.hides_motion(0, &swing));
+    }
+
+    #[test]
+    fn a_counter_stays_where_it_shows_the_same_for_many_rows() {
+        let counted = |every: usize| -> Vec<f64> {
+            let row = |row: usize| f64::from(u8::from(row.is_multiple_of(every)));
+            (0..4000).map(row).collect()
+        };
+        assert!(stays(&counted(50)));
+        assert!(!stays(&counted(10)));
     }
 }
