@@ -100,11 +100,7 @@ pub fn estimate_from(
     let of_axis = |axis: usize| {
         let weights_of = [0, 1, 2].map(|gyro| reading_from_sensed[(axis, gyro)]);
         let clean_on_axis_rad = weighted_sum(weights_of, clean_rad);
-        let levels_on_axis = NoiseLevels::from_array(std::array::from_fn(|term| {
-            let each = weights_of.iter().zip(levels);
-            each.map(|(weight, levels)| weight * weight * levels.as_array()[term])
-                .sum()
-        }));
+        let levels_on_axis = levels_of(weights_of, levels);
         let noise = shape(levels_on_axis);
         // A noise that is left out, or 0, is unknown: its shape has a power of 1 rad² a row.
         let power = |declared: f64| if declared > 0.0 { declared } else { 1.0 };
@@ -265,6 +261,15 @@ fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
     }
 }
 
+/// Levels of a weighted sum of gyros.
+pub(crate) fn levels_of(weights: [f64; 3], levels: &[NoiseLevels]) -> NoiseLevels {
+    NoiseLevels::from_array(std::array::from_fn(|term| {
+        let each = weights.iter().zip(levels);
+        each.map(|(weight, levels)| weight * weight * levels.as_array()[term])
+            .sum()
+    }))
+}
+
 /// What is estimated about one axis.
 struct OfAxis {
     shrunk: Shrunk,
@@ -274,7 +279,12 @@ struct OfAxis {
 }
 
 /// `values` plus `residual` behind a filter given by DCT-II coefficient.
-fn add_filtered(values: &[f64], residual: &[f64], filter: &[f64], dct: &Dct) -> Vec<f64> {
+pub(crate) fn add_filtered(
+    values: &[f64],
+    residual: &[f64],
+    filter: &[f64],
+    dct: &Dct,
+) -> Vec<f64> {
     let mut filtered = residual.to_vec();
     dct.forward(&mut filtered);
     for (value, weight) in filtered.iter_mut().zip(filter) {

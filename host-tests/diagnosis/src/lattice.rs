@@ -313,7 +313,9 @@ mod tests {
 
     #[test]
     fn rare_pulses_hide_a_motion_of_half_a_pulse_though_the_model_knows_them() {
-        let tone: Vec<f64> = (0..4000).map(|row| 1e-7 * (row as f64 * 0.1).cos()).collect();
+        let tone: Vec<f64> = (0..4000)
+            .map(|row| 1e-7 * (row as f64 * 0.1).cos())
+            .collect();
         let mut lattice = Lattice {
             counted_rad: [2e-6, 0.0, 0.0],
             ..Lattice::default()

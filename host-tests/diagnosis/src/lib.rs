@@ -93,6 +93,8 @@ pub mod excess_noise;
 
 mod left;
 
+pub mod read_by_gyros;
+
 mod finding;
 
 pub mod entries_of_findings;

@@ -74,6 +74,7 @@ fn accelerometers(
     let part = rlg_force::Part {
         streams,
         reference_noise: rlg_force::reference::gyro_noise(model, walk_rad_sqrt_s, streams.rate_hz),
+        read_by_gyros: None,
     };
     rlg_force::diagnose(&[part], &asked, progress)
 }

@@ -31,6 +31,7 @@ pub use together::diagnose_together;
 
 use std::path::Path;
 
+use rlg_diagnosis::read_by_gyros::read_by_gyros;
 use rlg_diagnosis::{data_words, put_right};
 use rlg_force::{ForcePlan, Part};
 use rlg_model::Model;
@@ -146,9 +147,13 @@ fn beside_reference(
         &faults,
         of,
         progress,
-        |_, found| rlg_force::reference::measured_noise(&found.motion),
+        |data, found| {
+            let has_any = data.streams.accelerometers.is_ok();
+            let noise = rlg_force::reference::measured_noise(&found.motion);
+            (noise, has_any.then(|| read_by_gyros(data, found)).flatten())
+        },
     )?;
-    let Some((mut found, reference_noise)) = found else {
+    let Some((mut found, (reference_noise, read_by_gyros))) = found else {
         return Ok(None);
     };
     let lines = data_words::lines(streams, &faults);
@@ -156,6 +161,7 @@ fn beside_reference(
     let part = Part {
         streams,
         reference_noise,
+        read_by_gyros,
     };
     accelerometers(settings, vec![part], (model, &mut found), progress);
     Ok(Some(found))

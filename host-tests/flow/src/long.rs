@@ -99,6 +99,7 @@ impl<'a> LongRecording<'a> {
         let parts = stretches.iter().map(|(streams, reference_noise)| Part {
             streams,
             reference_noise: *reference_noise,
+            read_by_gyros: None,
         });
         accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
         Ok(outcome)

@@ -64,6 +64,7 @@ pub fn diagnose_together(
     let parts = parts.map(|((streams, _), reference_noise)| Part {
         streams,
         reference_noise,
+        read_by_gyros: None,
     });
     accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
     for (name, lines) in names.iter().zip(lines) {

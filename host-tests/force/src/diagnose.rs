@@ -9,7 +9,7 @@ use rlg_inference::{Drift, NoiseLevels, Observations};
 use rlg_model::{Model, ModelEffect};
 use rlg_recording::{Segment, Site};
 use rlg_signal::accelerometer_rows;
-use rlg_signal::axes::{Triad, each_axis};
+use rlg_signal::axes::{Triad, add_triad, each_axis};
 use rlg_signal::partition::{Partition, Use};
 use rlg_signal::streams::Streams;
 
@@ -31,6 +31,8 @@ pub struct Part<'a> {
     pub streams: &'a Streams,
     /// Noise of its reference's increments.
     pub reference_noise: ReferenceNoise,
+    /// What its gyros say of that noise by row \[rad\], where they are asked.
+    pub read_by_gyros: Option<Triad>,
 }
 
 /// What is asked.
@@ -231,8 +233,12 @@ impl<'a> Own<'a> {
         // What one recording's reference does concerns no other.
         let acts = |one: &&ModelEffect| one.text("recording").is_none_or(|other| other == name);
         let own: Vec<ModelEffect> = effects.filter(acts).cloned().collect();
+        let mut read_rad = streams.case_rad.clone();
+        if let Some(more_rad) = &self.part.read_by_gyros {
+            add_triad(&mut read_rad, more_rad, 1.0);
+        }
         let reference = Reference::new(
-            &streams.case_rad,
+            &read_rad,
             streams.rate_hz,
             &own,
             &self.part.reference_noise,

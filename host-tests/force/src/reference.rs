@@ -55,7 +55,7 @@ impl Reference {
     /// Undoes the errors among `effects` that are the reference's, and separates motion from noise.
     ///
     /// # Inputs
-    /// `read_rad`: what the reference read.
+    /// `read_rad`: what the reference read, with what gyros say of its noise.
     pub fn new(
         read_rad: &Triad,
         rate_hz: f64,

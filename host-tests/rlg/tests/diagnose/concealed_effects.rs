@@ -60,6 +60,22 @@ fn nothing_concealed_is_nothing_found_in_full() {
     nothing_is_found(1..=3);
 }
 
+/// Pulses of 70 times a row's noise, without a dither: single ones were taken for motion, of 80 % scale.
+#[test]
+fn gyros_that_hardly_turn_and_count_coarsely_name_nothing() {
+    let text = instrument(400.0).replace("attitude = true\n", "") + &still(60.0);
+    for seed in [11, 15] {
+        let diagnosis = diagnosis_in(&text, "", seed);
+        assert_eq!(
+            diagnosis.verdict,
+            Verdict::Matches,
+            "{:#?}",
+            diagnosis.summary
+        );
+        assert!(diagnosis.effects.is_empty());
+    }
+}
+
 fn nothing_is_found(seeds: RangeInclusive<u64>) {
     for seed in seeds {
         let diagnosis = diagnosis_in(&at_a_quarter(STILL_SLEWS_AND_VIBRATION), "", seed);

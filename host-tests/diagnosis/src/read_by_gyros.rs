@@ -1,0 +1,40 @@
+//! What gyros say of their reference's noise, for what is carried by both.
+
+use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
+use rlg_signal::conditioned::weights;
+use rlg_signal::partition::Use;
+use rlg_signal::streams::{Triad, each_axis, weighted_sum};
+
+use super::case_motion::{add_filtered, levels_of};
+use super::confirm::left_by;
+use super::data::{Data, bridged};
+use super::search::Found;
+
+/// What gyros say of the noise of their reference's increments \[rad by row\]: added to what the reference read, it leaves the
+/// motion with the least noise that both know of it, however small the motion. Where rows were not looked at, nothing.
+pub fn read_by_gyros(data: &Data, found: &Found) -> Option<Triad> {
+    let rows = data.streams.rows;
+    let looked_at = data.observed(&data.rows_of(&[Use::Train, Use::Confirm]))?;
+    let left_rad = bridged(&left_by(found, &found.fit), &looked_at);
+    let basis = NoiseBasis::new(&Observations::separate(&vec![true; rows], 1));
+    let dct = Dct::new(rows);
+    let reading_from_sensed = data.shared().try_inverse()?;
+    let motion = &found.motion;
+    Some(each_axis(|axis| {
+        let weights_of = [0, 1, 2].map(|gyro| reading_from_sensed[(axis, gyro)]);
+        let own = levels_of(weights_of, &found.fit.levels);
+        let reference = NoiseLevels {
+            white: motion.reference_walk[axis].value,
+            angle: motion.reference_angle[axis].value,
+            ..NoiseLevels::default()
+        };
+        let toward = weights(&basis.by_coefficient(reference), &basis.by_coefficient(own));
+        let nothing = vec![0.0; rows];
+        add_filtered(
+            &nothing,
+            &weighted_sum(weights_of, &left_rad),
+            &toward,
+            &dct,
+        )
+    }))
+}
