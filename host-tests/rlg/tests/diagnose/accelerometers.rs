@@ -4,7 +4,7 @@
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-use super::support::{concealed, kinds, number, sizes_are};
+use super::support::{concealed, findings, kinds, number, poison, sizes_are};
 use rlg::diagnose::result::{Diagnosis, Verdict};
 use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{
@@ -275,6 +275,39 @@ fn velocity_increments_at_their_own_rate_and_start_say_the_same() {
         diagnosis.summary
     );
     sizes_are(&diagnosis.effects[0], &angles);
+}
+
+#[test]
+fn rows_that_only_test_change_no_finding_of_accelerometers() {
+    let truth = [("x", 4e-4), ("y", -3e-4), ("z", 2e-4)];
+    let simulation = recorded(&concealed("accel_scale", &truth), 7);
+    let clean = diagnosed(&simulation, &simulation.model);
+    assert_eq!(kinds(&clean.diagnosis), ["accel_scale"]);
+    let mut poisoned = simulation.clone();
+    let table = &mut poisoned.recording.tables[0];
+    let Clock::Uniform { rate_hz, start_s } = table.clock else {
+        panic!("the simulator's rows are uniform");
+    };
+    let mut channels = table.channels.iter_mut();
+    let force = channels.find(|channel| channel.quantity == Quantity::SpecificForce);
+    let values = &mut force.expect("a force").values;
+    let held_out = &clean.diagnosis.fit.held_out;
+    let replaced = poison(values, (start_s, rate_hz), held_out, 1e-2);
+    assert!(replaced > values.len() / 10, "{replaced}");
+    let garbage = diagnosed(&poisoned, &simulation.model);
+    assert_eq!(findings(&clean), findings(&garbage));
+    let power = |outcome: &Outcome| {
+        let mut channels = outcome.diagnosis.fit.channels.iter();
+        let channel = channels.find(|channel| channel.channel == "accel_x");
+        channel
+            .expect("a channel")
+            .held_out_after
+            .normalised_power_all
+    };
+    assert!(
+        power(&garbage) > 2.0 * power(&clean),
+        "the report's figures show it"
+    );
 }
 
 #[test]

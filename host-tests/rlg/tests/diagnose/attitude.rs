@@ -4,7 +4,7 @@
 //! put into a table of its own, and the row reference taken away. No Earth rotation: the simulator's attitude is over
 //! the ground.
 
-use super::support::{WITHIN, concealed, kinds, moves, names_nothing, sizes_are};
+use super::support::{WITHIN, concealed, findings, kinds, moves, names_nothing, poison, sizes_are};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::recording::{Channel, Clock, Quantity, Recording, Table};
@@ -499,6 +499,35 @@ fn promised_spins_separate(cases: &[Confused]) {
             "{behind} {promise:?}"
         );
     }
+}
+
+#[test]
+fn attitudes_that_only_test_change_no_finding() {
+    let truth = [("x", 1e-4), ("y", -8e-5), ("z", 5e-5)];
+    let effect = concealed("gyro_scale", &truth);
+    let text = format!(
+        "{}{}{}{}{effect}",
+        instrument(200.0),
+        still(3.0),
+        slews(),
+        tumble(15.0)
+    );
+    let simulation = made(&text, 3);
+    let file = Path::new("model.toml");
+    let of = |recording: &Recording| {
+        diagnose(recording, &simulation.model, file, 0, &|_| {}).expect("a diagnosis")
+    };
+    let recording = slow(&simulation, 20, 0);
+    let clean = of(&recording);
+    assert_eq!(kinds(&clean.diagnosis), ["gyro_scale"]);
+    let mut poisoned = recording.clone();
+    let table = poisoned.tables.last_mut().expect("attitudes");
+    let clock = (0.0, rate_hz(table));
+    let held_out = &clean.diagnosis.fit.held_out;
+    let values = &mut table.channels[0].values;
+    let replaced = poison(values, clock, held_out, 1e-4);
+    assert!(replaced > values.len() / 10, "{replaced}");
+    assert_eq!(findings(&clean), findings(&of(&poisoned)));
 }
 
 /// The paper's own way: dithered counts at 4 kHz, coning, one attitude before and one after each segment.

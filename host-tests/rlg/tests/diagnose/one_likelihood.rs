@@ -2,7 +2,7 @@
 
 use std::path::Path;
 
-use super::support::{at_a_quarter, concealed, holds, kinds, names_nothing, of_gyros};
+use super::support::{at_a_quarter, concealed, findings, holds, kinds, names_nothing, of_gyros};
 use rlg::diagnose::result::Verdict;
 use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Settings, diagnose_under};
@@ -112,10 +112,7 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
         "{:#?}",
         clean.diagnosis.summary
     );
-    let written = |outcome: &rlg::diagnose::Outcome| {
-        serde_json::to_string(&outcome.diagnosis.effects).expect("JSON") + &outcome.model.to_toml()
-    };
-    assert_eq!(written(&clean), written(&garbage));
+    assert_eq!(findings(&clean), findings(&garbage));
     let power = |outcome: &rlg::diagnose::Outcome| {
         outcome.diagnosis.fit.channels[0]
             .held_out_after

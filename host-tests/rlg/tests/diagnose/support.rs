@@ -2,6 +2,7 @@
 
 use std::fmt::Display;
 
+use rlg::diagnose::Outcome;
 use rlg::diagnose::result::{
     Diagnosis, EffectEntry, ExperimentEntry, MoveEntry, ParameterEntry, Verdict,
 };
@@ -123,4 +124,35 @@ pub fn moves(experiment: &ExperimentEntry) -> String {
     };
     let once: String = experiment.moves.iter().map(one).collect();
     once.repeat(experiment.repeats as usize)
+}
+
+/// Adds garbage of a size to a channel's values in the times that only test.
+///
+/// # Returns
+/// How many values.
+pub fn poison(
+    values: &mut [f64],
+    (start_s, rate_hz): (f64, f64),
+    held_out: &[[f64; 2]],
+    size: f64,
+) -> usize {
+    let mut count = 0;
+    for (row, value) in values.iter_mut().enumerate() {
+        let (begin_s, end_s) = (
+            start_s + row as f64 / rate_hz,
+            start_s + (row + 1) as f64 / rate_hz,
+        );
+        let is_in =
+            |span: &&[f64; 2]| begin_s > span[0] - 0.1 / rate_hz && end_s < span[1] + 0.1 / rate_hz;
+        if held_out.iter().any(|span| is_in(&span)) {
+            *value += size * (7.0 * row as f64).sin();
+            count += 1;
+        }
+    }
+    count
+}
+
+/// Effects and model, as they are written.
+pub fn findings(outcome: &Outcome) -> String {
+    serde_json::to_string(&outcome.diagnosis.effects).expect("JSON") + &outcome.model.to_toml()
 }
