@@ -6,6 +6,7 @@ use rlg_catalogue::entries;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::data_words;
 use rlg_diagnosis::entries_of_rows::fault_entry;
+use rlg_diagnosis::next_experiment::NONE_NEEDED;
 use rlg_diagnosis::summary::no_channel;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{
@@ -342,7 +343,7 @@ fn next_experiment(named: &[(&Named, Numbers)], experiment: Option<&ExperimentEn
     let confused = named.iter().find(|(one, _)| !one.alike.is_empty());
     match confused.or(named.first()) {
         Some((one, _)) => card(one.kind).experiment.to_string(),
-        None => "None needed for this recording; a motion that excites what is not excluded would show more.".to_string(),
+        None => NONE_NEEDED.to_string(),
     }
 }
 

@@ -37,10 +37,10 @@ pub struct Experiment {
 pub const WARMING_K: f64 = 20.0;
 
 /// One turn a second, which common rate tables reach \[rad/s\].
-pub const TURN_RAD_S: f64 = TAU;
+const TURN_RAD_S: f64 = TAU;
 
 /// Oscillation at that frequency: 10° \[rad\].
-pub const OSCILLATION_RAD: f64 = 0.175;
+const OSCILLATION_RAD: f64 = 0.175;
 
 /// A move of most experiments, ramps included \[s\].
 const MOVE_S: f64 = 10.0;

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::DMatrix;
 use rlg_catalogue::Signals;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::STEP;
@@ -13,7 +14,7 @@ use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::streams::Streams;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::finding::{Finding, card, numbers, of_the_others};
+use super::finding::{Finding, Number, card, numbers, of_the_others};
 
 /// What stands in a class for a gyro that drifts.
 pub const DRIFT: &str = "rate_random_walk";
@@ -94,7 +95,7 @@ pub(crate) fn entry(
         equation: card.equation.to_string(),
         parameters,
         covariance,
-        identifiable: fixed(one, fit),
+        identifiable: fixed(&numbers, &of_numbers),
         log_evidence_gain: one.cost_without,
         p_value: (tail * one.candidate.hypothesis.price.exp().max(1.0)).min(1.0),
         what_was_left_out,
@@ -136,14 +137,13 @@ fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
     one.instant_std_rows.unwrap_or(0.5) / streams.rate_hz
 }
 
-fn fixed(one: &Finding, fit: &Fit) -> Vec<Identifiable> {
-    let (numbers, covariance) = numbers(one, fit);
+fn fixed(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
     let known = numbers.iter().map(|number| Known {
         name: number.name.clone(),
         value: number.value,
         prior_std: number.prior_std,
     });
-    identifiable(&known.collect::<Vec<_>>(), &covariance)
+    identifiable(&known.collect::<Vec<_>>(), covariance)
 }
 
 pub(crate) fn effect_of(

@@ -56,19 +56,15 @@ fn known_in_words(precisions: &[PrecisionEntry]) -> String {
 fn apart_in_words(own: &str, separations: &[SeparationEntry]) -> String {
     let mut rivals: Vec<&str> = Vec::new();
     for one in separations {
-        let rival = if one.truth == own {
-            &one.rival
-        } else {
-            &one.truth
-        };
-        if !rivals.contains(&rival.as_str()) {
+        let rival = one.other_than(own);
+        if !rivals.contains(&rival) {
             rivals.push(rival);
         }
     }
     let least = |rival: &str, of: fn(&SeparationEntry) -> Option<f64>| {
         let both = separations
             .iter()
-            .filter(|one| one.truth == rival || one.rival == rival);
+            .filter(|one| one.other_than(own) == rival);
         both.filter_map(of).reduce(f64::min)
     };
     let told = rivals.into_iter().map(|rival| {

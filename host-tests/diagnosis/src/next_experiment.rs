@@ -35,6 +35,10 @@ const CHANCE: f64 = 2.0;
 /// An experiment that knows numbers better is one that halves their standard deviations at least.
 const WORTHWHILE: f64 = 0.5;
 
+/// What to do next where nothing was found.
+pub const NONE_NEEDED: &str =
+    "None needed for this recording; a motion that excites what is not excluded would show more.";
+
 /// What to do next.
 pub(crate) struct Next {
     /// In words.
@@ -55,7 +59,7 @@ impl Next {
 
 /// Separation \[σ\] from which on a rival falls behind by more than `within` in log posterior, chance counted: the log ratio is
 /// half its square, with itself as standard deviation.
-pub fn deciding_sigma(within: f64) -> f64 {
+fn deciding_sigma(within: f64) -> f64 {
     CHANCE + (CHANCE * CHANCE + 2.0 * within).sqrt()
 }
 
@@ -70,7 +74,7 @@ pub(crate) fn next_experiment(
     let place = findings.iter().position(is_confused).unwrap_or(0);
     let Some(one) = findings.get(place) else {
         return Next {
-            sentence: "None needed for this recording; a motion that excites what is not excluded would show more.".to_string(),
+            sentence: NONE_NEEDED.to_string(),
             entry: None,
         };
     };
@@ -140,14 +144,6 @@ impl Said {
     }
 }
 
-/// Kinds and how far they come apart in an experiment.
-struct Apart {
-    truth: &'static str,
-    rival: &'static str,
-    here_sigma: Option<f64>,
-    promised_sigma: f64,
-}
-
 impl<'a> Question<'a> {
     fn new(
         data: &Data,
@@ -200,7 +196,7 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// Places of what was found first, then of its rivals.
+    /// What was found.
     fn own(&self) -> &Asked {
         &self.asked[0]
     }
@@ -250,21 +246,21 @@ impl<'a> Question<'a> {
     }
 
     /// Every pair of kinds, either of them taken for true, where an experiment is made `repeats` times.
-    fn apart(&self, said: &Said, repeats: u32) -> Vec<Apart> {
+    fn apart(&self, said: &Said, repeats: u32) -> Vec<SeparationEntry> {
         let own = self.own();
         let together = self.together(&said.information, repeats);
         let pair = |truth: &Asked, values: &[f64], rival: &Asked| {
             let free = self.free([rival].into_iter().chain(self.beside()));
             let sigma = |known: &Information| known.separation(truth.block.clone(), values, &free);
-            Apart {
-                truth: truth.kind,
-                rival: rival.kind,
+            SeparationEntry {
+                truth: truth.kind.to_string(),
+                rival: rival.kind.to_string(),
                 here_sigma: Some(sigma(&self.here)),
                 promised_sigma: sigma(&together),
             }
         };
         let values = self.values();
-        let mut all: Vec<Apart> = Vec::new();
+        let mut all = Vec::new();
         for rival in self.rivals() {
             all.push(pair(own, &values, rival));
             all.push(pair(rival, &self.values_of(rival), own));
@@ -273,9 +269,9 @@ impl<'a> Question<'a> {
             let level = self.asked.iter().filter(|one| one.role == Role::Level);
             let free = self.free(self.beside().chain(level));
             let once = of_drift.separation(own.block.clone(), &values, &free);
-            all.push(Apart {
-                truth: own.kind,
-                rival: DRIFT,
+            all.push(SeparationEntry {
+                truth: own.kind.to_string(),
+                rival: DRIFT.to_string(),
                 here_sigma: None,
                 promised_sigma: once * f64::from(repeats).sqrt(),
             });
@@ -284,19 +280,12 @@ impl<'a> Question<'a> {
     }
 
     /// Rivals that an experiment made `repeats` times tells apart whichever is true, and the others.
-    fn told(&self, apart: &[Apart], needed: f64) -> (Vec<&'static str>, Vec<&'static str>) {
+    fn told<'b>(&self, apart: &'b [SeparationEntry], needed: f64) -> (Vec<&'b str>, Vec<&'b str>) {
         let own = self.own().kind;
-        let other = |one: &Apart| {
-            if one.truth == own {
-                one.rival
-            } else {
-                one.truth
-            }
-        };
-        let mut rivals: Vec<&'static str> = apart.iter().map(other).collect();
+        let mut rivals: Vec<&str> = apart.iter().map(|one| one.other_than(own)).collect();
         rivals.dedup();
         rivals.into_iter().partition(|rival| {
-            let mut pairs = apart.iter().filter(|one| other(one) == *rival);
+            let mut pairs = apart.iter().filter(|one| one.other_than(own) == *rival);
             pairs.all(|one| one.promised_sigma >= needed)
         })
     }
@@ -328,18 +317,13 @@ impl<'a> Question<'a> {
         let (_, repeats, said) = best?;
         let apart = self.apart(&said, repeats);
         let (told, open) = self.told(&apart, needed);
+        let own = self.own().kind;
         let separations = apart
-            .into_iter()
-            .filter(|one| told.contains(&one.truth) || told.contains(&one.rival))
-            .map(|one| SeparationEntry {
-                truth: one.truth.to_string(),
-                rival: one.rival.to_string(),
-                here_sigma: one.here_sigma,
-                promised_sigma: one.promised_sigma,
-            });
-        let entry = self.entry(&said, repeats, separations.collect());
+            .iter()
+            .filter(|one| told.contains(&one.other_than(own)));
+        let entry = self.entry(&said, repeats, separations.cloned().collect());
         Some(Next {
-            sentence: in_words(self.own().kind, &entry, &open),
+            sentence: in_words(own, &entry, &open),
             entry: Some(entry),
         })
     }

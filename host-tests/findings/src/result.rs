@@ -244,6 +244,17 @@ pub struct SeparationEntry {
     pub promised_sigma: f64,
 }
 
+impl SeparationEntry {
+    /// The kind that one of the two is told from.
+    pub fn other_than(&self, own: &str) -> &str {
+        if self.truth == own {
+            &self.rival
+        } else {
+            &self.truth
+        }
+    }
+}
+
 /// How well a number of what was found will be known.
 #[derive(Debug, Clone, Serialize)]
 pub struct PrecisionEntry {

@@ -143,8 +143,8 @@ pub fn poison(
             start_s + (row + 1) as f64 / rate_hz,
         );
         let is_in =
-            |span: &&[f64; 2]| begin_s > span[0] - 0.1 / rate_hz && end_s < span[1] + 0.1 / rate_hz;
-        if held_out.iter().any(|span| is_in(&span)) {
+            |span: &[f64; 2]| begin_s > span[0] - 0.1 / rate_hz && end_s < span[1] + 0.1 / rate_hz;
+        if held_out.iter().any(is_in) {
             *value += size * (7.0 * row as f64).sin();
             count += 1;
         }
