@@ -149,7 +149,8 @@ fn check_effect(path: &Path, index: usize, effect: &ModelEffect) -> Result<(), I
             continue;
         }
         let Some(group) = kind.group_of(name) else {
-            let names: Vec<_> = kind.parameter_names().collect();
+            let beside = kind.compensation.iter().flat_map(|group| group.names);
+            let names: Vec<_> = kind.parameter_names().chain(beside.copied()).collect();
             return Err(InputError::new(path, "is not a parameter of this kind")
                 .channel(at(name))
                 .expected(format!("one of {}", names.join(", "))));
@@ -173,6 +174,16 @@ fn check_effect(path: &Path, index: usize, effect: &ModelEffect) -> Result<(), I
                 let named = effect.text(name).is_some();
                 (named, "a recording's name".to_owned())
             }
+            (Value::OneOf(words), _) => {
+                let listed: Vec<String> = words.iter().map(|w| format!("{w:?}")).collect();
+                let known = effect.text(name).is_some_and(|text| words.contains(&text));
+                (known, listed.join(" or "))
+            }
+            (Value::Between([low, high], _), number) => (
+                number.is_some_and(|v| (low..=high).contains(&v)),
+                format!("{low} to {high}"),
+            ),
+            (Value::Remark, _) => (effect.text(name).is_some(), "text".to_owned()),
         };
         if !fits {
             let found = match value {

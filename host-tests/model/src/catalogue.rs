@@ -3,7 +3,7 @@
 //! Names and meanings are the contract's and stay as they are. "ij" = gyro i, axis j.
 
 /// What a parameter holds.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
     /// Any finite number.
     Number,
@@ -17,10 +17,16 @@ pub enum Value {
     Channel,
     /// The name of a recording.
     Recording,
+    /// One of these words; the first where it is absent.
+    OneOf(&'static [&'static str]),
+    /// A number from the least to the greatest, both included, and what stands for it where it is absent.
+    Between([f64; 2], f64),
+    /// A remark for people: it changes nothing.
+    Remark,
 }
 
 /// Parameters of one kind that share a unit.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Group {
     /// Names of the parameters in files.
     pub names: &'static [&'static str],
@@ -33,12 +39,14 @@ pub struct Group {
 }
 
 /// One kind of effect.
-#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Kind {
     /// Its name in files.
     pub name: &'static str,
     /// Its parameters; empty: free parameters (`unlisted`).
     pub groups: &'static [Group],
+    /// What a model may say beside them of how the firmware compensates it; no prediction depends on it.
+    pub compensation: &'static [Group],
 }
 
 /// The body axes.
@@ -81,6 +89,8 @@ const TIME: Group = needed(&["time_s"], "s", Value::Number);
 const SPAN: Group = needed(&["start_s", "end_s"], "s", Value::Number);
 /// The one of several recordings that has an effect, of any kind; absent: all, and of an event any that was running then.
 const RECORDING: Group = bounded(&["recording"], "", Value::Recording);
+/// Combinations of an effect's numbers that no recording fixes, and what was written for them, of any kind.
+const CHOICE: Group = bounded(&[CHOICE_KEY], "", Value::Remark);
 const FAULT: &[Group] = &[CHANNEL, SPAN, RECORDING];
 /// Gyro i reads Σ ij times what the reference turns about j; `channel = "dither"`: what the pickoffs say.
 const MAP: &[Group] = &[
@@ -99,8 +109,36 @@ const JUMP: &[Group] = &[
     RECORDING,
 ];
 
+/// Name of the remark on numbers that no recording fixes.
+pub const CHOICE_KEY: &str = "choice";
+
+/// Words for [`Response`](super::Response): of the block that K implies, or of a spring without inertia.
+pub(super) const RESPONSES: &[&str] = &["mode", STATIC];
+/// The word for [`Response::Static`](super::Response::Static).
+pub(super) const STATIC: &str = "static";
+
+/// Least and greatest damping ratio of a block on its suspension: springs of metal have 0.001 to 0.01, and beyond critical
+/// damping there is no mode.
+pub const FLEXURE_DAMPING: [f64; 2] = [0.002, 0.99];
+/// Damping ratio of a block on its suspension where nobody says it.
+pub const USUAL_FLEXURE_DAMPING: f64 = 0.005;
+
+/// How the firmware takes the static flexure out.
+const FLEXURE_COMPENSATION: &[Group] = &[
+    bounded(&["response"], "", Value::OneOf(RESPONSES)),
+    bounded(
+        &["damping"],
+        "1",
+        Value::Between(FLEXURE_DAMPING, USUAL_FLEXURE_DAMPING),
+    ),
+];
+
 const fn kind(name: &'static str, groups: &'static [Group]) -> Kind {
-    Kind { name, groups }
+    Kind {
+        name,
+        groups,
+        compensation: &[],
+    }
 }
 
 /// Every kind, in the contract's order.
@@ -126,7 +164,10 @@ pub const CATALOGUE: &[Kind] = &[
     kind("gyro_scale_cubic", &[of(XYZ, "s^2/rad^2")]),
     kind("installation", &[of(SIX, "rad")]),
     kind("installation_temperature", &[of(SIX, "rad/K")]),
-    kind("axis_flexure", &[of(SIX, "s^2")]),
+    Kind {
+        compensation: FLEXURE_COMPENSATION,
+        ..kind("axis_flexure", &[of(SIX, "s^2")])
+    },
     kind("axis_flexure_cubic", &[of(SIX, "s^6/rad^2")]),
     kind(
         "axis_flexure_mode",
@@ -260,7 +301,8 @@ impl Kind {
     pub fn group_of(&self, parameter: &str) -> Option<&'static Group> {
         self.groups
             .iter()
-            .chain([&RECORDING])
+            .chain(self.compensation)
+            .chain([&RECORDING, &CHOICE])
             .find(|group| group.names.contains(&parameter))
     }
 

@@ -106,6 +106,16 @@ pub struct ModelEffect {
     pub parameters: BTreeMap<String, EffectValue>,
 }
 
+/// How the firmware compensates a block's static flexure.
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+pub enum Response {
+    /// With the block's own mode, f0 = 1/(2π√K), that its K implies.
+    #[default]
+    Mode,
+    /// As a spring without inertia, as predictions and simulations of `axis_flexure` are.
+    Static,
+}
+
 /// A model in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
@@ -190,5 +200,24 @@ impl ModelEffect {
             Some(EffectValue::Text(text)) => Some(text),
             _ => None,
         }
+    }
+
+    /// How the firmware compensates it; said of `axis_flexure` only.
+    pub fn response(&self) -> Response {
+        match self.text("response") {
+            Some(catalogue::STATIC) => Response::Static,
+            _ => Response::Mode,
+        }
+    }
+
+    /// The damping ratio \[1\], where the model says one; of `axis_flexure`, that of the mode that its K implies.
+    pub fn damping(&self) -> Option<f64> {
+        let given = self.parameters.contains_key("damping");
+        given.then(|| self.number("damping"))
+    }
+
+    /// Numbers that no recording fixes, with what was written for them; `None` where all are known.
+    pub fn choice(&self) -> Option<&str> {
+        self.text(catalogue::CHOICE_KEY)
     }
 }

@@ -6,7 +6,7 @@ use proptest::prelude::*;
 use rlg::model::catalogue::{CATALOGUE, Kind, Value};
 use rlg::model::{
     Accelerometer, Dither, EffectValue, Gyro, Installation, Model, ModelEffect, MotionSource,
-    Reference,
+    Reference, Response,
 };
 
 fn model(numbers: [f64; 3], effects: Vec<ModelEffect>) -> Model {
@@ -47,7 +47,7 @@ fn model(numbers: [f64; 3], effects: Vec<ModelEffect>) -> Model {
 fn every_kind(number: f64) -> Vec<ModelEffect> {
     let effect = |kind: &rlg::model::catalogue::Kind| {
         let mut parameters = BTreeMap::new();
-        for group in kind.groups {
+        for group in kind.groups.iter().chain(kind.compensation) {
             for name in group.names {
                 let value = match group.value {
                     Value::Axis => EffectValue::Text("y".to_owned()),
@@ -55,6 +55,11 @@ fn every_kind(number: f64) -> Vec<ModelEffect> {
                     Value::Recording => EffectValue::Text("bench-17".to_owned()),
                     Value::Number => EffectValue::Number(number),
                     Value::Positive | Value::NotNegative => EffectValue::Number(number.abs() + 1.0),
+                    Value::OneOf(words) => EffectValue::Text(words[words.len() - 1].to_owned()),
+                    Value::Between([low, high], _) => {
+                        EffectValue::Number(low + (high - low) * number.abs().min(1.0))
+                    }
+                    Value::Remark => EffectValue::Text("xy - xz = 0".to_owned()),
                 };
                 parameters.insert((*name).to_owned(), value);
             }
@@ -216,5 +221,31 @@ fn a_low_pass_has_a_time_constant_of_at_least_0() {
             let back = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
             assert_eq!(back, model);
         }
+    }
+}
+
+#[test]
+fn flexure_says_how_it_is_compensated_and_what_of_it_is_a_choice() {
+    let folder = tempfile::tempdir().expect("a temporary folder");
+    let path = folder.path().join("model.toml");
+    for (beside, response, damping, choice) in [
+        ("", Response::Mode, None, None),
+        ("response = \"mode\"", Response::Mode, None, None),
+        ("response = \"static\"", Response::Static, None, None),
+        ("damping = 0.002", Response::Mode, Some(0.002), None),
+        ("damping = 0.99", Response::Mode, Some(0.99), None),
+        ("choice = \"xy - xz\"", Response::Mode, None, Some("xy - xz")),
+    ] {
+        let effect = format!("[[effect]]\nkind = \"axis_flexure\"\nxy = 7e-8\n{beside}\n");
+        std::fs::write(&path, format!("format = 1\n[gyro]\n{effect}")).expect("a file");
+        let model = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        let one = &model.effects[0];
+        assert_eq!(one.response(), response, "{beside}");
+        assert_eq!(one.damping(), damping, "{beside}");
+        assert_eq!(one.choice(), choice, "{beside}");
+        assert_eq!(one.number("xy"), 7e-8);
+        model.write(&path).unwrap_or_else(|error| panic!("{error}"));
+        let back = Model::read(&path).unwrap_or_else(|error| panic!("{error}"));
+        assert_eq!(back, model);
     }
 }

@@ -21,7 +21,7 @@ fn effects() -> String {
         if kind.groups.is_empty() {
             let _ = writeln!(table, "| `{}` | free | | |", kind.name);
         }
-        for (place, group) in kind.groups.iter().enumerate() {
+        for (place, group) in kind.groups.iter().chain(kind.compensation).enumerate() {
             let name = if place == 0 {
                 format!("`{}`", kind.name)
             } else {
@@ -29,9 +29,11 @@ fn effects() -> String {
             };
             let names: Vec<String> = group.names.iter().map(|name| format!("`{name}`")).collect();
             let absent = match group.value {
-                _ if group.required => "must be there",
-                Value::Axis | Value::Channel | Value::Recording => "–",
-                Value::Number | Value::Positive | Value::NotNegative => "0",
+                _ if group.required => "must be there".to_owned(),
+                Value::Axis | Value::Channel | Value::Recording | Value::Remark => "–".to_owned(),
+                Value::Number | Value::Positive | Value::NotNegative => "0".to_owned(),
+                Value::OneOf(words) => format!("`{}`, of `{}`", words[0], words.join("` `")),
+                Value::Between([low, high], absent) => format!("{absent}, of {low} to {high}"),
             };
             let _ = writeln!(
                 table,

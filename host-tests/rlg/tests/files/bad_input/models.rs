@@ -144,6 +144,25 @@ fn a_parameter_of_another_kind() {
 }
 
 #[test]
+fn a_compensation_of_flexure_that_is_none() {
+    let effect = "effect 0 (axis_flexure)";
+    for (line, key, expected) in [
+        ("response = \"stiff\"", "response", "\"mode\" or \"static\""),
+        ("response = 1", "response", "\"mode\" or \"static\""),
+        ("damping = 0.001", "damping", "0.002 to 0.99"),
+        ("damping = 1.0", "damping", "0.002 to 0.99"),
+        ("damping = \"low\"", "damping", "0.002 to 0.99"),
+    ] {
+        let (_, value) = line.split_once(" = ").expect("a value");
+        model(
+            "xy = 7e-8",
+            &format!("xy = 7e-8\n{line}"),
+            &[&format!("{effect}, {key}"), value, expected],
+        );
+    }
+}
+
+#[test]
 fn a_parameter_that_is_missing() {
     let step = "kind = \"gyro_bias_step\"\naxis = \"x\"\nsize = 1e-6\n";
     model(
