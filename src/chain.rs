@@ -33,15 +33,15 @@ use crate::chain::faults::{Faults, FirstFault, Status};
 use crate::chain::numbers::NumberSystem;
 use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::sample::{OutputFrame, Sample};
-use crate::chain::stages::acceleration::{Acceleration, AccelerationState};
 use crate::chain::stages::adaptation::{Adaptation, AdaptationState};
 use crate::chain::stages::compensation;
 use crate::chain::stages::coning::{self, ConingState};
 use crate::chain::stages::counts::Counts;
 use crate::chain::stages::dither::{Dither, DitherState};
+use crate::chain::stages::flexure::{Flexure, FlexureState};
 use crate::chain::stages::frame::{self, FrameState};
 use crate::chain::stages::gap::{GapState, Motion};
-use crate::chain::stages::installation::{self, Installation, SignedFlexure};
+use crate::chain::stages::installation::Installation;
 use crate::chain::stages::limits::Limits;
 use crate::chain::stages::sculling::{self, ScullingState};
 use crate::chain::stages::size_effect::{self, SizeEffect, SizeEffectState};
@@ -59,9 +59,9 @@ use crate::chain::triad::Triad;
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Chain<N: NumberSystem, T: Term<N> = ()> {
-    acceleration: Acceleration<N>,
-    counts: Counts<N>,
     installation: Installation<N>,
+    flexure: Flexure<N>,
+    counts: Counts<N>,
     dither: Dither<N>,
     limits: Limits,
     adaptation: Adaptation,
@@ -88,12 +88,12 @@ pub struct ChainState<N: NumberSystem, T: Term<N> = ()> {
     counts: CodeSum,
     dither: DitherState<N>,
     adaptation: AdaptationState<N>,
-    acceleration: AccelerationState<N>,
-    /// The flexure in use: zero while a fault has switched it off.
-    flexure: SignedFlexure<N>,
+    flexure: FlexureState<N>,
     coning: ConingState<N>,
     frame: FrameState,
     phase: StreamPhase,
+    /// Whether the next sample's products are corrected for flexure.
+    follows_flexure: bool,
     periods_in_output: u32,
     /// Periods before the present output period.
     periods_before: u32,
@@ -134,11 +134,11 @@ impl<N: NumberSystem, T: Term<N>> Default for ChainState<N, T> {
             counts: CodeSum::default(),
             dither: DitherState::default(),
             adaptation: AdaptationState::default(),
-            acceleration: AccelerationState::default(),
-            flexure: SignedFlexure::<N>::default(),
+            flexure: FlexureState::default(),
             coning: ConingState::default(),
             frame: FrameState::default(),
             phase: StreamPhase::default(),
+            follows_flexure: false,
             periods_in_output: 0,
             periods_before: 0,
             periods_without_bias: 0,
@@ -225,7 +225,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         Self {
             counts: Counts::new(parameters, &limits),
             adaptation: Adaptation::new(parameters, &dither),
-            acceleration: Acceleration::new(parameters),
+            flexure: Flexure::new(parameters),
             installation: Installation::new(parameters),
             accelerometers: parameters.accelerometers.as_ref().map(|accelerometers| {
                 Accelerometers {
@@ -317,7 +317,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         self.adaptation.observe(
             &mut state.adaptation,
             (&self.dither, &state.dither),
-            &state.acceleration,
+            &state.flexure,
             sample,
         );
 
@@ -339,27 +339,21 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
 
         let at_rest = compensation::at_rest::<N>(self.installation.at_rest(), stripped);
 
-        if state.phase == StreamPhase::Second {
+        let case = if state.follows_flexure {
+            let previous = state.coning.latest();
+            (self.flexure).process(&mut state.flexure, previous, at_rest)
+        } else {
             core::hint::cold_path();
-            self.acceleration.start(&mut state.acceleration, at_rest);
-            if let Some(accelerometers) = &self.accelerometers {
-                let size_effect = &accelerometers.size_effect;
-                size_effect.start(&mut state.size_effect, at_rest);
-            }
-            state.phase = StreamPhase::Ordinary;
-        }
-        let (acceleration, saturated) = self.acceleration.process(&mut state.acceleration, at_rest);
-        if saturated != Status::default() {
+            self.without_flexure(state, at_rest);
+            at_rest
+        };
+        let held = self.terms.case(&mut state.terms, at_rest);
+        if held != Status::default() {
             core::hint::cold_path();
-            state.raise(saturated);
+            state.raise(held);
         }
 
-        let tilts = installation::process::<N>(&state.flexure, acceleration);
-        let tilts = (self.terms).tilts(&mut state.terms, acceleration, tilts);
-
-        let tilted = compensation::tilted::<N>(&tilts, stripped);
-
-        coning::process(&mut state.coning, at_rest, tilted);
+        coning::process(&mut state.coning, at_rest, case);
 
         if let Some(accelerometers) = &self.accelerometers {
             if T::FOLLOWS_FORCE {
@@ -370,6 +364,39 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         }
 
         self.advance_time(state, 1)
+    }
+
+    /// Takes increments that flexure corrects nothing of: the first after a start or gap, from which everything starts that
+    /// compares increments, and those with a block's dither in them.
+    #[cold]
+    #[inline(never)]
+    fn without_flexure(&self, state: &mut ChainState<N, T>, increment: Triad<N::Increment>) {
+        if state.phase != StreamPhase::Second {
+            let previous = state.coning.latest();
+            (self.flexure).process(&mut state.flexure, previous, increment);
+            return;
+        }
+        self.flexure
+            .start(&mut state.flexure, increment, self.unit_log2);
+        if let Some(accelerometers) = &self.accelerometers {
+            let size_effect = &accelerometers.size_effect;
+            size_effect.start(&mut state.size_effect, increment);
+        }
+        state.phase = StreamPhase::Ordinary;
+        state.follows_flexure = !state.health.contains(Status::DYNAMIC_TERM_OFF);
+    }
+
+    /// What flexure takes off the output period's angles about the sensing axes \[fine units\].
+    #[inline(always)]
+    fn bent(&self, state: &mut ChainState<N, T>) -> [i64; 3] {
+        let known = !state.health.contains(Status::DYNAMIC_TERM_OFF);
+        let latest = state.coning.latest();
+        let (bent, held) = (self.flexure).finish(&mut state.flexure, latest, self.unit_log2, known);
+        if held {
+            core::hint::cold_path();
+            state.raise(Status::ACCELERATION_SATURATED);
+        }
+        bent
     }
 
     /// Counts `periods` sampling periods; gives the frame if an output period ends.
@@ -406,6 +433,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
             let stripped = self.dither.finish(&mut state.dither, axis);
             sensing_axes[axis] = sensed.wrapping_sub(stripped);
         }
+        let bent = self.bent(state);
         let window = self.adaptation.finish(
             &mut state.adaptation,
             &self.dither,
@@ -418,6 +446,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         }
         let sums = self.period_sums(state, with_rotation);
         let sensing_axes = self.terms.angles(&mut state.terms, &sums, sensing_axes);
+        let sensing_axes = turning::add(sensing_axes, bent);
         let case = compensation::at_rest_exactly(self.installation.exact_at_rest(), sensing_axes);
         let beside = coning::finish(&mut state.coning, self.unit_log2);
         let mut rotation = case;
@@ -471,11 +500,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     fn degrade(&self, state: &mut ChainState<N, T>, health: Status) {
         let unusable = Status::PICKOFF_FAILED.union(Status::COUNTER_STUCK);
         let off = health.bits() & unusable.bits() != 0;
-        state.flexure = if off {
-            SignedFlexure::<N>::default()
-        } else {
-            *self.installation.flexure()
-        };
+        state.follows_flexure = !off && state.phase == StreamPhase::Ordinary;
         self.terms.degrade(&mut state.terms, !off);
         state.health = health.union(Status::DYNAMIC_TERM_OFF.when(off));
     }

@@ -19,16 +19,17 @@
 //!                                                                 │
 //!          ┌──────────────────────────────────────────────────────┤
 //!          ▼                                                      ▼
-//!  compensation(ε0) ─ acceleration ─▶ α̂T² ─ installation ─▶ ε(α̂) ─ compensation ─▶ case Δθ
-//!                                                                                   │
-//!          ┌─────────────────────────────────────────────────────────── coning ◀─────┤
-//!          ▼                                                                         │
-//!      Σ Δθ + β ─ frame ─▶ OutputFrame ◀─ frame ─ C (Σ Δv + S) − [C L ω]             │
+//!  Σ Δθ − Σ N(−K α) Δθ ◀─ flexure ◀──────────────── case Δθ ◀─ compensation(ε0)
+//!          │                                           │
+//!          ▼                                           ├────────────────────────────┐
+//!  M (Σ Δθ − …) + β ◀───────────── coning ◀────────────┘                             │
+//!          │                                                                         │
+//!          └─ frame ─▶ OutputFrame ◀─ frame ─ C (Σ Δv + S) − [C L ω]                 │
 //!                                                      ▲                             │
 //!  accelerometer codes ─ velocity ─▶ Δv ─ sculling, size_effect, turning ◀───────────┘
 //! ```
 //! Equation numbers are those of Cheng et al. 2023, with the signs of its Eq. (6) settled as in
-//! [`stages::installation`].
+//! [`stages::flexure`].
 //!
 //! # Two number systems, one text
 //! The stages are written once over [`NumberSystem`]; [`F32`] and [`Fixed`] say what an increment, a
@@ -79,13 +80,13 @@
 //!
 //! | type | bytes | how many |
 //! |---|---|---|
-//! | `Processor<F32>` | 1736 | one: chain, state and health |
-//! | `Processor<Fixed>` | 1888 | |
-//! | `Chain<F32>` | 744 | in the processor |
-//! | `Chain<Fixed>` | 768 | |
-//! | `ChainState<F32>` | 848 | in the processor |
-//! | `ChainState<Fixed>` | 976 | |
-//! | `Parameters` | 1592 | at boot; 496 in a build without terms |
+//! | `Processor<F32>` | 1776 | one: chain, state and health |
+//! | `Processor<Fixed>` | 1944 | |
+//! | `Chain<F32>` | 792 | in the processor |
+//! | `Chain<Fixed>` | 832 | |
+//! | `ChainState<F32>` | 840 | in the processor |
+//! | `ChainState<Fixed>` | 968 | |
+//! | `Parameters` | 1608 | at boot; 512 in a build without terms |
 //! | `BankDecoder` | 40 | one |
 //! | `DitherMonitor` | 56 | one |
 //! | `TraceRing<256>` | 13332 | one, of as many entries as are wanted |
@@ -157,7 +158,7 @@ pub use health::{Health, HealthItem};
 pub use numbers::{F32, Fixed, NumberSystem};
 #[cfg(feature = "slots")]
 pub use parameter_block::{BlockError, PARAMETER_BLOCK_BYTES};
-pub use parameters::{AccelerometerParameters, ParameterError, Parameters};
+pub use parameters::{AccelerometerParameters, FlexureResponse, ParameterError, Parameters};
 pub use processor::{BootReport, Processor, Timing};
 pub use sample::{FrameError, OutputFrame, Sample};
 #[cfg(feature = "wire")]

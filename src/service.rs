@@ -85,6 +85,7 @@ fn outcome<E>(error: &UploadError<E>) -> (u8, u32) {
             BlockError::Version(version) => (7, u32::from(*version)),
             BlockError::Checksum { computed, .. } => (8, *computed),
             BlockError::Accelerometers(byte) => (9, u32::from(*byte)),
+            BlockError::Response(_) => (10, 0),
             BlockError::Parameter(error) => of_parameter(error),
         },
         UploadError::SupplyLow => (13, 0),

@@ -55,16 +55,20 @@ pub const DITHER_LIMIT_RAD: f64 = 2.0 / 8.0 / 256.0;
 /// frame can show; 36 ms at 100 °/s. A larger one is shown by as many frames as it takes.
 pub const GAP_IN_FRAME_RAD: f64 = 1.0 / 16.0;
 
-/// Largest angular acceleration the compensation follows \[increment units per sample²\]: 2⁻¹⁰, 15 600 rad/s² at
-/// 4 kHz. Shaker tests reach 100 rad/s²; pulse quantisation of 1″ adds some 100 rad/s².
+/// Largest angular acceleration that terms of cubic and resonant flexure follow \[increment units per sample²\]: 2⁻¹⁰,
+/// 15 600 rad/s² at 4 kHz. Shaker tests reach 100 rad/s²; pulse quantisation of 1″ adds some 50 rad/s².
 pub const ACCELERATION_LIMIT_RAD: f64 = 1.0 / 1024.0;
 
-/// Largest |K|/T² \[1\]: 8, K = 5e-7 s² at 4 kHz, seven times the paper's values (Table 3: 7e-8 s²).
-/// With [`ACCELERATION_LIMIT_RAD`] a tilt stays within 1/128 rad at 4 kHz.
+/// Largest |K|/T² \[1\]: 8, K = 5e-7 s² at 4 kHz, seven times the paper's values (Table 3: 7e-8 s²): a block that
+/// rings at 225 Hz.
 pub const FLEXURE_LIMIT: f64 = 8.0;
 
 /// Largest |K|/T² times the increment unit \[1\]: 32, the fixed-point format's range. It binds below 1 kHz.
 pub const SCALED_FLEXURE_LIMIT: f64 = 32.0;
+
+/// Most that flexure adds to one increment where it is a factor of coning's products \[increment units\]: 2⁻¹⁶, a tilt of
+/// 1/256 rad at half the largest increment.
+pub const BENT_LIMIT_RAD: f64 = 1.0 / 65536.0;
 
 /// Largest known installation angle |ε_ij0| \[rad\]: 1/128 (0.45°); real ones stay within 1e-3 rad. With the
 /// largest tilt a matrix term stays within 1/64.
@@ -176,18 +180,28 @@ pub const HEALTHY_FREQUENCY: (f64, f64) = (0.8, 1.2);
 /// half the amplitude.
 pub const UNSTRIPPED_ENERGY: f32 = 0.25;
 
-/// Terms of the acceleration filter: orders 1 to 4.
-pub const ACCELERATION_TERMS: usize = 4;
+/// Terms of a filter over successive increments.
+pub const FILTER_TERMS: usize = 4;
 
-/// α̂_k T² = Σ_p c_p (D_k − D_{k−p}), rows by order, tuned so that the mean of α̂ × D is right (the
-/// *product* rectifies, not α̂ alone): matching Σ_p c_p (sin pΩT) 2(1 − cos ΩT)/(ΩT)² = ΩT in powers of ΩT.
-/// Error of the product at 400 Hz and 4 kHz: 9.5 %, 0.85 %, 0.075 %, 0.0067 %.
-pub const ACCELERATION_COEFFICIENTS: [[f64; ACCELERATION_TERMS]; 4] = [
-    [1.0, 0.0, 0.0, 0.0],
-    [3.0 / 2.0, -1.0 / 4.0, 0.0, 0.0],
-    [43.0 / 24.0, -29.0 / 60.0, 7.0 / 120.0, 0.0],
-    [107.0 / 54.0, -727.0 / 1080.0, 44.0 / 315.0, -41.0 / 3024.0],
-];
+/// Pairs of increments about a sample from which its angular acceleration is formed.
+pub const CENTRAL_PAIRS: usize = 3;
+
+/// α̂_k T² = Σ_p a_p (D_{k+p} − D_{k−p}), tuned so that the mean of α̂ × D is right (the *product* rectifies, not α̂
+/// alone): 2 Σ_p a_p sin px = x/sinc²(x/2), x = ΩT, in powers of x. Antisymmetric, so that nothing rectifies where
+/// two axes move in phase. Error of the product at 100, 200, 400 Hz and 4 kHz: 2e-7, 1.3e-5, 7.5e-4.
+pub const CENTRAL_COEFFICIENTS: [f64; CENTRAL_PAIRS] = [43.0 / 48.0, -29.0 / 120.0, 7.0 / 240.0];
+
+/// Frequencies at which the response of a block's mode is matched, over the mode's own \[1\]; and at most
+/// \[cycles per sample\], 120 and 220 Hz at 4 kHz. Also at rest. Left between them: 3e-4 of the drift with a mode of
+/// 593 Hz.
+pub const MODE_MATCHED_AT: [(f64, f64); 2] = [(0.2, 0.03), (0.36, 0.055)];
+
+/// Damping of the mode that a flexure implies, where nothing else is said \[1\]: metal springs have 0.001 to 0.01.
+pub const FLEXURE_DAMPING: f64 = 0.005;
+
+/// Most that the flexure's correction adds to an output period's angle \[increment units\]: 2⁻⁹, 400″. A tilt of
+/// 1/128 rad at the largest increment for the longest period.
+pub const FLEXURE_ANGLE_LIMIT_RAD: f64 = 1.0 / 512.0;
 
 /// Coning within one sample, ½∫α×ω dt ≈ (c₁ D_{k−1} + c₂ D_{k−2}) × D_k: Σ c_j 2(1 − cos x) sin jx =
 /// ½(x − sin x), x = ΩT, matched to x⁵. With c₁ alone (1/12, matched to x³) the residual at 4 kHz, 100 Hz,
@@ -250,10 +264,10 @@ pub const DITHER_ERROR_LIMIT_RAD: f64 = 1.0 / 8192.0;
 /// keep to their fixed-point format.
 pub const FLEXURE_TERM_LIMIT_RAD: f64 = 1.0 / 1024.0;
 
-/// Frequencies of a suspension's mode that a term corrects \[cycles per sample\]: 40 Hz to 1.2 kHz at 4 kHz.
-pub const MODE_CYCLES_RANGE: (f64, f64) = (0.01, 0.3);
+/// Frequencies of a suspension's mode that a term corrects \[cycles per sample\]: 40 Hz to 2 kHz at 4 kHz.
+pub const MODE_CYCLES_RANGE: (f64, f64) = (0.01, 0.5);
 
-/// Dampings of a suspension's mode that a term corrects \[1\].
+/// Dampings of a suspension's mode that are corrected \[1\].
 pub const MODE_DAMPING_RANGE: (f64, f64) = (0.002, 0.99);
 
 /// Largest magnetic flux density that a reading may have \[T\]: 0.1 is a strong magnet; beyond it is a sensor's fault.

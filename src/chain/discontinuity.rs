@@ -8,7 +8,7 @@ use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::sample::{OutputFrame, Sample};
 use crate::chain::stages::gap::Motion;
-use crate::chain::stages::{compensation, coning, sculling, size_effect};
+use crate::chain::stages::{compensation, coning, flexure, sculling, size_effect};
 use crate::chain::terms::Term;
 use crate::chain::{Chain, ChainState, StreamPhase};
 
@@ -21,7 +21,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     ///
     /// # Assumptions
     /// The next sample's counts and accelerometer codes cover the lost periods (free-running counters), so no angle and
-    /// no velocity is lost, however long the outage: what one frame cannot show follows in the next ones. Acceleration,
+    /// no velocity is lost, however long the outage: what one frame cannot show follows in the next ones. Flexure,
     /// coning and sculling within samples, the size effect's squares and tap adaptation start anew afterwards.
     #[inline(never)]
     pub fn process_lost(&self, state: &mut ChainState<N, T>, periods: u32) -> Option<OutputFrame> {
@@ -30,6 +30,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         }
         state.raise(Status::GAP);
         size_effect::discontinue(&mut state.size_effect);
+        flexure::discontinue(&mut state.flexure);
         self.terms.discontinue(&mut state.terms);
         if state.phase == StreamPhase::First {
             return self.wait_for_first(state, periods);
@@ -96,7 +97,6 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
                 let held = self.limits.hold(&sample.pickoff_codes, sample, 1);
                 state.raise(held.status.union(Status::PRIMED));
                 self.dither.start(&mut state.dither, sample.pickoff_codes);
-                state.flexure = *self.installation.flexure();
                 state.periods_without_bias = state.periods_without_bias.wrapping_add(1);
                 self.adaptation.start(&mut state.adaptation);
                 state.phase = StreamPhase::Second;
@@ -198,6 +198,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         state.periods_without_bias = state.periods_without_bias.wrapping_add(of_this);
         self.give_back_bias(state, i64::from(periods.wrapping_sub(of_this)));
         size_effect::discontinue(&mut state.size_effect);
+        flexure::discontinue(&mut state.flexure);
         self.terms.discontinue(&mut state.terms);
         self.begin_products(state, Status::default());
     }
@@ -209,6 +210,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         coning::resume(&mut state.coning);
         sculling::resume(&mut state.sculling);
         state.phase = StreamPhase::Second;
+        state.follows_flexure = false;
     }
 
     /// The case's angle \[fine units\] by the installation matrix at rest, from sensed and stripped angles.

@@ -10,6 +10,27 @@ use crate::chain::dither_phase::DitherPhase;
 use crate::chain::terms::records::{RecordError, TermKind, TermRecords};
 use crate::chain::triad::CrossAxis;
 
+/// How a block's tilt follows the angular acceleration of the case.
+#[derive(Debug, Clone, Copy, PartialEq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+pub enum FlexureResponse {
+    /// At once, whatever the frequency.
+    Static,
+    /// As a mode at Ω₀ = 1/√K_ij, which K = J/k implies, for each pair.
+    Mode {
+        /// ζ \[1\], 0.002 to 0.99.
+        damping: f64,
+    },
+}
+
+impl Default for FlexureResponse {
+    fn default() -> Self {
+        Self::Mode {
+            damping: design::FLEXURE_DAMPING,
+        }
+    }
+}
+
 /// Everything that the chain knows of its gyro triad. Axes x, y, z of the body frame.
 ///
 /// ```
@@ -32,6 +53,8 @@ pub struct Parameters {
     /// K_ij \[s²\]: the tilt is δ_ij = −K_ij α_j; |K_ij|·rate² within 8 (5e-7 s² at 4 kHz),
     /// below 1 kHz within 4.
     pub flexure_s2: CrossAxis<f64>,
+    /// How the blocks of `flexure_s2` follow the acceleration.
+    pub flexure_response: FlexureResponse,
     /// Block angle over pickoff angle \[1\], 0 to 2; 0 for gyros without dither.
     pub pickoff_gain: [f64; 3],
     /// Angle of one pickoff code \[rad\], 2⁻³⁵ (2.9e-11) to 1e-4.
@@ -41,8 +64,6 @@ pub struct Parameters {
     /// Samples in one output period \[samples\], 1 to 40, and no more than the sums of a period can hold at the limit
     /// of its readings: some 12 ms, 6 at 500 Hz, 24 at 2 kHz.
     pub samples_per_output: u16,
-    /// Terms of the acceleration filter, 1 to 4: fewer have less noise, and larger errors at high frequencies.
-    pub acceleration_order: u8,
     /// The pickoff shows the block this much late \[s\], within ±1e-4 (`dither_delay` of the contract).
     pub pickoff_delay_s: [f64; 3],
     /// Nominal dither frequency \[Hz\], 1 to 4000; 0.04 to 0.4 of the sample rate where it is used: with a
@@ -102,7 +123,7 @@ impl Default for Parameters {
             pickoff_weight_rad: 1.0 / (1u64 << 32) as f64,
             sample_rate_hz: design::DESIGN_SAMPLE_RATE_HZ,
             samples_per_output: 20,
-            acceleration_order: 4,
+            flexure_response: FlexureResponse::default(),
             pickoff_delay_s: [0.0; 3],
             dither_frequency_hz: [400.0; 3],
             dither_amplitude_rad: [0.0; 3],
@@ -138,8 +159,12 @@ pub enum ParameterError {
     SamplesPerOutput,
     /// `samples_per_output` with `sample_rate_hz` and the pickoff's taps.
     OutputPeriod,
-    /// `acceleration_order`.
-    AccelerationOrder,
+    /// `flexure_response.damping`.
+    FlexureDamping,
+    /// Frequency of `axis_flexure_mode`.
+    ModeFrequency,
+    /// Damping of `axis_flexure_mode`.
+    ModeDamping,
     /// `pickoff_delay_s`.
     PickoffDelay,
     /// `dither_frequency_hz`.
@@ -189,7 +214,11 @@ impl fmt::Display for ParameterError {
                  turn by, at the limit of their readings, must stay within 0.1767 rad (some 12 ms), and \
                  their pulses within an i32"
             }
-            Self::AccelerationOrder => "acceleration_order must be 1 to 4",
+            Self::FlexureDamping => "damping of axis_flexure must be 0.002 to 0.99",
+            Self::ModeFrequency => {
+                "frequency_hz of axis_flexure_mode must be 0.01 to 0.5 of the sample rate (40 to 2000 Hz at 4 kHz)"
+            }
+            Self::ModeDamping => "damping of axis_flexure_mode must be 0.002 to 0.99",
             Self::PickoffDelay => "pickoff_delay_s must be within +-1e-4 s",
             Self::DitherFrequency => {
                 "dither_frequency_hz must be 1 to 4000 Hz, and 0.04 to 0.4 of the sample rate where \
@@ -279,8 +308,8 @@ impl Parameters {
         if !(1..=design::MAX_SAMPLES_PER_OUTPUT).contains(&self.samples_per_output) {
             return Err(E::SamplesPerOutput);
         }
-        if !(1..=design::ACCELERATION_TERMS).contains(&usize::from(self.acceleration_order)) {
-            return Err(E::AccelerationOrder);
+        if let FlexureResponse::Mode { damping } = self.flexure_response {
+            all(&[damping], design::MODE_DAMPING_RANGE, E::FlexureDamping)?;
         }
         all(
             &self.pickoff_delay_s,
@@ -406,8 +435,9 @@ impl Parameters {
     }
 
     /// Largest increment of the case over one sample that readings within their limits can form \[rad\]: counts at
-    /// their limit, pickoff steps at theirs through both taps, wherever adaptation may move them, turned by the matrix
-    /// and the largest tilts. The other fields are in their ranges.
+    /// their limit, pickoff steps at theirs through both taps, wherever adaptation may move them, turned by the matrix, and
+    /// what flexure adds.
+    /// The other fields are in their ranges.
     pub fn largest_increment_rad(&self) -> f64 {
         let unit_rad = self.increment_unit_rad();
         let sensed = [0, 1, 2].map(|axis| {
@@ -415,16 +445,15 @@ impl Parameters {
             design::SENSED_LIMIT_RAD * (1.0 - self.scale_error[axis]) + strip
         });
         let [x, y, z] = sensed;
-        let tilt_s2 =
-            self.sample_rate_hz * self.sample_rate_hz * unit_rad * design::ACCELERATION_LIMIT_RAD;
         let e = self.installation_rad.map(f64::abs);
-        let k = self.flexure_s2.map(|k| k.abs() * tilt_s2);
         let case = [
-            x + (e.xy + k.xy) * z + (e.xz + k.xz) * y,
-            y + (e.yz + k.yz) * x + (e.yx + k.yx) * z,
-            z + (e.zx + k.zx) * y + (e.zy + k.zy) * x,
+            x + e.xy * z + e.xz * y,
+            y + e.yz * x + e.yx * z,
+            z + e.zx * y + e.zy * x,
         ];
-        case.into_iter().fold(0.0, f64::max) * unit_rad
+        let rigid = self.flexure_s2 == CrossAxis::default();
+        let bent = if rigid { 0.0 } else { design::BENT_LIMIT_RAD };
+        (case.into_iter().fold(0.0, f64::max) + bent) * unit_rad
     }
 
     /// |h₀| + |h₁| over the pickoff's gain, at most; 0 where nothing is stripped.
@@ -457,16 +486,5 @@ impl Parameters {
     /// Pickoff gain in the unit of the sensed angle after scale correction \[rad per code\].
     pub(crate) fn strip_rad_per_code(&self, axis: usize) -> f64 {
         self.pickoff_gain[axis] * self.pickoff_weight_rad * (1.0 - self.scale_error[axis])
-    }
-
-    /// The filter row of `acceleration_order`; order 4 where the order is out of range.
-    pub(crate) fn acceleration_coefficients(&self) -> [f64; design::ACCELERATION_TERMS] {
-        let [one, two, three, four] = design::ACCELERATION_COEFFICIENTS;
-        match self.acceleration_order {
-            1 => one,
-            2 => two,
-            3 => three,
-            _ => four,
-        }
     }
 }

@@ -33,7 +33,7 @@ impl<T: Term<Interval>> ChainState<Interval, T> {
                 self.dither.taps(),
                 self.adaptation.sums(),
             ),
-            (&self.acceleration, &self.flexure, &self.coning),
+            (&self.flexure, &self.coning),
             (&self.sculling, &self.size_effect, &self.terms),
         )
     }

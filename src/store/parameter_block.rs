@@ -5,15 +5,19 @@
 //! | offset | holds |
 //! |---|---|
 //! | 0 | magic `RLGP` |
-//! | 4 | `u16` version (3; version 2, which has no records, is read too) |
+//! | 4 | `u16` version (4; older ones are read too, below) |
 //! | 6 | `u16` length of the whole block |
 //! | 8 | `u16` samples per output |
-//! | 10 | `u8` acceleration order |
+//! | 10 | `u8` response of the flexure: 1 its block's mode, 0 static |
 //! | 11 | `u8` 1 with accelerometers, 0 without |
 //! | 12 | `u32` generation: of two whole blocks the later one counts |
 //! | 16 | 60 `f64`: pulse weight ×3, bias ×3, scale ×3, installation ×6, flexure ×6, pickoff gain ×3, pickoff weight, sample rate, pickoff delay ×3, dither frequency ×3, dither amplitude ×3, adaptation time; accelerometers: weight ×3, bias ×3, scale ×3, misalignment ×6, lever arms ×9 (zeros without) |
-//! | 496 | records of optional terms, each its kind, its bytes and its values ([`records`](crate::chain::terms::records)) |
+//! | 496 | `f64` damping of that mode; 0 where the response is static |
+//! | 504 | records of optional terms, each its kind, its bytes and its values ([`records`](crate::chain::terms::records)) |
 //! | last 4 | `u32` CRC-32 (ISO-HDLC, as zip) of everything before it |
+//!
+//! Version 3 has no damping, so that its records begin at 496, and version 2 has no records either. Both have an
+//! acceleration order at 10, which no longer means anything; their flexure is static, as they were calibrated.
 //!
 //! Choosing between two blocks is the task of [`parameter_slots`](crate::store::parameter_slots).
 
@@ -22,21 +26,30 @@ use core::ops::Deref;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
-use crate::chain::parameters::{AccelerometerParameters, ParameterError, Parameters};
+use crate::chain::parameters::{
+    AccelerometerParameters, FlexureResponse, ParameterError, Parameters,
+};
 use crate::chain::terms::records::RECORD_BYTES;
 use crate::chain::triad::CrossAxis;
 
 const MAGIC: [u8; 4] = *b"RLGP";
-const VERSION: u16 = 3;
+const VERSION: u16 = 4;
+/// The version before responses of the flexure.
+const VERSION_WITHOUT_RESPONSE: u16 = 3;
 /// The version before records.
 const VERSION_WITHOUT_RECORDS: u16 = 2;
 const HEADER_BYTES: usize = 16;
-const NUMBERS: usize = 60;
+const NUMBERS: usize = 61;
 const RECORDS_OFFSET: usize = HEADER_BYTES + 8 * NUMBERS;
+/// The same without a response.
+const RECORDS_OFFSET_BEFORE: usize = RECORDS_OFFSET - 8;
 const CRC_BYTES: usize = 4;
 
-/// Size of a block without records \[bytes\]: the smallest.
+/// Size of a block without records \[bytes\].
 pub const PARAMETER_BLOCK_BYTES: usize = RECORDS_OFFSET + CRC_BYTES;
+
+/// Size of a block of an older version without records \[bytes\].
+const SMALLEST_BLOCK_BYTES: usize = RECORDS_OFFSET_BEFORE + CRC_BYTES;
 
 /// Size of the largest block \[bytes\].
 pub const LARGEST_BLOCK_BYTES: usize = PARAMETER_BLOCK_BYTES + RECORD_BYTES;
@@ -62,6 +75,8 @@ pub enum BlockError {
         /// As computed.
         computed: u32,
     },
+    /// The byte that says how the flexure responds is neither 0 nor 1.
+    Response(u8),
     /// The byte that says whether there are accelerometers is neither 0 nor 1.
     Accelerometers(u8),
     /// The block is whole, but a parameter is out of range.
@@ -73,18 +88,22 @@ impl fmt::Display for BlockError {
         match self {
             Self::Length(found) => write!(
                 f,
-                "parameter block of {found} bytes, expected {PARAMETER_BLOCK_BYTES} to {LARGEST_BLOCK_BYTES}, as it says"
+                "parameter block of {found} bytes, expected {SMALLEST_BLOCK_BYTES} to {LARGEST_BLOCK_BYTES}, as it says"
             ),
             Self::Magic => f.write_str("parameter block does not begin with RLGP"),
             Self::Version(found) => {
                 write!(
                     f,
-                    "parameter block of version {found}, expected 2 or {VERSION}"
+                    "parameter block of version {found}, expected 2 to {VERSION}"
                 )
             }
             Self::Checksum { stored, computed } => write!(
                 f,
                 "parameter block CRC-32 is {stored:#010x}, computed {computed:#010x}"
+            ),
+            Self::Response(found) => write!(
+                f,
+                "parameter block says {found} of its flexure's response, expected 0 (static) or 1 (mode)"
             ),
             Self::Accelerometers(found) => write!(
                 f,
@@ -123,7 +142,7 @@ impl Parameters {
         block[4..6].copy_from_slice(&VERSION.to_le_bytes());
         block[6..8].copy_from_slice(&(length as u16).to_le_bytes());
         block[8..10].copy_from_slice(&self.samples_per_output.to_le_bytes());
-        block[10] = self.acceleration_order;
+        block[10] = u8::from(self.flexure_response != FlexureResponse::Static);
         block[11] = u8::from(self.accelerometers.is_some());
         block[12..16].copy_from_slice(&generation.to_le_bytes());
         let chunks = block[HEADER_BYTES..RECORDS_OFFSET].chunks_exact_mut(8);
@@ -156,22 +175,21 @@ impl Parameters {
     /// # Errors
     /// The bytes are no block, or a parameter is out of range. The parameters are then of no use.
     pub fn read_block(&mut self, bytes: &[u8]) -> Result<u32, BlockError> {
-        let Some((block, _)) = bytes.split_first_chunk::<RECORDS_OFFSET>() else {
+        let Some((block, _)) = bytes.split_first_chunk::<RECORDS_OFFSET_BEFORE>() else {
             return Err(BlockError::Length(bytes.len()));
         };
         if block[0..4] != MAGIC {
             return Err(BlockError::Magic);
         }
         let version = u16::from_le_bytes([block[4], block[5]]);
-        if version != VERSION && version != VERSION_WITHOUT_RECORDS {
-            return Err(BlockError::Version(version));
-        }
-        let length = usize::from(u16::from_le_bytes([block[6], block[7]]));
-        let longest = match version {
-            VERSION_WITHOUT_RECORDS => PARAMETER_BLOCK_BYTES,
-            _ => LARGEST_BLOCK_BYTES,
+        let (records, longest) = match version {
+            VERSION_WITHOUT_RECORDS => (RECORDS_OFFSET_BEFORE, SMALLEST_BLOCK_BYTES),
+            VERSION_WITHOUT_RESPONSE => (RECORDS_OFFSET_BEFORE, LARGEST_BLOCK_BYTES),
+            VERSION => (RECORDS_OFFSET, LARGEST_BLOCK_BYTES),
+            _ => return Err(BlockError::Version(version)),
         };
-        if !(PARAMETER_BLOCK_BYTES..=longest).contains(&length) {
+        let length = usize::from(u16::from_le_bytes([block[6], block[7]]));
+        if !(records + CRC_BYTES..=longest).contains(&length) {
             return Err(BlockError::Length(length));
         }
         let Some((body, stored)) = bytes
@@ -204,7 +222,16 @@ impl Parameters {
         self.pickoff_weight_rad = take::<1>(numbers)[0];
         self.sample_rate_hz = take::<1>(numbers)[0];
         self.samples_per_output = u16::from_le_bytes([block[8], block[9]]);
-        self.acceleration_order = block[10];
+        self.flexure_response = FlexureResponse::Static;
+        if version == VERSION {
+            self.flexure_response = match (block[10], body.get(RECORDS_OFFSET_BEFORE..)) {
+                (0, _) => FlexureResponse::Static,
+                (1, Some([a, b, c, d, e, f, g, h, ..])) => FlexureResponse::Mode {
+                    damping: f64::from_le_bytes([*a, *b, *c, *d, *e, *f, *g, *h]),
+                },
+                (other, _) => return Err(BlockError::Response(other)),
+            };
+        }
         self.pickoff_delay_s = take(numbers);
         self.dither_frequency_hz = take(numbers);
         self.dither_amplitude_rad = take(numbers);
@@ -221,7 +248,7 @@ impl Parameters {
             other => return Err(BlockError::Accelerometers(other)),
         };
         self.terms
-            .read(body.get(RECORDS_OFFSET..).unwrap_or(&[]))
+            .read(body.get(records..).unwrap_or(&[]))
             .map_err(|error| BlockError::Parameter(ParameterError::Records(error)))?;
         self.check().map_err(BlockError::Parameter)?;
         Ok(u32::from_le_bytes([
@@ -254,6 +281,10 @@ impl Parameters {
             .chain(accelerometers.scale_error)
             .chain(accelerometers.misalignment_rad.to_array())
             .chain(accelerometers.lever_arm_m.into_iter().flatten())
+            .chain([match self.flexure_response {
+                FlexureResponse::Static => 0.0,
+                FlexureResponse::Mode { damping } => damping,
+            }])
     }
 }
 

@@ -19,8 +19,8 @@ use trueaxis::processor::{BootReport, Processor, Timing};
 use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
 use trueaxis::telemetry_frame::TelemetryFrame;
 use trueaxis::{
-    BlockError, Chain, ChainState, CrossAxis, F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE,
-    OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample,
+    BlockError, Chain, ChainState, CrossAxis, F32, Fixed, FlexureResponse, NumberSystem,
+    OUTPUT_RAD_PER_CODE, OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample,
 };
 
 // ---- What enters
@@ -76,6 +76,13 @@ fn accelerometers() -> impl Strategy<Value = AccelerometerParameters> {
         )
 }
 
+fn response() -> impl Strategy<Value = FlexureResponse> {
+    prop_oneof![
+        Just(FlexureResponse::Static),
+        (0.002..=0.99f64).prop_map(|damping| FlexureResponse::Mode { damping }),
+    ]
+}
+
 /// Anywhere in the documented ranges.
 fn parameters() -> impl Strategy<Value = Parameters> {
     let gyros = (
@@ -98,11 +105,11 @@ fn parameters() -> impl Strategy<Value = Parameters> {
         strip,
         500.0..8000.0f64,
         1..=40u16,
-        1..=4u8,
+        response(),
         prop::option::of(accelerometers()),
     )
         .prop_map(
-            |(gyros, strip, rate, samples_per_output, order, accelerometers)| {
+            |(gyros, strip, rate, samples_per_output, response, accelerometers)| {
                 let (pulse_weight_rad, bias_rad_s, scale_error, installation_rad, flexure) = gyros;
                 let (gain, weight, delay, frequency, amplitude, adaptation) = strip;
                 Parameters::default().with(|p| {
@@ -116,7 +123,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
                     p.pickoff_weight_rad = weight;
                     p.sample_rate_hz = rate;
                     p.samples_per_output = samples_per_output;
-                    p.acceleration_order = order;
+                    p.flexure_response = response;
                     p.pickoff_delay_s = delay;
                     p.dither_frequency_hz = frequency.map(|f| f * rate);
                     p.dither_amplitude_rad = amplitude;
@@ -258,26 +265,23 @@ p.accelerometers = parameters.accelerometers.map(|a| AccelerometerParameters {
         );
     }
 
-    /// Whatever the acceleration stage makes of the motion, without K none of it reaches an output.
+    /// Whatever the flexure stage makes of the motion, without K none of it reaches an output.
     #[test]
-    fn without_flexure_the_acceleration_changes_no_bit(
+    fn without_flexure_its_response_changes_no_bit(
         parameters in parameters(),
+        other in response(),
         samples in any_samples(200),
     ) {
-        let of_order = |acceleration_order| parameters.with(|p| {
-p.flexure_s2 = CrossAxis::default();
-p.acceleration_order = acceleration_order;
-});
-        for order in 2..=4 {
-            prop_assert_eq!(
-                increments(frames::<F32>(&of_order(1), &samples)),
-                increments(frames::<F32>(&of_order(order), &samples))
-            );
-            prop_assert_eq!(
-                increments(frames::<Fixed>(&of_order(1), &samples)),
-                increments(frames::<Fixed>(&of_order(order), &samples))
-            );
-        }
+        let one = parameters.with(|p| p.flexure_s2 = CrossAxis::default());
+        let other = one.with(|p| p.flexure_response = other);
+        prop_assert_eq!(
+            increments(frames::<F32>(&one, &samples)),
+            increments(frames::<F32>(&other, &samples))
+        );
+        prop_assert_eq!(
+            increments(frames::<Fixed>(&one, &samples)),
+            increments(frames::<Fixed>(&other, &samples))
+        );
     }
 
     /// One gyro turns: the coning terms vanish (all increments are parallel), and the sum of all frames is
@@ -549,11 +553,16 @@ proptest! {
         let read = read_or_refused(&sealed(block.clone()));
         let is_refused_by_name = matches!(
             read,
-            Err(BlockError::Parameter(_) | BlockError::Accelerometers(_))
+            Err(BlockError::Parameter(_) | BlockError::Accelerometers(_) | BlockError::Response(_))
         );
         prop_assert!(is_refused_by_name || read.is_ok(), "{read:?}");
-        // Fields of absent accelerometers are not looked at; all others must be finite.
-        let is_looked_at = field < 36 || block[11] == 1;
+        // Fields of absent accelerometers, and the damping of a static flexure, are not looked at; all others must be
+        // finite.
+        let is_looked_at = match field {
+            ..36 => true,
+            36..60 => block[11] == 1,
+            _ => block[10] == 1,
+        };
         if is_looked_at && !number.is_finite() {
             prop_assert!(is_refused_by_name, "field {field} holds {number}");
         }

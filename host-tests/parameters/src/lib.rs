@@ -26,8 +26,8 @@
 //! ```
 //!
 //! which is exact; to first order ε'_xy = ε_xy0 + δ_xy, ε'_xz = ε_xz0 − δ_xz, s' = s + g (in the signs
-//! of Eq. (7): a gyro that reads high has s > 0). `axis_flexure` adds to K; its products with the other
-//! small angles (1e-3 of the effect itself) are left out.
+//! of Eq. (7): a gyro that reads high has s > 0). `axis_flexure` adds to K, and says whether the
+//! block's mode is compensated (a second one that says otherwise is reported as uncompensated).
 //!
 //! `dither_delay` becomes the strip's second tap, which turns with the dither's frequency: where
 //! the unit's dither is not known, the delay stays and is reported as uncompensated.
@@ -52,19 +52,16 @@ mod terms;
 
 use nalgebra::{Matrix3, Vector3};
 use trueaxis::parameters::AccelerometerParameters;
-use trueaxis::{CrossAxis, ParameterError, Parameters};
+use trueaxis::{CrossAxis, FlexureResponse, ParameterError, Parameters};
 
 use rlg_model::catalogue::{NINE, SIX, XYZ};
-use rlg_model::{EffectValue, Model, ModelEffect, MotionSource};
+use rlg_model::{EffectValue, Model, ModelEffect, MotionSource, Response};
 
 use terms::TermSums;
 
 /// Samples in one output period unless asked otherwise: 2.5 ms at 4 kHz, the step of a 400 Hz
 /// navigation computer.
 pub const SAMPLES_PER_OUTPUT: u16 = 10;
-
-/// Terms of the acceleration filter unless asked otherwise: the most exact of the chain's four.
-pub const ACCELERATION_ORDER: u8 = 4;
 
 /// Facts of the recording, not errors of the unit.
 const OF_THE_RECORDING: &[&str] = &[
@@ -102,8 +99,6 @@ pub struct Unit {
     pub sample_rate_hz: f64,
     /// Samples in one output period.
     pub samples_per_output: u16,
-    /// Terms of the acceleration filter, 1 to 4.
-    pub acceleration_order: u8,
     /// Time in which the strip follows the pickoff \[s\]; 0: frozen.
     pub adaptation_time_s: f64,
     /// The dither, where it is known.
@@ -118,7 +113,6 @@ impl Unit {
         Self {
             sample_rate_hz,
             samples_per_output: SAMPLES_PER_OUTPUT,
-            acceleration_order: ACCELERATION_ORDER,
             adaptation_time_s: 0.0,
             dither: None,
             accelerometer_weight_m_s: None,
@@ -150,6 +144,7 @@ pub fn unchecked_parameters(
     let mut dither_gain = Vector3::zeros();
     let mut tilt = [0.0; 6];
     let mut flexure = [0.0; 6];
+    let mut response = None;
     let mut delay_s = Vector3::zeros();
     let mut force = ForceErrors::default();
     let mut terms = TermSums::default();
@@ -160,7 +155,10 @@ pub fn unchecked_parameters(
             "gyro_scale" => scale += xyz(effect),
             "dither_gain" => dither_gain += xyz(effect),
             "installation" => add(&mut tilt, effect),
-            "axis_flexure" => add(&mut flexure, effect),
+            "axis_flexure" if response.is_none_or(|known| known == response_of(effect)) => {
+                response = Some(response_of(effect));
+                add(&mut flexure, effect);
+            }
             // without dither there is nothing to be late
             "dither_delay" if motion.is_some() || !dithered => delay_s += xyz(effect),
             "accel_bias" if has_accelerometers => force.bias_m_s2 += xyz(effect),
@@ -203,7 +201,7 @@ pub fn unchecked_parameters(
         p.pickoff_gain = each(&|i| gain[i] * (1.0 + dither_gain[i]) * (1.0 + scale[i] / keep(i)));
         p.sample_rate_hz = unit.sample_rate_hz;
         p.samples_per_output = unit.samples_per_output;
-        p.acceleration_order = unit.acceleration_order;
+        p.flexure_response = response.unwrap_or_default();
         p.pickoff_delay_s = each(&|i| {
             let swings = motion.is_some_and(|motion| motion.amplitude_rad[i] > 0.0);
             if swings { delay_s[i] } else { 0.0 }
@@ -219,6 +217,15 @@ pub fn unchecked_parameters(
         p.terms = records;
     });
     Ok((parameters, uncompensated))
+}
+
+/// How a flexure follows the acceleration.
+fn response_of(effect: &ModelEffect) -> FlexureResponse {
+    match (effect.response(), effect.damping()) {
+        (Response::Static, _) => FlexureResponse::Static,
+        (Response::Mode, Some(damping)) => FlexureResponse::Mode { damping },
+        (Response::Mode, None) => FlexureResponse::default(),
+    }
 }
 
 /// Errors of the accelerometers that the model's effects add up to.

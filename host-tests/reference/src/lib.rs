@@ -6,10 +6,11 @@
 //!
 //! Equations, D the sensed increment less the block's (`strip`), all per period:
 //! 1. v = (1 − s) D − b T, the bracket of Eq. (7);
-//! 2. α̂T² from M₀v, M₀ the matrix of Eq. (7) with ε_ij0 (`acceleration`);
-//! 3. δ_ij = −K_ij α̂_j, and what `flexure` adds; ε_xy = ε_xy0 + δ_xy, ε_xz = ε_xz0 − δ_xz, and so on round the axes: Eq. (6) with
-//!    the tilt of gyro i about axis j as a right-hand rotation;
-//! 4. case increment = M(ε) v, Eq. (7);
+//! 2. D = M₀v, M₀ the matrix of Eq. (7) with ε_ij0; α̂T² of the period three before, from the increments about it
+//!    (`acceleration`);
+//! 3. δ_ij = −K_ij α̂_j, or the tilt of a block that rings, Eq. (6) with the tilt of gyro i about axis j as a right-hand rotation,
+//!    and what these tilts let the gyros sense more of that period's D (`flexure`);
+//! 4. case increment = M₀ (v − that), Eq. (7): the period's own angle at once, the correction of the period three before with it;
 //! 5. the body's velocity increment, size effect off (`velocity`);
 //! 6. errors that only some builds correct (`terms`), on v before 2 (of blocks, on D), on the velocity increment before its
 //!    size effect;
@@ -18,11 +19,12 @@
 //! The strip's taps are followed in windows (`adaptation`).
 //!
 //! The first period has no pickoff reading before it: it primes the strip and contributes neither rotation
-//! nor velocity. The second has no increment before it: its α̂ is zero.
+//! nor velocity. Before the second the rate is taken as constant.
 //!
 //! Lost periods ([`ReferenceChain::process_lost`]) pass without an increment. The next reading's counts cover them
 //! too (the counters run on), so that the angle is kept; the motion within them is not known, and there is no
-//! dynamic term, no size effect and no coning within it. The period after it starts as the second did.
+//! dynamic term, no size effect and no coning within it. The period after it starts as the second did; the corrections of
+//! the three periods before the gap are left out.
 //!
 //! Independent of the firmware core and of the simulator: it imports neither.
 //!
@@ -36,7 +38,7 @@ pub mod strip;
 pub mod terms;
 pub mod velocity;
 
-use acceleration::Acceleration;
+use acceleration::Latest;
 use adaptation::{Adaptation, AdaptationCalibration};
 use coning::{Coning, Output};
 use flexure::{Flexure, FlexureCalibration};
@@ -66,8 +68,6 @@ pub struct Calibration {
     pub scale_error: [f64; 3],
     /// ε_ij0 \[rad\].
     pub installation_rad: Six,
-    /// K_ij \[s²\].
-    pub flexure_s2: Six,
     /// Block angle over pickoff angle \[1\].
     pub pickoff_gain: [f64; 3],
     /// The pickoff shows the block this much late \[s\].
@@ -78,14 +78,12 @@ pub struct Calibration {
     pub accelerometers: Option<AccelerometerCalibration>,
     /// Errors that only some builds of the chain correct.
     pub terms: TermCalibration,
-    /// Flexures that only some builds correct.
+    /// Tilts under acceleration.
     pub flexure: FlexureCalibration,
     /// T \[s\].
     pub period_s: f64,
     /// N \[periods\].
     pub periods_per_output: usize,
-    /// Terms of the acceleration filter, 1 to 4.
-    pub acceleration_order: usize,
 }
 
 /// The readings of one period.
@@ -114,7 +112,7 @@ pub struct ReferenceChain {
     calibration: Calibration,
     strip: Strip,
     adaptation: Adaptation,
-    acceleration: Acceleration,
+    acceleration: Latest,
     coning: Coning,
     terms: Terms,
     flexure: Flexure,
@@ -140,10 +138,10 @@ impl ReferenceChain {
                 known.periods_per_output,
             ),
             strip,
-            acceleration: Acceleration::new(known.acceleration_order),
+            acceleration: Latest::default(),
             coning: Coning::new(known.periods_per_output),
             terms: Terms::new(&known.terms, known.period_s),
-            flexure: Flexure::new(&known.flexure, known.period_s, known.acceleration_order),
+            flexure: Flexure::new(&known.flexure, known.period_s),
             lost_periods: 0,
         }
     }
@@ -211,7 +209,7 @@ impl ReferenceChain {
                 } else {
                     self.adaptation.disturb();
                     self.adaptation.prime(pickoff);
-                    self.acceleration = Acceleration::new(known.acceleration_order);
+                    self.acceleration = Latest::default();
                     self.flexure.forget();
                     let v = self.terms.correct_after_gap(v, velocity, (lost + 1) as f64);
                     (equation_7(&known.installation_rad) * v, velocity)
@@ -237,12 +235,11 @@ impl ReferenceChain {
         velocity_m_s: Vector3<f64>,
     ) -> (Vector3<f64>, Vector3<f64>) {
         let known = &self.calibration;
-        let at_rest = known.installation_rad;
-        let turn_per_period2 = self.acceleration.add(equation_7(&at_rest) * v);
-        let alpha_rad_s2 = turn_per_period2 / known.period_s.powi(2);
-        let linear = tilts(&known.flexure_s2, &alpha_rad_s2);
-        let more = self.flexure.add(turn_per_period2);
-        let case = equation_7(&equation_6(&at_rest, &[linear, more])) * v;
+        let case_from_sensed = equation_7(&known.installation_rad);
+        let increment = case_from_sensed * v;
+        let turn_per_period2 = self.acceleration.add(increment);
+        let more = self.flexure.add(increment);
+        let case = case_from_sensed * (v - more);
         let size = known
             .accelerometers
             .map_or(Vector3::zeros(), |accelerometers| {
@@ -268,31 +265,6 @@ impl ReferenceChain {
             equation_7(&self.calibration.installation_rad) * self.without_scale_error(&block);
         self.coning.shift(-case, Vector3::zeros());
     }
-}
-
-/// δ_ij = −K_ij α_j \[rad\].
-fn tilts(flexure_s2: &Six, alpha_rad_s2: &Vector3<f64>) -> Six {
-    let (k, alpha) = (flexure_s2, alpha_rad_s2);
-    Six {
-        xy: -k.xy * alpha.y,
-        xz: -k.xz * alpha.z,
-        yx: -k.yx * alpha.x,
-        yz: -k.yz * alpha.z,
-        zx: -k.zx * alpha.x,
-        zy: -k.zy * alpha.y,
-    }
-}
-
-/// ε_ij of Eq. (6) with tilts δ_ij in the convention of right-hand rotations.
-fn equation_6(at_rest: &Six, tilts: &[Six]) -> Six {
-    tilts.iter().fold(*at_rest, |e, delta| Six {
-        xy: e.xy + delta.xy,
-        xz: e.xz - delta.xz,
-        yx: e.yx - delta.yx,
-        yz: e.yz + delta.yz,
-        zx: e.zx + delta.zx,
-        zy: e.zy - delta.zy,
-    })
 }
 
 /// The matrix of Eq. (7): case from sensed.

@@ -184,7 +184,6 @@ pub fn calibration(parameters: &Parameters) -> Calibration {
         bias_rad_s: parameters.bias_rad_s,
         scale_error: parameters.scale_error,
         installation_rad: six(&parameters.installation_rad),
-        flexure_s2: six(&parameters.flexure_s2),
         pickoff_gain: parameters.pickoff_gain,
         pickoff_delay_s: parameters.pickoff_delay_s,
         adaptation: AdaptationCalibration {
@@ -204,7 +203,6 @@ pub fn calibration(parameters: &Parameters) -> Calibration {
         flexure: terms::flexure_calibration(parameters),
         period_s: 1.0 / parameters.sample_rate_hz,
         periods_per_output: usize::from(parameters.samples_per_output),
-        acceleration_order: usize::from(parameters.acceleration_order),
     }
 }
 

@@ -27,7 +27,7 @@ use crate::slow::{Outputs, Slow};
 use crate::whole_codes::own_scale;
 use rlg_model::Model;
 use rlg_parameters::{
-    ACCELERATION_ORDER, DitherMotion, SAMPLES_PER_OUTPUT, Unit, reference_is_no_truth,
+    DitherMotion, SAMPLES_PER_OUTPUT, Unit, reference_is_no_truth,
     unchecked_parameters,
 };
 use rlg_recording::error::InputError;
@@ -52,8 +52,6 @@ const STAMP_TOLERANCE_PERIODS: f64 = 0.01;
 pub struct Setup {
     /// Samples in one output period.
     pub samples_per_output: u16,
-    /// Terms of the acceleration filter, 1 to 4.
-    pub acceleration_order: u8,
     /// Time in which the strip follows the pickoff's gain and delay \[s\]; 0: frozen.
     pub adaptation_time_s: f64,
     /// Whether the recording's accelerometers go through the chain.
@@ -64,7 +62,6 @@ impl Setup {
     /// The commands' defaults.
     pub const STANDARD: Self = Self {
         samples_per_output: SAMPLES_PER_OUTPUT,
-        acceleration_order: ACCELERATION_ORDER,
         adaptation_time_s: 0.0,
         accelerometers: true,
     };
@@ -131,7 +128,6 @@ pub fn samples_from_recording(
     let unit = Unit {
         sample_rate_hz: rate_hz,
         samples_per_output: setup.samples_per_output,
-        acceleration_order: setup.acceleration_order,
         adaptation_time_s: setup.adaptation_time_s,
         dither: pickoffs.map(|_| dither::measure(&pickoff_rad, noise_rad, rate_hz)),
         accelerometer_weight_m_s: velocity_m_s
@@ -305,10 +301,10 @@ fn unfit(
                 parameters.sample_rate_hz
             ),
         ),
-        ParameterError::AccelerationOrder => (
-            Path::new("--order"),
-            "acceleration_order",
-            parameters.acceleration_order.to_string(),
+        ParameterError::FlexureDamping => (
+            model_file,
+            "damping of axis_flexure",
+            format!("{:?}", parameters.flexure_response),
         ),
         ParameterError::PickoffDelay => (
             model_file,

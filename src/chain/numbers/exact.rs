@@ -127,6 +127,11 @@ impl ExactLever {
         Self(fine(value / VELOCITY_UNIT_M_S, LEVER_BITS as i32) as i32)
     }
 
+    /// Rounds to nearest, from a plain factor within ±64.
+    pub fn of_factor(value: f64) -> Self {
+        Self(fine(value, LEVER_BITS as i32) as i32)
+    }
+
     /// lever × value \[fine units\], down.
     #[inline(always)]
     pub fn times(self, value: i64) -> i64 {

@@ -46,9 +46,10 @@
 //! The additions are wrapping ones, so that a wrong limit could give a wrong number but never a panic.
 
 use super::exact::FINE_PER_RAD_LOG2;
-use super::{CUBE_REACH, NumberSystem};
+use super::{CUBE_REACH, LagFactors, NumberSystem};
 use crate::chain::design_parameters::{
-    ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS, WITHIN_SAMPLE,
+    ACCELERATION_LIMIT_RAD, BENT_LIMIT_RAD, CENTRAL_PAIRS, CONING_COEFFICIENTS, FILTER_TERMS,
+    FLEXURE_ANGLE_LIMIT_RAD, WITHIN_SAMPLE,
 };
 
 /// Fixed point, for processors without a floating-point unit and for proofs of exactness.
@@ -94,6 +95,76 @@ pub(super) const CROSS: u32 = ANGLE + INCREMENT;
 /// Bits that correlations drop of both factors, so that a window's sum fits: 2 · 23 bits and 2⁷ terms.
 pub(super) const REDUCED: u32 = 8;
 pub(super) const FINE: u32 = FINE_PER_RAD_LOG2 as u32;
+/// Lag factors, and what follows from them, at a scale of 0.
+pub(super) const LAG_FACTOR: u32 = 28;
+pub(super) const LAGGED: u32 = LAG_FACTOR + INCREMENT - 32;
+pub(super) const RECTIFIED: u32 = LAGGED + ANGLE;
+const _: () = assert!(RECTIFIED == FINE);
+/// Most that flexure adds to an increment in products.
+const BENT_LIMIT: i32 = (BENT_LIMIT_RAD * (1u64 << INCREMENT) as f64) as i32;
+/// The limit of such a sum in its upper word, at a scale of 0.
+const RECTIFIED_LIMIT: i32 = (FLEXURE_ANGLE_LIMIT_RAD * (1u64 << 32) as f64) as i32;
+
+/// The same at another scale.
+#[inline(always)]
+fn rectified_limit(scale: LagScale) -> i32 {
+    let exponent = scale.exponent;
+    let (up, down) = (exponent.min(0).unsigned_abs(), exponent.max(0) as u32);
+    (RECTIFIED_LIMIT << up) >> down
+}
+
+/// Σ |factor| of one axis that a scale of 0 holds: with the largest difference, 0.0139 rad, a quarter.
+const LARGEST_LAG_SUM: f64 = 17.5;
+
+/// Largest |factor| that a scale of 0 holds.
+const LARGEST_LAG_FACTOR: f64 = 7.999;
+
+/// The scale of lag factors: an exponent of two for all.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct LagScale {
+    pub(super) exponent: i32,
+    /// What is left of a sample's correction in coning's products: all, or at the scales of blocks that ring below some
+    /// 460 Hz, where it could leave an increment no room, nothing.
+    in_products: i32,
+    up: u32,
+}
+
+impl LagScale {
+    /// That these factors need.
+    pub(super) fn of(values: &LagFactors<f64>) -> Self {
+        Self::at(lag_exponent(values))
+    }
+
+    /// The scale of an exponent.
+    pub fn at(exponent: i32) -> Self {
+        Self {
+            exponent,
+            in_products: if exponent > 2 { 0 } else { -1 },
+            up: (INCREMENT as i32 - 32 + exponent) as u32,
+        }
+    }
+}
+
+fn lag_exponent(values: &LagFactors<f64>) -> i32 {
+    let mut needed = 0.0f64;
+    for axis in values.as_flattened() {
+        let [one, two, three] = axis.map(f64::abs);
+        let largest = one.max(two).max(three);
+        needed = needed.max((one + two + three) / LARGEST_LAG_SUM);
+        needed = needed.max(largest / LARGEST_LAG_FACTOR);
+    }
+    let mut scale = LEAST_LAG_SCALE;
+    while libm::ldexp(1.0, scale) < needed && scale < LARGEST_LAG_SCALE {
+        scale += 1;
+    }
+    scale
+}
+
+/// Finer scales add nothing: an increment's own LSB is larger.
+const LEAST_LAG_SCALE: i32 = -3;
+
+/// The largest factors that parameters in range can give need 12.
+const LARGEST_LAG_SCALE: i32 = 16;
 
 /// 2c, so that its upper word with an increment is an angle.
 pub(super) const TWICE_CONING: [i32; 2] = [
@@ -164,6 +235,11 @@ impl NumberSystem for Fixed {
     type Flexure = i32;
     type Tilt = i32;
     type Tilted = i64;
+    type LagFactor = i32;
+    type LagScale = LagScale;
+    type Lagged = i32;
+    type LagIncrement = i32;
+    type Rectified = i64;
     type Angle = Summed;
     type Lever = i32;
     type Cross = i64;
@@ -171,6 +247,7 @@ impl NumberSystem for Fixed {
     type Factor = i32;
     type Correlation = i64;
 
+    const LOADS_FACTORS: bool = false;
     const RAD_PER_FACTOR: f64 = (1u64 << REDUCED) as f64 / (1u64 << INCREMENT) as f64;
 
     fn pulse_weight(weight_rad: f64, limit_counts: i32) -> Scaled {
@@ -259,8 +336,8 @@ impl NumberSystem for Fixed {
 
     #[inline(always)]
     fn filter(
-        [c1, c2, c3, c4]: &[i32; ACCELERATION_TERMS],
-        [d1, d2, d3, d4]: [i32; ACCELERATION_TERMS],
+        [c1, c2, c3, c4]: &[i32; FILTER_TERMS],
+        [d1, d2, d3, d4]: [i32; FILTER_TERMS],
     ) -> i64 {
         wide(*c1, d1)
             .wrapping_add(wide(*c2, d2))
@@ -327,6 +404,58 @@ impl NumberSystem for Fixed {
     #[inline(always)]
     fn turn(increment: i32, tilted: i64) -> i32 {
         increment.wrapping_add((tilted >> (TILTED - INCREMENT)) as i32)
+    }
+
+    fn lag_factors(values: &LagFactors<f64>) -> (LagFactors<i32>, LagScale) {
+        let scale = LagScale::of(values);
+        let exponent = (LAG_FACTOR as i32 - scale.exponent) as u32;
+        let converted =
+            values.map(|gyro| gyro.map(|axis| axis.map(|value| nearest(value, exponent))));
+        (converted, scale)
+    }
+    #[inline(always)]
+    fn lagged([b1, b2, b3]: &[i32; CENTRAL_PAIRS], [d1, d2, d3]: [i32; CENTRAL_PAIRS]) -> i32 {
+        add_nearest(add_nearest(add_nearest(0, *b1, d1), *b2, d2), *b3, d3)
+    }
+    #[inline(always)]
+    fn lag_increment(increment: i32) -> i32 {
+        increment >> (INCREMENT - ANGLE)
+    }
+    #[inline(always)]
+    fn rectify((p_a, d_a): (i32, i32), (p_b, d_b): (i32, i32)) -> i64 {
+        wide(p_a, d_a).wrapping_add(wide(p_b.wrapping_neg(), d_b))
+    }
+    #[inline(always)]
+    fn add_rectified(a: i64, b: i64) -> i64 {
+        a.wrapping_add(b)
+    }
+    #[inline(always)]
+    fn bend(increment: i32, rectified: i64, scale: LagScale) -> i32 {
+        // The upper word counts in 2⁻³² at a scale of 0. Held first so that it can be shifted.
+        let upper = ((rectified >> 32) as i32).clamp(-(1 << 23), (1 << 23) - 1);
+        let bent = (upper & scale.in_products) << scale.up;
+        increment.wrapping_add(bent.clamp(-BENT_LIMIT, BENT_LIMIT - 1))
+    }
+    #[inline(always)]
+    fn rectified_beyond(sum: i64, scale: LagScale) -> bool {
+        let limit = rectified_limit(scale);
+        ((sum >> 32) as i32).wrapping_add(limit) as u32 >= 2 * limit as u32
+    }
+    fn rectified_held(sum: i64, scale: LagScale) -> i64 {
+        let limit = i64::from(rectified_limit(scale)) << 32;
+        sum.clamp(-limit, limit - 1)
+    }
+    #[inline(always)]
+    fn rectified(sum: i64, scale: LagScale) -> i64 {
+        // A sum counts in fine units at a scale of 0.
+        let exponent = scale.exponent;
+        let (up, down) = (exponent.max(0) as u32, exponent.min(0).unsigned_abs());
+        (sum >> down) << up
+    }
+    #[inline(always)]
+    fn ahead(now: i32, difference: i32) -> i64 {
+        let twice = 2 * i64::from(now) + i64::from(difference);
+        twice << (FINE - INCREMENT - 1)
     }
 
     #[inline(always)]

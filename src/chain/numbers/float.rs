@@ -10,9 +10,10 @@
 //! the same on host and target.
 
 use super::exact::{FINE_PER_RAD_LOG2, fine_of_f32};
-use super::{CUBE_REACH, NumberSystem};
+use super::{CUBE_REACH, LagFactors, NumberSystem};
 use crate::chain::design_parameters::{
-    ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, CONING_COEFFICIENTS, WITHIN_SAMPLE,
+    ACCELERATION_LIMIT_RAD, CENTRAL_PAIRS, CONING_COEFFICIENTS, FILTER_TERMS,
+    FLEXURE_ANGLE_LIMIT_RAD, WITHIN_SAMPLE,
 };
 
 /// f32, for processors with a single-precision unit.
@@ -27,6 +28,7 @@ pub struct Summed {
 }
 
 const CUBE_END: f32 = CUBE_REACH as f32;
+const FLEXURE_ANGLE_LIMIT: f32 = FLEXURE_ANGLE_LIMIT_RAD as f32;
 const ACCELERATION_LIMIT: f32 = ACCELERATION_LIMIT_RAD as f32;
 const TWICE_CONING: [f32; 2] = [
     2.0 * CONING_COEFFICIENTS[0] as f32,
@@ -50,6 +52,11 @@ impl NumberSystem for F32 {
     type Flexure = f32;
     type Tilt = f32;
     type Tilted = f32;
+    type LagFactor = f32;
+    type LagScale = ();
+    type Lagged = f32;
+    type LagIncrement = f32;
+    type Rectified = f32;
     type Angle = Summed;
     type Lever = f32;
     type Cross = f32;
@@ -57,6 +64,7 @@ impl NumberSystem for F32 {
     type Factor = f32;
     type Correlation = f32;
 
+    const LOADS_FACTORS: bool = true;
     const RAD_PER_FACTOR: f64 = 1.0;
 
     fn pulse_weight(weight_rad: f64, _: i32) -> f32 {
@@ -133,8 +141,8 @@ impl NumberSystem for F32 {
 
     #[inline(always)]
     fn filter(
-        [c1, c2, c3, c4]: &[f32; ACCELERATION_TERMS],
-        [d1, d2, d3, d4]: [f32; ACCELERATION_TERMS],
+        [c1, c2, c3, c4]: &[f32; FILTER_TERMS],
+        [d1, d2, d3, d4]: [f32; FILTER_TERMS],
     ) -> f32 {
         c1 * d1 + c2 * d2 + c3 * d3 + c4 * d4
     }
@@ -187,6 +195,46 @@ impl NumberSystem for F32 {
     #[inline(always)]
     fn turn(increment: f32, tilted: f32) -> f32 {
         increment + tilted
+    }
+
+    fn lag_factors(values: &LagFactors<f64>) -> (LagFactors<f32>, ()) {
+        let converted = values.map(|gyro| gyro.map(|axis| axis.map(|value| value as f32)));
+        (converted, ())
+    }
+    #[inline(always)]
+    fn lagged([b1, b2, b3]: &[f32; CENTRAL_PAIRS], [d1, d2, d3]: [f32; CENTRAL_PAIRS]) -> f32 {
+        b1 * d1 + b2 * d2 + b3 * d3
+    }
+    #[inline(always)]
+    fn lag_increment(increment: f32) -> f32 {
+        increment
+    }
+    #[inline(always)]
+    fn rectify((p_a, d_a): (f32, f32), (p_b, d_b): (f32, f32)) -> f32 {
+        p_a * d_a - p_b * d_b
+    }
+    #[inline(always)]
+    fn add_rectified(a: f32, b: f32) -> f32 {
+        a + b
+    }
+    #[inline(always)]
+    fn bend(increment: f32, rectified: f32, (): ()) -> f32 {
+        increment + rectified
+    }
+    #[inline(always)]
+    fn rectified_beyond(sum: f32, (): ()) -> bool {
+        sum.to_bits() << 1 > FLEXURE_ANGLE_LIMIT.to_bits() << 1
+    }
+    fn rectified_held(sum: f32, (): ()) -> f32 {
+        sum.clamp(-FLEXURE_ANGLE_LIMIT, FLEXURE_ANGLE_LIMIT)
+    }
+    #[inline(always)]
+    fn rectified(sum: f32, (): ()) -> i64 {
+        fine_of_f32(sum)
+    }
+    #[inline(always)]
+    fn ahead(now: f32, difference: f32) -> i64 {
+        fine_of_f32(now + 0.5 * difference)
     }
 
     #[inline(always)]

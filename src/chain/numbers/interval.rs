@@ -26,14 +26,15 @@ use core::panic::Location;
 use std::thread_local;
 use std::vec::Vec;
 
-use super::NumberSystem;
 use super::fixed::{
     ACCELERATION, ACCELERATION_LIMIT, ANGLE, COEFFICIENT, CROSS, CUBE_BITS, FILTER, FINE, FLEXURE,
-    Fixed, INCREMENT, KAPPA, REDUCED, SLOPE, TILT, TILTED, TWICE_CONING, filling,
+    Fixed, INCREMENT, KAPPA, LAG_FACTOR, LAGGED, LagScale, RECTIFIED, REDUCED, SLOPE, TILT, TILTED,
+    TWICE_CONING, filling,
 };
 pub use super::span::Span;
 use super::span::norms;
-use crate::chain::design_parameters::ACCELERATION_TERMS;
+use super::{LagFactors, NumberSystem};
+use crate::chain::design_parameters::{CENTRAL_PAIRS, FILTER_TERMS};
 
 /// Fixed point in intervals, for proofs that nothing wraps.
 #[derive(Debug, Clone, Copy, Default)]
@@ -90,6 +91,18 @@ pub enum Operation {
     AddTilted,
     /// Increment + tilted.
     Turn,
+    /// Conversion of a lag factor at boot.
+    LagFactor,
+    /// Lag factors × differences.
+    Lagged,
+    /// Lagged × increment of one sample.
+    Rectify,
+    /// The same, summed over an output period.
+    AddRectified,
+    /// The same in fine units.
+    Rectified,
+    /// Increment and half a difference in fine units.
+    Ahead,
     /// Increment + rest of the angle.
     Wanted,
     /// Angle since the output period's start.
@@ -137,9 +150,17 @@ impl Operation {
             Self::Acceleration => ACCELERATION,
             Self::Tilt | Self::Section | Self::Sloped => TILT,
             Self::Tilted | Self::AddTilted => TILTED,
+            Self::LagFactor => LAG_FACTOR,
+            Self::Lagged => LAGGED,
+            Self::Rectify | Self::AddRectified => RECTIFIED,
             Self::Advance | Self::Lever => ANGLE,
             Self::AddCross | Self::AddProductOf => CROSS,
-            Self::AtEnd | Self::FineTilted | Self::FineCross | Self::Fine => FINE,
+            Self::Rectified
+            | Self::Ahead
+            | Self::AtEnd
+            | Self::FineTilted
+            | Self::FineCross
+            | Self::Fine => FINE,
             Self::AddCorrelation => 2 * (INCREMENT - REDUCED),
         }
     }
@@ -293,6 +314,11 @@ impl NumberSystem for Interval {
     type Flexure = Span;
     type Tilt = Span;
     type Tilted = Span;
+    type LagFactor = Span;
+    type LagScale = LagScale;
+    type Lagged = Span;
+    type LagIncrement = Span;
+    type Rectified = Span;
     type Angle = Summed;
     type Lever = Span;
     type Cross = Span;
@@ -300,6 +326,7 @@ impl NumberSystem for Interval {
     type Factor = Span;
     type Correlation = Span;
 
+    const LOADS_FACTORS: bool = false;
     const RAD_PER_FACTOR: f64 = Fixed::RAD_PER_FACTOR;
 
     #[track_caller]
@@ -407,10 +434,7 @@ impl NumberSystem for Interval {
     }
 
     #[track_caller]
-    fn filter(
-        coefficients: &[Span; ACCELERATION_TERMS],
-        differences: [Span; ACCELERATION_TERMS],
-    ) -> Span {
+    fn filter(coefficients: &[Span; FILTER_TERMS], differences: [Span; FILTER_TERMS]) -> Span {
         let mut sum = Span::default();
         for (coefficient, difference) in coefficients.iter().zip(differences) {
             sum = long(Operation::Filter, sum.plus(coefficient.times(difference)));
@@ -500,6 +524,76 @@ impl NumberSystem for Interval {
     fn turn(increment: Span, tilted: Span) -> Span {
         let term = word(Operation::Turn, tilted.down(TILTED - INCREMENT));
         word(Operation::Turn, increment.plus(term))
+    }
+
+    #[track_caller]
+    fn lag_factors(values: &LagFactors<f64>) -> (LagFactors<Span>, LagScale) {
+        let scale = LagScale::of(values);
+        let exponent = (LAG_FACTOR as i32 - scale.exponent) as u32;
+        let mut converted = LagFactors::default();
+        let all = values.as_flattened().as_flattened();
+        let into = converted.as_flattened_mut().as_flattened_mut();
+        for (into, value) in into.iter_mut().zip(all) {
+            *into = nearest(Operation::LagFactor, *value, exponent);
+        }
+        (converted, scale)
+    }
+    #[track_caller]
+    fn lagged(factors: &[Span; CENTRAL_PAIRS], differences: [Span; CENTRAL_PAIRS]) -> Span {
+        let mut sum = Span::default();
+        for (factor, difference) in factors.iter().zip(differences) {
+            let more = sum.plus(factor.upper_nearest(difference));
+            sum = word(Operation::Lagged, more);
+        }
+        sum
+    }
+    fn lag_increment(increment: Span) -> Span {
+        increment.down(INCREMENT - ANGLE)
+    }
+    #[track_caller]
+    fn rectify((p_a, d_a): (Span, Span), (p_b, d_b): (Span, Span)) -> Span {
+        let negative = word(Operation::Lagged, p_b.negative());
+        long(Operation::Rectify, p_a.times(d_a).plus(negative.times(d_b)))
+    }
+    #[track_caller]
+    fn add_rectified(a: Span, b: Span) -> Span {
+        long(Operation::AddRectified, a.plus(b))
+    }
+    #[track_caller]
+    fn bend(increment: Span, rectified: Span, scale: LagScale) -> Span {
+        let term = |rectified: i128| i128::from(Fixed::bend(0, rectified as i64, scale));
+        let term = Span {
+            low: term(rectified.low),
+            high: term(rectified.high),
+        };
+        word(Operation::Turn, increment.plus(term))
+    }
+    fn rectified_beyond(sum: Span, scale: LagScale) -> bool {
+        let beyond = |sum: i128| Fixed::rectified_beyond(sum as i64, scale);
+        beyond(sum.low) || beyond(sum.high)
+    }
+    fn rectified_held(sum: Span, scale: LagScale) -> Span {
+        let held = |sum: i128| i128::from(Fixed::rectified_held(sum as i64, scale));
+        Span {
+            low: held(sum.low),
+            high: held(sum.high),
+        }
+    }
+    #[track_caller]
+    fn rectified(sum: Span, scale: LagScale) -> i64 {
+        let exact = |sum: i128| i128::from(Fixed::rectified(sum as i64, scale));
+        let fine = Span {
+            low: exact(sum.low),
+            high: exact(sum.high),
+        };
+        long(Operation::Rectified, fine);
+        0
+    }
+    #[track_caller]
+    fn ahead(now: Span, difference: Span) -> i64 {
+        let twice = Span::point(2).times(now).plus(difference);
+        long(Operation::Ahead, twice.up(FINE - INCREMENT - 1));
+        0
     }
 
     #[track_caller]

@@ -30,7 +30,10 @@ pub use interval::Interval;
 
 use core::fmt::Debug;
 
-use crate::chain::design_parameters::ACCELERATION_TERMS;
+use crate::chain::design_parameters::{CENTRAL_PAIRS, FILTER_TERMS};
+
+/// Factors by gyro, axis and difference.
+pub type LagFactors<T> = [[[T; CENTRAL_PAIRS]; 2]; 3];
 
 /// Largest acceleration × T² whose cube is formed \[rad per sample²\]: 2⁻¹³, 1950 rad/s² at 4 kHz; the unit of cubes.
 pub const CUBE_REACH: f64 = 1.0 / 8192.0;
@@ -72,6 +75,16 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     type Tilt: Debug + Clone + Copy + Default;
     /// Tilt × increment, and its sum over an output period \[rad\].
     type Tilted: Debug + Clone + Copy + Default;
+    /// Factor of a difference of increments \[1\], in a scale of its own.
+    type LagFactor: Debug + Clone + Copy + Default;
+    /// The scale of lag factors.
+    type LagScale: Debug + Clone + Copy + Default;
+    /// Lag factors × differences \[rad\], in that scale.
+    type Lagged: Debug + Clone + Copy + Default;
+    /// An increment as the other factor of a lagged value.
+    type LagIncrement: Debug + Clone + Copy + Default;
+    /// Lagged × increment, and its sum over an output period \[rad\], in that scale.
+    type Rectified: Debug + Clone + Copy + Default;
     /// Angle since the output period's start \[rad\].
     type Angle: Debug + Clone + Copy + Default;
     /// Angle with the terms within a sample \[rad\]: what an increment is crossed with.
@@ -84,6 +97,10 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     type Factor: Debug + Clone + Copy + Default;
     /// Sum of products of factors over an adaptation window.
     type Correlation: Debug + Clone + Copy + Default;
+
+    /// Whether a lag factor costs more to load than a branch that spares half of them: where registers hold factors, not
+    /// words.
+    const LOADS_FACTORS: bool;
 
     /// Increment of one unit of a factor \[rad\].
     const RAD_PER_FACTOR: f64;
@@ -145,8 +162,8 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
 
     /// Σ coefficient × difference.
     fn filter(
-        coefficients: &[Self::FilterCoefficient; ACCELERATION_TERMS],
-        differences: [Self::Increment; ACCELERATION_TERMS],
+        coefficients: &[Self::FilterCoefficient; FILTER_TERMS],
+        differences: [Self::Increment; FILTER_TERMS],
     ) -> Self::FilterSum;
     /// Whether the sum is beyond the acceleration limit.
     fn beyond(sum: Self::FilterSum) -> bool;
@@ -181,6 +198,37 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     fn add_tilted(a: Self::Tilted, b: Self::Tilted) -> Self::Tilted;
     /// increment + tilted.
     fn turn(increment: Self::Increment, tilted: Self::Tilted) -> Self::Increment;
+
+    /// Converts lag factors, and gives the scale that they need.
+    fn lag_factors(values: &LagFactors<f64>) -> (LagFactors<Self::LagFactor>, Self::LagScale);
+    /// Σ factor × difference.
+    fn lagged(
+        factors: &[Self::LagFactor; CENTRAL_PAIRS],
+        differences: [Self::Increment; CENTRAL_PAIRS],
+    ) -> Self::Lagged;
+    /// The increment as a factor of lagged values.
+    fn lag_increment(increment: Self::Increment) -> Self::LagIncrement;
+    /// p_a d_a − p_b d_b.
+    fn rectify(
+        a: (Self::Lagged, Self::LagIncrement),
+        b: (Self::Lagged, Self::LagIncrement),
+    ) -> Self::Rectified;
+    /// a + b.
+    fn add_rectified(a: Self::Rectified, b: Self::Rectified) -> Self::Rectified;
+    /// increment + rectified, as a factor of products.
+    fn bend(
+        increment: Self::Increment,
+        rectified: Self::Rectified,
+        scale: Self::LagScale,
+    ) -> Self::Increment;
+    /// Whether the sum is beyond ±[`FLEXURE_ANGLE_LIMIT_RAD`](crate::chain::design_parameters::FLEXURE_ANGLE_LIMIT_RAD).
+    fn rectified_beyond(sum: Self::Rectified, scale: Self::LagScale) -> bool;
+    /// That limit with the sign of the sum.
+    fn rectified_held(sum: Self::Rectified, scale: Self::LagScale) -> Self::Rectified;
+    /// The sum \[fine units\]; the sum must be within the limit.
+    fn rectified(sum: Self::Rectified, scale: Self::LagScale) -> i64;
+    /// now + ½ difference \[fine units\].
+    fn ahead(now: Self::Increment, difference: Self::Increment) -> i64;
 
     /// angle + increment.
     fn advance(angle: Self::Angle, increment: Self::Increment) -> Self::Angle;

@@ -62,8 +62,8 @@ use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::parameters::Parameters;
 use crate::chain::sample::Sample;
-use crate::chain::stages::acceleration::AccelerationState;
 use crate::chain::stages::dither::{Dither, DitherState, ExactTaps};
+use crate::chain::stages::flexure::FlexureState;
 
 /// Windows in which the taps are not moved after a disturbance, the disturbed one included: a disturbance in a window's
 /// last sample also spoils the next window's first increment.
@@ -243,7 +243,7 @@ impl Adaptation {
         &self,
         state: &mut AdaptationState<N>,
         dither: (&Dither<N>, &DitherState<N>),
-        acceleration: &AccelerationState<N>,
+        flexure: &FlexureState<N>,
         sample: &Sample,
     ) {
         let next = state.next_gyro;
@@ -257,7 +257,7 @@ impl Adaptation {
         let codes = code.wrapping_sub(strip_state.readings()[gyro].last);
         let now = N::step_factor(N::step(strip.scales()[gyro], codes));
         let past = N::step_factor(strip_state.step()[gyro]);
-        let error = N::increment_factor(acceleration.difference()[gyro]);
+        let error = N::increment_factor(flexure.difference()[gyro]);
         let [with_past, with_now] = &mut sums.correlations;
         *with_past = N::add_correlation(*with_past, error, past);
         *with_now = N::add_correlation(*with_now, error, now);

@@ -6,8 +6,9 @@
 //! x: r_x + ε_xy r_z + ε_xz r_y;  y: r_y + ε_yz r_x + ε_yx r_z;  z: r_z + ε_zx r_y + ε_zy r_x.
 //!
 //! First order in ε, as printed: the model's M is this very matrix, so nothing of second order is missing.
-//! The matrix is linear, so its constant part may act on the period's sum (`at_rest_exactly`), and only
-//! what changes within the period (`tilted`) acts sample by sample.
+//! The matrix is linear, so its constant part may act on the period's sum (`at_rest_exactly`). What tilts change within
+//! the period is taken off the angles about the sensing axes before (`flexure.rs`; `tilted` for the terms): with N the
+//! tilts' matrix, sensed = (M⁻¹ + N) case, and case = M (sensed − N case) has no error of second order.
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;
@@ -27,7 +28,8 @@ pub fn at_rest<N: NumberSystem>(
     }
 }
 
-/// The increments \[rad\] that the tilts of one sample add to those at rest.
+/// What the tilts of one sample, with the signs of Eq. (7), take off its increments about the sensing axes \[rad\]; `r` is the case's
+/// increment.
 #[inline(always)]
 pub fn tilted<N: NumberSystem>(
     tilts: &CrossAxis<N::Tilt>,

@@ -1,7 +1,7 @@
-//! Sums what the output period's rotation vector has beyond the sum of its increments: tilts and coning.
+//! Sums what the output period's rotation vector has beyond the sum of its increments: the coning correction.
 //!
-//! It takes, every sample, the increments at rest D and what the tilts add to them \[rad, body frame\]. Once per output
-//! period it gives the sum of what the tilts added plus the coning correction β \[fine units\].
+//! It takes, every sample, the increments D \[increment units, body frame\]. Once per output period it gives the
+//! coning correction β \[fine units\].
 //!
 //! Two speeds (Savage 1998): β = ½ Σ_k (θ_{k−1} + 2c₁ D_{k−1} + 2c₂ D_{k−2}) × D_k, θ summed since the
 //! period's start, D over its bounds. The first term is the coning between samples, the others that within
@@ -21,24 +21,20 @@ use crate::chain::triad::Triad;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ConingState<N: NumberSystem> {
     angle: Triad<N::Angle>,
-    tilted: Triad<N::Tilted>,
     cross: Triad<N::Cross>,
     previous: Triad<N::Increment>,
     before_previous: Triad<N::Increment>,
 }
 
-/// Adds one sample's increments \[rad\].
+/// Adds one sample's increments at rest, and with what flexure takes off them.
+///
+/// Those at rest are remembered for the next samples: what they lack of the others is of third order there.
 #[inline(always)]
 pub fn process<N: NumberSystem>(
     state: &mut ConingState<N>,
     at_rest: Triad<N::Increment>,
-    tilted: Triad<N::Tilted>,
+    d: Triad<N::Increment>,
 ) {
-    let d = Triad {
-        x: N::turn(at_rest.x, tilted.x),
-        y: N::turn(at_rest.y, tilted.y),
-        z: N::turn(at_rest.z, tilted.z),
-    };
     let (one, two, angle) = (state.previous, state.before_previous, state.angle);
     let u = Triad {
         x: N::lever(angle.x, one.x, two.x),
@@ -50,18 +46,13 @@ pub fn process<N: NumberSystem>(
         y: N::advance(angle.y, d.y),
         z: N::advance(angle.z, d.z),
     };
-    state.tilted = Triad {
-        x: N::add_tilted(state.tilted.x, tilted.x),
-        y: N::add_tilted(state.tilted.y, tilted.y),
-        z: N::add_tilted(state.tilted.z, tilted.z),
-    };
     state.cross = Triad {
         x: N::add_cross(state.cross.x, u.y, d.z, u.z, d.y),
         y: N::add_cross(state.cross.y, u.z, d.x, u.x, d.z),
         z: N::add_cross(state.cross.z, u.x, d.y, u.y, d.x),
     };
     state.before_previous = one;
-    state.previous = d;
+    state.previous = at_rest;
 }
 
 /// Forgets the last two increments after lost samples: they are not neighbours of the next one.
@@ -73,38 +64,16 @@ pub fn resume<N: NumberSystem>(state: &mut ConingState<N>) {
 /// Gives the period's sum \[fine units\] and starts the next one; `unit_log2` is the increment unit's exponent.
 #[inline(always)]
 pub fn finish<N: NumberSystem>(state: &mut ConingState<N>, unit_log2: u32) -> [i64; 3] {
+    let cross = core::mem::take(&mut state.cross);
+    state.angle = Triad::default();
+    let half = |sum| N::fine(N::Tilted::default(), sum);
+    let correction = [half(cross.x), half(cross.y), half(cross.z)];
     if unit_log2 != 0 {
         core::hint::cold_path();
-        return finish_in_units(state, unit_log2);
+        // Products of two increments are in squares of their unit.
+        return correction.map(|fine| fine << (2 * unit_log2));
     }
-    let tilted = core::mem::take(&mut state.tilted);
-    let cross = core::mem::take(&mut state.cross);
-    state.angle = Triad::default();
-    [
-        N::fine(tilted.x, cross.x),
-        N::fine(tilted.y, cross.y),
-        N::fine(tilted.z, cross.z),
-    ]
-}
-
-/// [`finish`] where the increment unit is not 1 rad. Tilts are in rad, so their products with increments are in
-/// increment units; products of two increments are in squares of them.
-#[cold]
-#[inline(never)]
-fn finish_in_units<N: NumberSystem>(state: &mut ConingState<N>, unit_log2: u32) -> [i64; 3] {
-    let tilted = core::mem::take(&mut state.tilted);
-    let cross = core::mem::take(&mut state.cross);
-    state.angle = Triad::default();
-    let fine = |tilted, cross| {
-        let tilted = N::fine(tilted, N::Cross::default());
-        let cross = N::fine(N::Tilted::default(), cross);
-        (tilted << unit_log2).wrapping_add(cross << (2 * unit_log2))
-    };
-    [
-        fine(tilted.x, cross.x),
-        fine(tilted.y, cross.y),
-        fine(tilted.z, cross.z),
-    ]
+    correction
 }
 
 impl<N: NumberSystem> ConingState<N> {

@@ -8,11 +8,11 @@ pub mod dither;
 
 pub mod adaptation;
 
-pub mod acceleration;
-
 pub mod installation;
 
 pub mod compensation;
+
+pub mod flexure;
 
 pub mod coning;
 

@@ -16,7 +16,7 @@
 //! the chain's range. W_ii is half a gyro's bandwidth variance ([`response`](crate::chain::terms::response)).
 
 use crate::chain::design_parameters::{
-    ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, RESPONSE_LIMIT_RAD, SLOPE_LIMIT,
+    ACCELERATION_LIMIT_RAD, FILTER_TERMS, RESPONSE_LIMIT_RAD, SLOPE_LIMIT,
 };
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::VELOCITY_UNIT_M_S;
@@ -28,20 +28,20 @@ use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
 
 /// ½ T f in terms of V_k … V_{k−3}: within a filter coefficient's range.
-const HALF_FORCE: [f64; ACCELERATION_TERMS] = [25.0 / 24.0, -23.0 / 24.0, 13.0 / 24.0, -1.0 / 8.0];
+const HALF_FORCE: [f64; FILTER_TERMS] = [25.0 / 24.0, -23.0 / 24.0, 13.0 / 24.0, -1.0 / 8.0];
 
 /// Largest T f \[velocity units\]: twice the sum of the coefficients' magnitudes.
 const LARGEST_FORCE: f64 = 16.0 / 3.0 * LARGEST_VELOCITY;
 
 /// ⅛ T² α in terms of D_k … D_{k−3}: within an increment's range.
-const EIGHTH_ACCELERATION: [f64; ACCELERATION_TERMS] =
+const EIGHTH_ACCELERATION: [f64; FILTER_TERMS] =
     [35.0 / 96.0, -69.0 / 96.0, 45.0 / 96.0, -11.0 / 96.0];
 
 /// Configuration: −U and −W by gyro, in the units of the filters' results.
 #[derive(Debug, Clone, Copy)]
 pub struct ElasticRate<N: NumberSystem> {
-    force: [N::FilterCoefficient; ACCELERATION_TERMS],
-    acceleration: [N::FilterCoefficient; ACCELERATION_TERMS],
+    force: [N::FilterCoefficient; FILTER_TERMS],
+    acceleration: [N::FilterCoefficient; FILTER_TERMS],
     by_force: [[N::Slope; 3]; 3],
     by_acceleration: [[N::Slope; 3]; 3],
     largest_acceleration: N::Increment,
@@ -55,9 +55,9 @@ pub struct ElasticRateState<N: NumberSystem> {
     /// V_k.
     velocity: [N::Increment; 3],
     /// V_{k−1}, V_{k−2}, V_{k−3}, by axis.
-    velocities: [[N::Increment; ACCELERATION_TERMS - 1]; 3],
+    velocities: [[N::Increment; FILTER_TERMS - 1]; 3],
     /// D_{k−1}, D_{k−2}, D_{k−3}, by axis.
-    increments: [[N::Increment; ACCELERATION_TERMS - 1]; 3],
+    increments: [[N::Increment; FILTER_TERMS - 1]; 3],
     ends: Ends<N>,
 }
 
@@ -157,8 +157,8 @@ impl<N: NumberSystem> Term<N> for ElasticRate<N> {
 
     fn begin(&self, state: &mut ElasticRateState<N>, increments: Triad<N::Increment>) {
         let increments = increments.to_array();
-        state.velocities = state.velocity.map(|now| [now; ACCELERATION_TERMS - 1]);
-        state.increments = increments.map(|now| [now; ACCELERATION_TERMS - 1]);
+        state.velocities = state.velocity.map(|now| [now; FILTER_TERMS - 1]);
+        state.increments = increments.map(|now| [now; FILTER_TERMS - 1]);
         let ahead = self.ahead(state, increments);
         state.ends.begin(ahead);
     }

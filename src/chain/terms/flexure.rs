@@ -1,20 +1,21 @@
 //! Corrects flexures that are not in proportion to the acceleration of the moment: in its cube, and resonant.
 //!
-//! It takes the angular acceleration α̂ T² \[increment units per sample²\], body frame, and adds to the small angles of
-//! Eq. (7) \[rad\], with the signs of [`installation`](crate::chain::stages::installation):
+//! It takes the case's increments D, body frame, forms α̂ T² of three samples before
+//! ([`acceleration`](crate::chain::terms::acceleration)), and sums what that sample's tilts took its gyros off \[increment
+//! units\], for the output period's angles about the sensing axes:
 //!
 //! ```text
 //! cubic      δ = −Q (α̂³ − 3σ² α̂)        resonant   δ″ + 2ζΩ₀ δ′ + Ω₀² δ = −Ω₀² K α
 //! ```
 //!
 //! σ² is the variance of α̂ by the pulses' quantisation, e of ±½ pulse at every sample's end: ⟨α̂³ ω⟩ has 3σ² ⟨α ω⟩ more
-//! than ⟨α³ ω⟩, as much as 5 % of it at 300 rad/s² with 0.4″.
+//! than ⟨α³ ω⟩, as much as 1 % of it at 300 rad/s² with 0.4″.
 //!
-//! A suspension's mode is a section of second order on −K α̂, one for each pair. Its poles are the mode's own. Its zeros
-//! are such that section and acceleration filter together rectify as S(iΩ) α × ω does, S the mode's response, exactly at
-//! rest and at `MATCHED_AT_RAD` per sample (64 Hz at 4 kHz), in phase and in quadrature: the filter alone errs in the
-//! quadrature, which a mode turns into phase. What is left is below 0.05 % up to 120 Hz and 1 % at 390 Hz, for modes of up
-//! to 0.3 cycles a sample.
+//! A mode of a frequency of its own, which may lie in the band of the motion, is a section of second order on −K α̂, one for
+//! each pair. Its poles are the mode's own. Its zeros are such that section and acceleration together rectify as S(iΩ) α × ω
+//! does, S the mode's response, exactly at rest and at `MATCHED_AT_RAD` per sample (64 Hz at 4 kHz), in phase and in
+//! quadrature. What is left of a mode of 160 Hz is below 0.1 % up to 120 Hz and 1 % at 390 Hz. The mode that a static K
+//! implies is in the chain itself ([`flexure`](crate::chain::stages::flexure)).
 //!
 //! Each tilt is held within ±[`FLEXURE_TERM_LIMIT_RAD`], and α̂ for its cube within 1950 rad/s² at 4 kHz. While increments
 //! contain dither (a failed pickoff) both are off, as the linear flexure is.
@@ -22,13 +23,16 @@
 use core::f64::consts::TAU;
 
 use crate::chain::design_parameters::{
-    ACCELERATION_LIMIT_RAD, ACCELERATION_TERMS, FLEXURE_TERM_LIMIT_RAD, INCREMENT_LIMIT_RAD,
+    ACCELERATION_LIMIT_RAD, CENTRAL_COEFFICIENTS, FLEXURE_TERM_LIMIT_RAD, INCREMENT_LIMIT_RAD,
     MODE_CYCLES_RANGE, MODE_DAMPING_RANGE, SCALED_FLEXURE_LIMIT,
 };
+use crate::chain::faults::Status;
 use crate::chain::numbers::{CUBE_REACH, NumberSystem};
 use crate::chain::parameters::{ParameterError, Parameters};
+use crate::chain::stages::compensation;
+use crate::chain::terms::acceleration::{self, AccelerationState, Centred};
 use crate::chain::terms::records::{largest, scale};
-use crate::chain::terms::{Term, TermKind, TermKinds};
+use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::{CrossAxis, Triad};
 
 /// Six factors by pair, with the sign with which a tilt −K α enters Eq. (7).
@@ -47,21 +51,51 @@ const LARGEST_ADDITION: f64 = 2.0 * FLEXURE_TERM_LIMIT_RAD * INCREMENT_LIMIT_RAD
 /// Angle per sample at which a section is matched \[rad\].
 const MATCHED_AT_RAD: f64 = 0.1;
 
+/// Fastest poles of a section \[cycles per sample\]: a mode beyond has these, lest its two poles meet at half the sample
+/// rate. What it adds below 0.1 cycles is matched by the zeros.
+const FASTEST_POLES_CYCLES: f64 = 0.3;
+
 /// Largest tilt in a section \[rad\]: half of its fixed-point format.
 const LARGEST_IN_SECTION_RAD: f64 = 1.0 / 16.0;
 
-/// Adds held tilts to the others.
-#[inline(always)]
-fn add<N: NumberSystem>(
-    tilts: CrossAxis<N::Tilt>,
-    more: [N::Tilt; 6],
-    limit: N::Tilt,
-) -> CrossAxis<N::Tilt> {
-    let mut sum = tilts.to_array();
-    for (sum, more) in sum.iter_mut().zip(more) {
-        *sum = N::add_tilt(*sum, N::hold_tilt(more, limit));
+/// The sample in the middle of the last ones, and what tilts took off the period's angles.
+#[derive(Debug, Clone, Copy, Default)]
+pub struct Bending<N: NumberSystem> {
+    acceleration: AccelerationState<N>,
+    tilted: [N::Tilted; 3],
+    /// Whether increments contain dither.
+    unknown: bool,
+}
+
+impl<N: NumberSystem> Bending<N> {
+    /// Takes one sample's increments; gives those of three samples before and their acceleration, unless increments contain
+    /// dither.
+    #[inline(always)]
+    fn follow(&mut self, increments: Triad<N::Increment>) -> Option<Centred<N>> {
+        let centred = acceleration::process(&mut self.acceleration, increments);
+        (!self.unknown).then_some(centred)
     }
-    CrossAxis::from_array(sum)
+
+    /// Sums tilts, held within ±limit, times the increments of their sample.
+    #[inline(always)]
+    fn add(&mut self, tilts: [N::Tilt; 6], limit: N::Tilt, increments: Triad<N::Increment>) {
+        let tilts = CrossAxis::from_array(tilts).map(|tilt| N::hold_tilt(tilt, limit));
+        let tilted = compensation::tilted::<N>(&tilts, increments).to_array();
+        for axis in 0..3 {
+            self.tilted[axis] = N::add_tilted(self.tilted[axis], tilted[axis]);
+        }
+    }
+
+    /// Corrects the period's angles \[fine units\].
+    #[inline(always)]
+    fn correct(&mut self, unit_log2: u32, mut angles: [i64; 3]) -> [i64; 3] {
+        let tilted = core::mem::take(&mut self.tilted);
+        for (angle, tilted) in angles.iter_mut().zip(tilted) {
+            let fine = N::fine(tilted, N::Cross::default()) << unit_log2;
+            *angle = angle.wrapping_add(fine);
+        }
+        angles
+    }
 }
 
 /// The cubic flexure.
@@ -74,17 +108,11 @@ pub struct CubicFlexure<N: NumberSystem> {
     acts: bool,
 }
 
-/// Whether increments contain dither.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct CubicFlexureState {
-    unknown: bool,
-}
-
 /// Variance of α̂ T² by quantisation of one pulse \[pulse²\].
-fn variance_per_pulse(parameters: &Parameters) -> f64 {
-    let [c1, c2, c3, c4] = parameters.acceleration_coefficients();
-    // Factors of D_k …, and of the angles at samples' ends.
-    let of_increments = [c1 + c2 + c3 + c4, -c1, -c2, -c3, -c4, 0.0];
+fn variance_per_pulse() -> f64 {
+    let [a1, a2, a3] = CENTRAL_COEFFICIENTS;
+    // Factors of D_{k+3} … D_{k−3}; of the angles at samples' ends, their differences.
+    let of_increments = [a3, a2, a1, 0.0, -a1, -a2, -a3, 0.0];
     let mut before = 0.0;
     let mut sum = 0.0;
     for factor in of_increments {
@@ -95,7 +123,7 @@ fn variance_per_pulse(parameters: &Parameters) -> f64 {
 }
 
 impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
-    type State = CubicFlexureState;
+    type State = Bending<N>;
     const KINDS: TermKinds = TermKinds::of(&[TermKind::AxisFlexureCubic]);
 
     fn new(parameters: &Parameters) -> Result<Self, ParameterError> {
@@ -104,7 +132,7 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
         let q = parameters.terms.values::<6>(TermKind::AxisFlexureCubic);
         // Of a cube in units of the largest that is formed.
         let cubic = signed(q, per_unit * per_unit * per_unit * CUBE_REACH * CUBE_REACH);
-        let per_pulse = variance_per_pulse(parameters);
+        let per_pulse = variance_per_pulse();
         let per_reach = 1.0 / (CUBE_REACH * parameters.increment_unit_rad());
         let less = parameters.pulse_weight_rad.map(|pulse| {
             let of_reach = pulse * per_reach;
@@ -129,16 +157,11 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
     }
 
     #[inline(always)]
-    fn tilts(
-        &self,
-        state: &mut CubicFlexureState,
-        acceleration: Triad<N::Acceleration>,
-        tilts: CrossAxis<N::Tilt>,
-    ) -> CrossAxis<N::Tilt> {
-        if state.unknown {
-            return tilts;
-        }
-        let acceleration = acceleration.to_array();
+    fn case(&self, state: &mut Bending<N>, increments: Triad<N::Increment>) -> Status {
+        let Some(centred) = state.follow(increments) else {
+            return Status::default();
+        };
+        let acceleration = centred.acceleration.to_array();
         let mut cubes = [N::Acceleration::default(); 3];
         for axis in 0..3 {
             cubes[axis] = N::cubed(acceleration[axis], self.less[axis]);
@@ -147,10 +170,20 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
         for (at, axis) in AXIS_OF_PAIR.into_iter().enumerate() {
             more[at] = N::tilt(self.cubic[at], cubes[axis]);
         }
-        add::<N>(tilts, more, self.limit)
+        state.add(more, self.limit, centred.increment);
+        centred.status
     }
 
-    fn degrade(&self, state: &mut CubicFlexureState, rates_known: bool) {
+    #[inline(always)]
+    fn angles(&self, state: &mut Bending<N>, sums: &PeriodSums, angles: [i64; 3]) -> [i64; 3] {
+        state.correct(sums.unit_log2, angles)
+    }
+
+    fn discontinue(&self, state: &mut Bending<N>) {
+        acceleration::forget(&mut state.acceleration);
+    }
+
+    fn degrade(&self, state: &mut Bending<N>, rates_known: bool) {
         state.unknown = !rates_known;
     }
 }
@@ -169,7 +202,7 @@ pub struct ResonantFlexure<N: NumberSystem> {
 pub struct ResonantFlexureState<N: NumberSystem> {
     inputs: [[N::Tilt; 2]; 6],
     outputs: [[N::Tilt; 2]; 6],
-    unknown: bool,
+    bending: Bending<N>,
 }
 
 /// Real and imaginary part.
@@ -188,25 +221,26 @@ fn over(numerator: Complex, (c, d): Complex) -> Complex {
 ///
 /// # Returns
 /// Factors of the input, its last two values, and the last two outputs.
-fn section(turn: f64, damping: f64, filter: [f64; ACCELERATION_TERMS]) -> ([f64; 5], f64) {
-    let radius = libm::exp(-damping * turn);
-    let angle = turn * libm::sqrt(1.0 - damping * damping);
+fn section(turn: f64, damping: f64) -> ([f64; 5], f64) {
+    let poles = turn.min(TAU * FASTEST_POLES_CYCLES);
+    let radius = libm::exp(-damping * poles);
+    let angle = poles * libm::sqrt(1.0 - damping * damping);
     let (a1, a2) = (-2.0 * radius * libm::cos(angle), radius * radius);
     let x = MATCHED_AT_RAD;
     let back = |p: f64| (libm::cos(p * x), -libm::sin(p * x));
-    let mut estimated = (0.0, 0.0);
-    for (p, c) in filter.into_iter().enumerate() {
-        let (re, im) = back((p + 1) as f64);
-        estimated = (estimated.0 + c * (1.0 - re), estimated.1 - c * im);
+    // α̂ over what a product with D needs, both in quadrature.
+    let mut estimated = 0.0;
+    for (p, a) in CENTRAL_COEFFICIENTS.into_iter().enumerate() {
+        estimated += 2.0 * a * libm::sin((p + 1) as f64 * x);
     }
-    let wanted = (0.0, x * x * x / (2.0 * (1.0 - libm::cos(x))));
+    let wanted = x * x * x / (2.0 * (1.0 - libm::cos(x))) / estimated;
     let response = over(
         (turn * turn, 0.0),
         (turn * turn - x * x, 2.0 * damping * turn * x),
     );
     let (one, two) = (back(1.0), back(2.0));
     let denominator = (1.0 + a1 * one.0 + a2 * two.0, a1 * one.1 + a2 * two.1);
-    let (re, im) = times(times(response, over(wanted, estimated)), denominator);
+    let (re, im) = times(times(response, (wanted, 0.0)), denominator);
     // b₀ + b₁ + b₂ = s, and b₀ + b₁ e^(−ix) + b₂ e^(−2ix) = re + i im.
     let s = 1.0 + a1 + a2;
     let [(u1, v1), (u2, v2)] = [(one.0 - 1.0, one.1), (two.0 - 1.0, two.1)];
@@ -246,11 +280,13 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
         let within = |value: f64, (low, high): (f64, f64)| (low..=high).contains(&value);
         let error = Err(ParameterError::Term(TermKind::AxisFlexureMode));
         // Written so that NaN fails.
-        if !(within(cycles, MODE_CYCLES_RANGE) && within(damping, MODE_DAMPING_RANGE)) {
-            return error;
+        if !within(cycles, MODE_CYCLES_RANGE) {
+            return Err(ParameterError::ModeFrequency);
         }
-        let filter = parameters.acceleration_coefficients();
-        let (section, norm) = section(TAU * cycles, damping, filter);
+        if !within(damping, MODE_DAMPING_RANGE) {
+            return Err(ParameterError::ModeDamping);
+        }
+        let (section, norm) = section(TAU * cycles, damping);
         let reach = ACCELERATION_LIMIT_RAD * norm.max(1.0);
         let most = largest(&k);
         let fits = most < SCALED_FLEXURE_LIMIT && most * reach <= LARGEST_IN_SECTION_RAD;
@@ -270,16 +306,11 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
     }
 
     #[inline(always)]
-    fn tilts(
-        &self,
-        state: &mut ResonantFlexureState<N>,
-        acceleration: Triad<N::Acceleration>,
-        tilts: CrossAxis<N::Tilt>,
-    ) -> CrossAxis<N::Tilt> {
-        if state.unknown {
-            return tilts;
-        }
-        let acceleration = acceleration.to_array();
+    fn case(&self, state: &mut ResonantFlexureState<N>, increments: Triad<N::Increment>) -> Status {
+        let Some(centred) = state.bending.follow(increments) else {
+            return Status::default();
+        };
+        let acceleration = centred.acceleration.to_array();
         let mut more = [N::Tilt::default(); 6];
         for (at, axis) in AXIS_OF_PAIR.into_iter().enumerate() {
             let now = N::tilt(self.flexure[at], acceleration[axis]);
@@ -289,19 +320,31 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
             state.outputs[at] = [bent, state.outputs[at][0]];
             more[at] = bent;
         }
-        add::<N>(tilts, more, self.limit)
+        (state.bending).add(more, self.limit, centred.increment);
+        centred.status
+    }
+
+    #[inline(always)]
+    fn angles(
+        &self,
+        state: &mut ResonantFlexureState<N>,
+        sums: &PeriodSums,
+        angles: [i64; 3],
+    ) -> [i64; 3] {
+        state.bending.correct(sums.unit_log2, angles)
     }
 
     /// The suspension is taken to be at rest afterwards: it forgets within Q/πf₀.
     fn discontinue(&self, state: &mut ResonantFlexureState<N>) {
         state.inputs = Default::default();
         state.outputs = Default::default();
+        acceleration::forget(&mut state.bending.acceleration);
     }
 
     fn degrade(&self, state: &mut ResonantFlexureState<N>, rates_known: bool) {
-        if state.unknown && rates_known {
+        if state.bending.unknown && rates_known {
             Term::<N>::discontinue(self, state);
         }
-        state.unknown = !rates_known;
+        state.bending.unknown = !rates_known;
     }
 }

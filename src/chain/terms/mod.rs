@@ -15,6 +15,8 @@
 //! # Identity
 //! A hook that does nothing returns what it is given. It does not add zero: in `f32`, −0.0 + 0.0 is +0.0.
 
+pub mod acceleration;
+
 pub mod accelerometer;
 
 pub mod dither;
@@ -56,9 +58,10 @@ pub use temperature::Temperature;
 
 use core::fmt::Debug;
 
+use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::parameters::{ParameterError, Parameters};
-use crate::chain::triad::{CrossAxis, Triad};
+use crate::chain::triad::Triad;
 
 /// Every term of this library, in the order in which they act.
 pub type AllTerms<N> = (
@@ -145,15 +148,10 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
         increments
     }
 
-    /// Corrects what the acceleration adds to the small angles of Eq. (7) \[rad\].
+    /// Takes one sample's increments of the case, body frame; tells what it held.
     #[inline(always)]
-    fn tilts(
-        &self,
-        _: &mut Self::State,
-        _: Triad<N::Acceleration>,
-        tilts: CrossAxis<N::Tilt>,
-    ) -> CrossAxis<N::Tilt> {
-        tilts
+    fn case(&self, _: &mut Self::State, _: Triad<N::Increment>) -> Status {
+        Status::default()
     }
 
     /// Corrects one sample's velocity increments, body frame.
@@ -250,14 +248,8 @@ macro_rules! tuple_of_terms {
                 increments
             }
             #[inline(always)]
-            fn tilts(
-                &self,
-                state: &mut Self::State,
-                acceleration: Triad<N::Acceleration>,
-                tilts: CrossAxis<N::Tilt>,
-            ) -> CrossAxis<N::Tilt> {
-                $(let tilts = self.$at.tilts(&mut state.$at, acceleration, tilts);)+
-                tilts
+            fn case(&self, state: &mut Self::State, increments: Triad<N::Increment>) -> Status {
+                Status::default()$(.union(self.$at.case(&mut state.$at, increments)))+
             }
             #[inline(always)]
             fn velocities(

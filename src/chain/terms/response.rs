@@ -19,7 +19,7 @@
 //! range must not reach its products.
 
 use crate::chain::design_parameters::{
-    ACCELERATION_TERMS, DELAY_LIMIT_SAMPLES, DITHER_ERROR_LIMIT_RAD, RESPONSE_LIMIT_RAD,
+    DELAY_LIMIT_SAMPLES, DITHER_ERROR_LIMIT_RAD, FILTER_TERMS, RESPONSE_LIMIT_RAD,
     VARIANCE_LIMIT_SAMPLES, VELOCITY_LIMIT_M_S,
 };
 use crate::chain::numbers::NumberSystem;
@@ -33,10 +33,10 @@ use crate::chain::triad::Triad;
 const LARGEST_OF_MISALIGNMENT: f64 = 1.03;
 
 /// Coefficients e_p by axis.
-type Coefficients = [[f64; ACCELERATION_TERMS]; 3];
+type Coefficients = [[f64; FILTER_TERMS]; 3];
 
 /// Backward differences of orders 0 to 3 in terms of D_k … D_{k−3}.
-const DIFFERENCES: [[f64; ACCELERATION_TERMS]; ACCELERATION_TERMS] = [
+const DIFFERENCES: [[f64; FILTER_TERMS]; FILTER_TERMS] = [
     [1.0, 0.0, 0.0, 0.0],
     [1.0, -1.0, 0.0, 0.0],
     [1.0, -2.0, 1.0, 0.0],
@@ -44,8 +44,8 @@ const DIFFERENCES: [[f64; ACCELERATION_TERMS]; ACCELERATION_TERMS] = [
 ];
 
 /// Factors of the backward differences, as coefficients of D_k … D_{k−3}.
-fn of_differences(factors: [f64; ACCELERATION_TERMS]) -> [f64; ACCELERATION_TERMS] {
-    let mut coefficients = [0.0; ACCELERATION_TERMS];
+fn of_differences(factors: [f64; FILTER_TERMS]) -> [f64; FILTER_TERMS] {
+    let mut coefficients = [0.0; FILTER_TERMS];
     for (factor, difference) in factors.iter().zip(DIFFERENCES) {
         for (coefficient, part) in coefficients.iter_mut().zip(difference) {
             *coefficient += factor * part;
@@ -55,14 +55,14 @@ fn of_differences(factors: [f64; ACCELERATION_TERMS]) -> [f64; ACCELERATION_TERM
 }
 
 /// e_p of a delay \[sampling periods\].
-fn of_delay(l: f64) -> [f64; ACCELERATION_TERMS] {
+fn of_delay(l: f64) -> [f64; FILTER_TERMS] {
     let second = l * (l + 1.0) / 2.0;
     let third = second * (l + 2.0) / 3.0;
     of_differences([l, second, third, third * (l + 3.0) / 4.0])
 }
 
 /// e_p of a path's variance over T² \[1\].
-fn of_variance(v: f64) -> [f64; ACCELERATION_TERMS] {
+fn of_variance(v: f64) -> [f64; FILTER_TERMS] {
     let half = -0.5 * v;
     of_differences([0.0, half, half, half * 11.0 / 12.0])
 }
@@ -70,7 +70,7 @@ fn of_variance(v: f64) -> [f64; ACCELERATION_TERMS] {
 /// Configuration of three paths that are linear in their own increments.
 #[derive(Debug, Clone, Copy)]
 struct Response<N: NumberSystem> {
-    coefficients: [[N::FilterCoefficient; ACCELERATION_TERMS]; 3],
+    coefficients: [[N::FilterCoefficient; FILTER_TERMS]; 3],
     limit: N::Increment,
 }
 
@@ -78,7 +78,7 @@ struct Response<N: NumberSystem> {
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ResponseState<N: NumberSystem> {
     /// D_{k−1}, D_{k−2}, D_{k−3}.
-    past: [[N::Increment; ACCELERATION_TERMS - 1]; 3],
+    past: [[N::Increment; FILTER_TERMS - 1]; 3],
     ends: Ends<N>,
 }
 
@@ -89,9 +89,9 @@ impl<N: NumberSystem> Response<N> {
         largest: f64,
         kind: TermKind,
     ) -> Result<Self, ParameterError> {
-        let most = |axis: &[f64; ACCELERATION_TERMS]| axis.iter().map(|e| e.abs()).sum::<f64>();
+        let most = |axis: &[f64; FILTER_TERMS]| axis.iter().map(|e| e.abs()).sum::<f64>();
         // E must fit the format of an increment, and each e that of a filter coefficient.
-        let fits = |axis: &[f64; ACCELERATION_TERMS]| {
+        let fits = |axis: &[f64; FILTER_TERMS]| {
             most(axis) * largest <= LARGEST_AHEAD && axis.iter().all(|e| e.abs() < 2.0)
         };
         if !coefficients.iter().all(fits) {
@@ -108,7 +108,7 @@ impl<N: NumberSystem> Response<N> {
     fn begin(&self, state: &mut ResponseState<N>, increments: Triad<N::Increment>) {
         let mut ahead = [N::Increment::default(); 3];
         for (axis, now) in increments.to_array().into_iter().enumerate() {
-            state.past[axis] = [now; ACCELERATION_TERMS - 1];
+            state.past[axis] = [now; FILTER_TERMS - 1];
             ahead[axis] = N::filtered(N::filter(&self.coefficients[axis], [now; 4]));
         }
         state.ends.begin(ahead);

@@ -114,7 +114,7 @@ fn a_bad_block_says_what_is_wrong() {
     );
     assert_eq!(changed(0, b'X'), Err(BlockError::Magic));
     assert_eq!(changed(4, 9), Err(BlockError::Version(9)));
-    assert_eq!(changed(7, 0), Err(BlockError::Length(244)));
+    assert_eq!(changed(7, 0), Err(BlockError::Length(252)));
     assert!(matches!(changed(40, 1), Err(BlockError::Checksum { .. })));
 
     let out_of_range = as_built().with(|p| p.bias_rad_s = [0.0, f64::NAN, 0.0]);

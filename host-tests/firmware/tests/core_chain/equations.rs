@@ -6,7 +6,7 @@ use trueaxis::{Parameters, Sample};
 pub struct Equations {
     parameters: Parameters,
     previous_codes: Option<[i32; 3]>,
-    /// Latest first.
+    /// Increments of the case at rest, latest first, of three samples before and after the one that is corrected.
     history: Vec<[f64; 3]>,
     last_two: [[f64; 3]; 2],
     angle: [f64; 3],
@@ -14,16 +14,9 @@ pub struct Equations {
     in_period: u16,
 }
 
-/// c_p of α̂ = Σ c_p (D_k − D_{k−p})/T², by order (physics: Σ c_p sin(p x) 2 (1 − cos x) = x³ in powers of x;
-/// `acceleration.rs` tests them against that).
-fn filter(order: u8) -> Vec<f64> {
-    match order {
-        1 => vec![1.0],
-        2 => vec![1.5, -0.25],
-        3 => vec![43.0 / 24.0, -29.0 / 60.0, 7.0 / 120.0],
-        _ => vec![107.0 / 54.0, -727.0 / 1080.0, 44.0 / 315.0, -41.0 / 3024.0],
-    }
-}
+/// a_p of α̂_k = Σ a_p (D_{k+p} − D_{k−p})/T² (2 Σ a_p sin(p x) = x/sinc²(x/2) in powers of x; `acceleration.rs` tests them
+/// against that).
+pub const CENTRAL: [f64; 3] = [43.0 / 48.0, -29.0 / 120.0, 7.0 / 240.0];
 
 pub fn cross(a: [f64; 3], b: [f64; 3]) -> [f64; 3] {
     [
@@ -80,34 +73,34 @@ impl Equations {
             let stripped = sensed - p.pickoff_gain[i] * p.pickoff_weight_rad * step as f64;
             (1.0 - p.scale_error[i]) * stripped - p.bias_rad_s[i] * period_s
         });
-        let e0 = p.installation_rad;
-        let apply = |xy: f64, xz: f64, yx: f64, yz: f64, zx: f64, zy: f64| {
+        let e = p.installation_rad;
+        let eq_7 = |r: [f64; 3]| {
             [
-                r[0] + xy * r[2] + xz * r[1],
-                r[1] + yz * r[0] + yx * r[2],
-                r[2] + zx * r[1] + zy * r[0],
+                r[0] + e.xy * r[2] + e.xz * r[1],
+                r[1] + e.yz * r[0] + e.yx * r[2],
+                r[2] + e.zx * r[1] + e.zy * r[0],
             ]
         };
-        let at_rest = apply(e0.xy, e0.xz, e0.yx, e0.yz, e0.zx, e0.zy);
+        let now = eq_7(r);
         if self.history.is_empty() {
-            self.history = vec![at_rest; 4];
-        }
-        let mut a = [0.0; 3];
-        for (c, past) in filter(p.acceleration_order).iter().zip(&self.history) {
-            for i in 0..3 {
-                a[i] += c * (at_rest[i] - past[i]) / (period_s * period_s);
-            }
+            self.history = vec![now; 7];
         }
         self.history.rotate_right(1);
-        self.history[0] = at_rest;
-        let k = p.flexure_s2;
-        apply(
-            e0.xy - k.xy * a[1],
-            e0.xz + k.xz * a[2],
-            e0.yx + k.yx * a[0],
-            e0.yz - k.yz * a[2],
-            e0.zx - k.zx * a[0],
-            e0.zy + k.zy * a[1],
-        )
+        self.history[0] = now;
+        // The sample three before has both its sides: what its tilts let the gyros sense more is taken off now.
+        let mut a = [0.0; 3];
+        for (c, pair) in CENTRAL.iter().zip(1..) {
+            for i in 0..3 {
+                a[i] += c * (self.history[3 - pair][i] - self.history[3 + pair][i])
+                    / (period_s * period_s);
+            }
+        }
+        let (k, d) = (p.flexure_s2, self.history[3]);
+        let more = [
+            -k.xz * a[2] * d[1] + k.xy * a[1] * d[2],
+            -k.yx * a[0] * d[2] + k.yz * a[2] * d[0],
+            -k.zy * a[1] * d[0] + k.zx * a[0] * d[1],
+        ];
+        eq_7([0, 1, 2].map(|i| r[i] - more[i]))
     }
 }

@@ -1,6 +1,6 @@
 //! Motions known in closed form, and what a dithered triad counts under them.
 
-use trueaxis::{CrossAxis, Parameters, Sample};
+use trueaxis::{CrossAxis, FlexureResponse, Parameters, Sample};
 
 /// Body rate and its derivative \[rad/s, rad/s²\] at t \[s\].
 pub trait Motion {
@@ -101,9 +101,13 @@ pub const TABLE_3_S2: CrossAxis<f64> = CrossAxis {
     zy: 7.6e-8,
 };
 
-/// Pulses of 2⁻³⁴ rad, no dither: counts that hold the motion to 6e-11 rad, for tests of the algorithm.
+/// Pulses of 2⁻³⁴ rad, no dither: counts that hold the motion to 6e-11 rad, for tests of the algorithm. Blocks follow
+/// the acceleration at once, as those of [`stream`] do.
 pub fn fine() -> Parameters {
-    Parameters::default().with(|p| p.pulse_weight_rad = [1.0 / (1u64 << 34) as f64; 3])
+    Parameters::default().with(|p| {
+        p.pulse_weight_rad = [1.0 / (1u64 << 34) as f64; 3];
+        p.flexure_response = FlexureResponse::Static;
+    })
 }
 
 /// An instrument as built: pulses of 0.8″, bias, scale, installation, gains, the paper's flexure.
@@ -121,6 +125,7 @@ pub fn as_built() -> Parameters {
             zy: 8.8e-4,
         };
         p.flexure_s2 = TABLE_3_S2;
+        p.flexure_response = FlexureResponse::Static;
         p.pickoff_gain = [1.013, 0.991, 1.004];
     })
 }

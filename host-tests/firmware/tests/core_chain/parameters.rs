@@ -1,6 +1,9 @@
 //! What a configuration may ask for.
 
-use trueaxis::{AccelerometerParameters, Chain, CrossAxis, F32, Fixed, ParameterError, Parameters};
+use trueaxis::{
+    AccelerometerParameters, Chain, CrossAxis, F32, Fixed, FlexureResponse, ParameterError,
+    Parameters,
+};
 
 use crate::motion::as_built;
 
@@ -129,9 +132,10 @@ fn counts_of_samples_and_terms_have_ranges() {
         let parameters = as_built().with(|p| p.samples_per_output = samples_per_output);
         assert_eq!(parameters.check(), Err(ParameterError::SamplesPerOutput));
     }
-    for acceleration_order in [0, 5, u8::MAX] {
-        let parameters = as_built().with(|p| p.acceleration_order = acceleration_order);
-        assert_eq!(parameters.check(), Err(ParameterError::AccelerationOrder));
+    for damping in [0.0019, 1.0, -0.005, f64::NAN, f64::INFINITY] {
+        let parameters =
+            as_built().with(|p| p.flexure_response = FlexureResponse::Mode { damping });
+        assert_eq!(parameters.check(), Err(ParameterError::FlexureDamping));
     }
 }
 

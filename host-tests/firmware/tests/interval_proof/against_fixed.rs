@@ -3,6 +3,7 @@
 use proptest::prelude::*;
 use trueaxis::numbers::Interval;
 use trueaxis::numbers::exact::{ExactCoefficient, ExactLever, ExactWeight, VELOCITY_UNIT_M_S};
+use trueaxis::numbers::fixed::LagScale;
 use trueaxis::numbers::interval::{Operation, Span, Summed, take_bounds};
 use trueaxis::{Fixed, NumberSystem};
 
@@ -45,7 +46,7 @@ proptest! {
         (b, y) in increment(),
         (c, z) in increment(),
         (d, w) in increment(),
-        (t, k) in span(1 << 30),
+        (t, k) in span(1 << 29),
         (long, sum) in long_span(1 << 60),
         (tilts, tilted) in long_span(1 << 62),
     ) {
@@ -100,6 +101,17 @@ proptest! {
             F::add_cross(sum, x, y, z, w));
         case(I::add_product_of(long, a, b), I::add_product_of(p_long, pa, pb),
             F::add_product_of(sum, x, y));
+        let lagged = I::lagged(&[t, t, t], [a, b, c]);
+        case(lagged, I::lagged(&[pt, pt, pt], [pa, pb, pc]), F::lagged(&[k; 3], [x, y, z]).into());
+        case(I::lag_increment(a), I::lag_increment(pa), F::lag_increment(x).into());
+        let rectified = I::rectify((a, b), (c, d));
+        case(rectified, I::rectify((pa, pb), (pc, pd)), F::rectify((x, y), (z, w)));
+        case(I::add_rectified(long, long), I::add_rectified(p_long, p_long), F::add_rectified(sum, sum));
+        for scale in [-3, 0, 2, 5].map(LagScale::at) {
+            case(I::bend(a, rectified, scale),
+                I::bend(pa, I::rectify((pa, pb), (pc, pd)), scale),
+                F::bend(x, F::rectify((x, y), (z, w)), scale).into());
+        }
         case(I::within_sample(a), I::within_sample(pa), F::within_sample(x).into());
         case(I::increment_factor(a), I::increment_factor(pa), F::increment_factor(x).into());
         case(I::step_factor(a), I::step_factor(pa), F::step_factor(x).into());

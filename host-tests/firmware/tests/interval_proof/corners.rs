@@ -6,14 +6,14 @@ use trueaxis::design_parameters::{
     FLEXURE_LIMIT, INSTALLATION_LIMIT_RAD, LEVER_ARM_LIMIT_M, SCALED_FLEXURE_LIMIT,
     SWING_LIMIT_M_S, increment_unit_log2,
 };
-use trueaxis::{AccelerometerParameters, CrossAxis, Parameters};
+use trueaxis::{AccelerometerParameters, CrossAxis, FlexureResponse, Parameters};
 
 /// A corner of the parameter ranges, or a point on the way to it.
 #[derive(Debug, Clone, Copy)]
 pub struct Corner {
     pub samples_per_output: u16,
     pub sample_rate_hz: f64,
-    pub acceleration_order: u8,
+    pub response: FlexureResponse,
     /// Dither frequency \[cycles per sample\].
     pub cycles: f64,
     pub delay_s: f64,
@@ -30,10 +30,10 @@ impl fmt::Display for Corner {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         write!(
             f,
-            "n {}, {} Hz, order {}, {:.3} cycles, {:.0} us, {}, gain {}, {:.2} of the angles, weights {:.1e} rad {:.0e} rad {:.0e} m/s",
+            "n {}, {} Hz, {:?}, {:.3} cycles, {:.0} us, {}, gain {}, {:.2} of the angles, weights {:.1e} rad {:.0e} rad {:.0e} m/s",
             self.samples_per_output,
             self.sample_rate_hz,
-            self.acceleration_order,
+            self.response,
             self.cycles,
             self.delay_s * 1e6,
             if self.adapts { "adapts" } else { "frozen" },
@@ -65,7 +65,7 @@ impl Corner {
             p.pickoff_weight_rad = self.weights.1;
             p.sample_rate_hz = self.sample_rate_hz;
             p.samples_per_output = self.samples_per_output;
-            p.acceleration_order = self.acceleration_order;
+            p.flexure_response = self.response;
             p.pickoff_delay_s = [self.delay_s; 3];
             p.dither_frequency_hz = [self.cycles * self.sample_rate_hz; 3];
             p.dither_amplitude_rad = [if self.adapts { 0.01 } else { 0.0 }; 3];
@@ -137,7 +137,7 @@ pub fn corners() -> Vec<Corner> {
     let base = Corner {
         samples_per_output: 1,
         sample_rate_hz: 4000.0,
-        acceleration_order: 4,
+        response: FlexureResponse::Mode { damping: 0.002 },
         cycles: 0.25,
         delay_s: 0.0,
         adapts: false,
@@ -151,7 +151,11 @@ pub fn corners() -> Vec<Corner> {
         let turn = corners.len();
         corners.push(Corner {
             signed: [1.0, -1.0, 1.0, 0.0][turn / 7 % 4],
-            acceleration_order: 1 + (turn / 5 % 4) as u8,
+            response: [
+                FlexureResponse::Static,
+                FlexureResponse::Mode { damping: 0.002 },
+                FlexureResponse::Mode { damping: 0.99 },
+            ][turn / 5 % 3],
             ..corner
         });
     };

@@ -4,9 +4,9 @@
 //! parameters and from the bounds of the words that enter them.
 
 use trueaxis::design_parameters::{
-    ACCELEROMETER_SUM_CODES, BIAS_PERIODS, DITHER_LIMIT_RAD, FINE_PER_CODE_LOG2, GAP_IN_FRAME_RAD,
-    LEVER_ARM_LIMIT_M, PICKOFF_REACH_RAD, SENSED_LIMIT_RAD, VELOCITY_GAP_IN_FRAME_M_S,
-    VELOCITY_LIMIT_M_S, increment_unit_log2,
+    ACCELEROMETER_SUM_CODES, BIAS_PERIODS, DITHER_LIMIT_RAD, FINE_PER_CODE_LOG2, FLEXURE_LIMIT,
+    GAP_IN_FRAME_RAD, LEVER_ARM_LIMIT_M, PICKOFF_REACH_RAD, SENSED_LIMIT_RAD,
+    VELOCITY_GAP_IN_FRAME_M_S, VELOCITY_LIMIT_M_S, increment_unit_log2,
 };
 use trueaxis::numbers::Interval;
 use trueaxis::numbers::exact::VELOCITY_UNIT_M_S;
@@ -215,18 +215,27 @@ fn exact_sums_of(
 
     // compensation.rs: over the period's angle.
     let of_samples = ordinary * (sensed_one + strip);
-    let on_axes = of_samples + sensing(gap, matrix);
+    let rectified = leaving(Operation::Rectified, "flexure") << unit_log2;
+    let ahead = leaving(Operation::Ahead, "flexure") << unit_log2;
+    sums.angle("flexure: rate", ahead);
+    let words = (ahead >> 32) + 1;
+    sums.angle("flexure: rate x rate", words * words);
+    // ½ (K_ij − K_ik)/T², at the period's end less its start.
+    let of_pair = up(FLEXURE_LIMIT, 25);
+    sums.keep("flexure: factor", of_pair, 32, (-25, ""));
+    let bracket = ((of_pair * words * words) >> 25) + 70;
+    let bent = sums.angle("flexure: correction", rectified + 2 * bracket);
+    let on_axes = of_samples + sensing(gap, matrix) + bent;
     let sensed = on_axes + stripped + bias;
     sums.angle("counts: weight x sum", sensed);
     sums.angle("compensation: sensing axes", on_axes + moved + bias);
     let before = sums.angle("gap: angle before", through(of_samples, matrix) + gap);
-    let at_rest = through(of_samples + moved + bias, matrix) + gap;
+    let at_rest = through(of_samples + moved + bias + bent, matrix) + gap;
     let at_rest = sums.angle("compensation: at rest", at_rest);
 
     // coning.rs
-    let tilted = leaving(Operation::FineTilted, "coning") << unit_log2;
     let crossed = leaving(Operation::FineCross, "coning") << (2 * unit_log2);
-    let beside = sums.angle("coning: beside the sum", tilted + crossed);
+    let beside = sums.angle("coning: beside the sum", crossed);
     let rotation = sums.angle("chain: rotation", at_rest + beside);
 
     // gap.rs: before × reading, less half of what gaps have with each other; the period's at its end.

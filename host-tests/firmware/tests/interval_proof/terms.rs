@@ -9,7 +9,9 @@ use trueaxis::terms::{
     AccelerometerDelay, AccelerometerQuadratic, AllTerms, CubicFlexure, DitherErrors, ElasticRate,
     ForceProducts, GyroResponse, ResonantFlexure, ScaleByRate,
 };
-use trueaxis::{Chain, Fixed, NumberSystem, Parameters, Term, TermKind, TermRecords};
+use trueaxis::{
+    Chain, Fixed, FlexureResponse, NumberSystem, Parameters, Term, TermKind, TermRecords,
+};
 
 use crate::bounds::{prove_with, stage, still};
 use crate::corners::{Corner, corners};
@@ -148,7 +150,7 @@ fn no_word_wraps_with_each_term_alone() {
     let corner = Corner {
         samples_per_output: 10,
         sample_rate_hz: 4000.0,
-        acceleration_order: 4,
+        response: FlexureResponse::default(),
         cycles: 0.1,
         delay_s: 1e-5,
         adapts: false,

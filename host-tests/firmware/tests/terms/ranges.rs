@@ -167,32 +167,48 @@ fn the_elements_of_a_gyros_row_share_its_limit() {
     }
 }
 
-/// Frequencies of 40 Hz to 1.2 kHz at 4 kHz, dampings of 0.002 to 0.99.
+/// Frequencies of 40 Hz to half the sample rate at 4 kHz, dampings of 0.002 to 0.99; the refusal names the number and its range.
 #[test]
 fn a_mode_has_a_frequency_and_a_damping_within_their_ranges() {
     let of = |frequency_hz: f64, damping: f64| {
         let values = vec![1e-9, 0.0, 0.0, 0.0, 0.0, 0.0, frequency_hz, damping];
         checked(&parameters(&[(K::AxisFlexureMode, values)]))
     };
-    let refused = Err(ParameterError::Term(K::AxisFlexureMode));
-    for (frequency_hz, damping) in [(40.0, 0.1), (1200.0, 0.1), (150.0, 0.002), (150.0, 0.99)] {
+    for (frequency_hz, damping) in [
+        (40.0, 0.1),
+        (1200.0, 0.1),
+        (2000.0, 0.1),
+        (150.0, 0.002),
+        (2000.0, 0.002),
+        (150.0, 0.99),
+        (2000.0, 0.99),
+    ] {
         assert_eq!(
             of(frequency_hz, damping),
             Ok(()),
             "{frequency_hz} Hz, {damping}"
         );
     }
-    for (frequency_hz, damping) in [
-        (39.999, 0.1),
-        (1200.001, 0.1),
-        (150.0, 0.001_999),
-        (150.0, 0.990_001),
+    let frequency = (
+        ParameterError::ModeFrequency,
+        "frequency_hz",
+        "40 to 2000 Hz",
+    );
+    let ratio = (ParameterError::ModeDamping, "damping", "0.002 to 0.99");
+    for ((frequency_hz, damping), (error, name, range)) in [
+        ((39.999, 0.1), frequency),
+        ((2000.001, 0.1), frequency),
+        ((f64::NAN, 0.1), frequency),
+        ((150.0, 0.001_999), ratio),
+        ((150.0, 0.990_001), ratio),
     ] {
         assert_eq!(
             of(frequency_hz, damping),
-            refused,
+            Err(error),
             "{frequency_hz} Hz, {damping}"
         );
+        let said = error.to_string();
+        assert!(said.contains(name) && said.contains(range), "{said}");
     }
 }
 
@@ -227,19 +243,23 @@ fn terms_that_need_accelerometers_say_so() {
 /// the limit to the last bit.
 fn fills(
     samples_per_output: u16,
-    [sample_rate_hz, frequency_hz]: [f64; 2],
+    [sample_rate_hz, frequency_hz, delay_s]: [f64; 3],
+    has_cubic: bool,
     expected: (f64, ParameterError),
 ) {
     let of = |scale_error: f64| {
-        parameters(&[(K::ElasticRateByJerk, vec![1e-12; 9])]).with(|p| {
+        let records = [
+            (K::ElasticRateByJerk, vec![1e-12; 9]),
+            (K::DitherCubic, vec![if has_cubic { 1e-3 } else { 0.0 }; 3]),
+        ];
+        parameters(&records).with(|p| {
             p.sample_rate_hz = sample_rate_hz;
             p.samples_per_output = samples_per_output;
             p.dither_frequency_hz = [frequency_hz; 3];
             p.dither_amplitude_rad = [1e-4; 3];
             p.adaptation_time_s = 20.0;
-            p.pickoff_delay_s = [1e-4; 3];
+            p.pickoff_delay_s = [delay_s; 3];
             p.installation_rad = CrossAxis::from_array([1.0 / 128.0; 6]);
-            p.flexure_s2 = CrossAxis::from_array([4.3e-8; 6]);
             p.scale_error = [scale_error; 3];
         })
     };
@@ -260,8 +280,9 @@ fn fills(
             }
         }
     }
-    // Delay and elastic rates may add 2⁻¹¹ each.
-    let added = of(taken).largest_increment_rad() + 1.0 / 1024.0;
+    // Delay and elastic rates may add 2⁻¹¹ each, the pickoff's cubic error 2⁻¹³.
+    let cubic = if has_cubic { 1.0 / 8192.0 } else { 0.0 };
+    let added = of(taken).largest_increment_rad() + 1.0 / 1024.0 + cubic;
     let filled = if error == ParameterError::OutputPeriod {
         added * f64::from(samples_per_output)
     } else {
@@ -272,6 +293,8 @@ fn fills(
 
 #[test]
 fn what_terms_add_may_fill_an_increment_and_an_output_period_and_no_more() {
-    fills(1, [8000.0, 320.0], (0.0078, ParameterError::TermsTooLarge));
-    fills(32, [4000.0, 743.0], (0.1767, ParameterError::OutputPeriod));
+    let too_large = (0.0078, ParameterError::TermsTooLarge);
+    fills(1, [8000.0, 320.0, 9.4e-5], true, too_large);
+    let period = (0.1767, ParameterError::OutputPeriod);
+    fills(32, [4000.0, 743.0, 1e-4], false, period);
 }

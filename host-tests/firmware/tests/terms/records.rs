@@ -3,8 +3,8 @@
 use crc::{CRC_32_ISO_HDLC, Crc};
 use trueaxis::terms::{AllTerms, RecordError, TermKinds};
 use trueaxis::{
-    BlockError, Chain, F32, Fixed, NumberSystem, ParameterError, Parameters, Term, TermKind,
-    TermRecords,
+    BlockError, Chain, F32, Fixed, FlexureResponse, NumberSystem, ParameterError, Parameters, Term,
+    TermKind, TermRecords,
 };
 
 use crate::errors::errors;
@@ -40,18 +40,34 @@ fn a_block_with_records_comes_back_the_same() {
     }
 }
 
+/// A block as an older version wrote it: an acceleration order, and no damping of the flexure.
+fn of_version(version: u8, parameters: &Parameters) -> Vec<u8> {
+    let mut block = parameters.to_block(3).to_vec();
+    block[4] = version;
+    block[10] = 4;
+    block.drain(496..504);
+    let length = (block.len() as u16).to_le_bytes();
+    block[6..8].copy_from_slice(&length);
+    sealed(block)
+}
+
+/// Their flexure was calibrated as a static one, and stays it.
 #[test]
-fn version_2_still_reads_and_has_no_records() {
+fn older_versions_still_read_with_a_static_flexure_and_version_2_has_no_records() {
+    let as_read = |known: Parameters| known.with(|p| p.flexure_response = FlexureResponse::Static);
     let known = parameters(&[]);
-    let mut block = known.to_block(3).to_vec();
+    let block = known.to_block(3);
     assert_eq!(block.len(), trueaxis::PARAMETER_BLOCK_BYTES);
-    block[4] = 2;
-    assert_eq!(Parameters::from_block(&sealed(block)), Ok((known, 3)));
-    let mut with_records = full().to_block(3).to_vec();
-    with_records[4] = 2;
+    for version in [2, 3] {
+        let read = Parameters::from_block(&of_version(version, &known));
+        assert_eq!(read, Ok((as_read(known), 3)));
+    }
+    let read = Parameters::from_block(&of_version(3, &full()));
+    assert_eq!(read, Ok((as_read(full()), 3)));
+    let with_records = of_version(2, &full());
     let length = with_records.len();
     assert_eq!(
-        Parameters::from_block(&sealed(with_records)),
+        Parameters::from_block(&with_records),
         Err(BlockError::Length(length))
     );
 }
@@ -128,7 +144,12 @@ fn every_value_that_is_not_finite_or_far_beyond_its_range_is_refused_by_its_kind
                 values[at] = wrong;
                 let known = parameters(&[(*kind, values)]);
                 let refused = Chain::<F32, AllTerms<F32>>::with_terms(&known).err();
-                assert_eq!(refused, Some(ParameterError::Term(*kind)), "{at} {wrong}");
+                let expected = match kind {
+                    // A mode without a frequency is none, whatever its other numbers are.
+                    TermKind::AxisFlexureMode => ParameterError::ModeFrequency,
+                    _ => ParameterError::Term(*kind),
+                };
+                assert_eq!(refused, Some(expected), "{at} {wrong}");
             }
         }
     }

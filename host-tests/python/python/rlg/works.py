@@ -58,7 +58,6 @@ def replay(
     core: str = "f32",
     out: PathLike | None = None,
     output_every: int | None = None,
-    order: int | None = None,
     adapt_s: float | None = None,
     progress: Progress | None = None,
 ) -> Replay:
@@ -68,12 +67,11 @@ def replay(
         model: what the chain compensates; without it the model beside the recording.
         core: number system of the chain: f32, fixed or reference.
         output_every: samples in one output period.
-        order: terms of the acceleration filter, 1 to 4.
         adapt_s: time in which the dither strip follows the pickoff's gain and delay [s].
     """
     folder = Folder(out, "replayed")
     arguments = ["replay", os.fspath(recording), *option("model", _model(model, recording).file)]
-    arguments += option("core", core) + option("output-every", output_every) + option("order", order)
+    arguments += option("core", core) + option("output-every", output_every)
     arguments += option("adapt-s", adapt_s) + option("out", folder.path)
     return Replay(answered(_native.run(arguments, progress)), Recording(folder))
 

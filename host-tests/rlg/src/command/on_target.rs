@@ -13,7 +13,7 @@ use crate::target::on_target::{Instructions, compare};
 use crate::target::records::reflected;
 use crate::target::{Image, OnTarget, Platform, TargetCore};
 use crate::terminal::Terminal;
-use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
+use rlg_parameters::SAMPLES_PER_OUTPUT;
 
 /// File that the command writes.
 const RESULT: &str = "on_target.json";
@@ -53,9 +53,6 @@ pub struct OnTargetCommand {
     /// Samples in one output period
     #[arg(long, default_value_t = SAMPLES_PER_OUTPUT)]
     output_every: u16,
-    /// Terms of the acceleration filter, 1 to 4
-    #[arg(long, default_value_t = ACCELERATION_ORDER)]
-    order: u8,
     /// Time in which the dither strip follows the pickoff's gain and delay [s]; 0: frozen
     #[arg(long, default_value_t = 0.0)]
     adapt_s: f64,
@@ -76,7 +73,6 @@ struct Report<'a> {
     #[serde(flatten)]
     result: &'a OnTarget,
     samples_per_output: u16,
-    acceleration_order: u8,
     /// Kinds of the model's effects that the chain has no term for.
     uncompensated: Vec<String>,
 }
@@ -90,7 +86,6 @@ impl OnTargetCommand {
         let mut out = results_folder(&self.out, &self.recording, &self.model, &[RESULT, RAW])?;
         let setup = Setup {
             samples_per_output: self.output_every,
-            acceleration_order: self.order,
             adaptation_time_s: self.adapt_s,
             accelerometers: self.accelerometers,
         };
@@ -133,7 +128,6 @@ impl OnTargetCommand {
             version: env!("CARGO_PKG_VERSION"),
             result: &result,
             samples_per_output: self.output_every,
-            acceleration_order: self.order,
             uncompensated: input.uncompensated,
         };
         let mut json = serde_json::to_vec_pretty(&report).map_err(|error| {

@@ -9,14 +9,15 @@ use clap::Args;
 use serde::Serialize;
 
 use super::inputs::read_model;
+use crate::model::catalogue::SIX;
 use crate::error::InputError;
 use crate::output::write_file;
 use crate::recording::Recording;
 use crate::replay::samples::dither_of_recording;
 use crate::target::Image;
 use crate::terminal::Terminal;
-use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT, Unit, parameters_from_model};
-use trueaxis::TermKind;
+use rlg_parameters::{SAMPLES_PER_OUTPUT, Unit, parameters_from_model};
+use trueaxis::{FlexureResponse, Parameters, TermKind};
 
 /// Convert a model to the parameter block to flash, and say what the chain cannot compensate
 #[derive(Debug, Args)]
@@ -35,9 +36,6 @@ pub struct Params {
     /// Samples in one output period
     #[arg(long, default_value_t = SAMPLES_PER_OUTPUT)]
     output_every: u16,
-    /// Terms of the acceleration filter, 1 to 4
-    #[arg(long, default_value_t = ACCELERATION_ORDER)]
-    order: u8,
     /// Angle of one pickoff code [rad]
     #[arg(long, default_value_t = trueaxis::Parameters::default().pickoff_weight_rad)]
     pickoff_weight_rad: f64,
@@ -75,7 +73,11 @@ struct Block {
     pickoff_weight_rad: f64,
     sample_rate_hz: f64,
     samples_per_output: u16,
-    acceleration_order: u8,
+    /// `mode`: each pair rings as its K implies; `static`.
+    flexure_response: &'static str,
+    /// Frequency of each pair's mode [Hz], and damping; null where nothing rings.
+    flexure_mode_hz: [Option<f64>; 6],
+    flexure_damping: Option<f64>,
     pickoff_delay_s: [f64; 3],
     dither_frequency_hz: [f64; 3],
     dither_amplitude_rad: [f64; 3],
@@ -111,7 +113,6 @@ impl Params {
         let weights = self.accelerometer_weight_m_s.as_deref();
         let unit = Unit {
             samples_per_output: self.output_every,
-            acceleration_order: self.order,
             adaptation_time_s: self.adapt_s,
             dither,
             // three, or clap would have refused them
@@ -153,6 +154,14 @@ impl Params {
             );
         }
         terminal.say(format!("{}: {} bytes", self.out.display(), block.len()));
+        let damping = match parameters.flexure_response {
+            FlexureResponse::Mode { damping } => Some(damping),
+            FlexureResponse::Static => None,
+        };
+        let modes_hz = modes_hz(&parameters);
+        if let Some(line) = flexure_line(&parameters) {
+            terminal.say(line);
+        }
         terminal.result(&Block {
             format: 1,
             version: env!("CARGO_PKG_VERSION"),
@@ -167,7 +176,12 @@ impl Params {
             pickoff_weight_rad: parameters.pickoff_weight_rad,
             sample_rate_hz: parameters.sample_rate_hz,
             samples_per_output: parameters.samples_per_output,
-            acceleration_order: parameters.acceleration_order,
+            flexure_response: match damping {
+                Some(_) => "mode",
+                None => "static",
+            },
+            flexure_mode_hz: modes_hz,
+            flexure_damping: damping,
             pickoff_delay_s: parameters.pickoff_delay_s,
             dither_frequency_hz: parameters.dither_frequency_hz,
             dither_amplitude_rad: parameters.dither_amplitude_rad,
@@ -183,6 +197,41 @@ impl Params {
             uncompensated,
         })
     }
+}
+
+/// Frequency of the mode of each pair that rings \[Hz\].
+fn modes_hz(parameters: &Parameters) -> [Option<f64>; 6] {
+    let rings = parameters.flexure_response != FlexureResponse::Static;
+    let of = |k: f64| 1.0 / (std::f64::consts::TAU * k.sqrt());
+    let pairs = parameters.flexure_s2.to_array();
+    pairs.map(|k| (rings && k > 0.0).then(|| of(k)))
+}
+
+/// How the flexure is taken out; `None` where there is none.
+fn flexure_line(parameters: &Parameters) -> Option<String> {
+    let pairs = parameters.flexure_s2.to_array();
+    if pairs == [0.0; 6] {
+        return None;
+    }
+    let each = |text: &dyn Fn(usize) -> String| {
+        let named = SIX.iter().enumerate();
+        let named = named.filter(|(at, _)| pairs[*at] != 0.0);
+        let texts: Vec<String> = named.map(|(at, name)| format!("{name} {}", text(at))).collect();
+        texts.join(", ")
+    };
+    let sizes = each(&|at| format!("{:.1}", pairs[at] * 1e9));
+    Some(match parameters.flexure_response {
+        FlexureResponse::Static => format!(
+            "axis_flexure: K {sizes} 10⁻⁹ s², static: of a block that rings it leaves (f/f0)² of the drift, f0 = 1/(2π√K)"
+        ),
+        FlexureResponse::Mode { damping } => {
+            let modes = modes_hz(parameters);
+            let modes = each(&|at| modes[at].map_or("static".to_owned(), |hz| format!("{hz:.0}")));
+            format!(
+                "axis_flexure: K {sizes} 10⁻⁹ s², with the mode that each K implies, f0 = 1/(2π√K): {modes} Hz, damping {damping}"
+            )
+        }
+    })
 }
 
 /// What stays in the output, and what would take it out where something would.

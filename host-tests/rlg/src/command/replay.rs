@@ -18,7 +18,7 @@ use crate::replay::drift::{drift_deg_h, periods_in, reference_rotations_rad, seg
 use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
 use crate::replay::{Core, Replay, replay};
 use crate::terminal::Terminal;
-use rlg_parameters::{ACCELERATION_ORDER, SAMPLES_PER_OUTPUT};
+use rlg_parameters::SAMPLES_PER_OUTPUT;
 use trueaxis::{CrossAxis, ParameterError};
 
 /// The table that it writes.
@@ -48,9 +48,6 @@ pub struct ReplayCommand {
     /// Samples in one output period
     #[arg(long, default_value_t = SAMPLES_PER_OUTPUT)]
     output_every: u16,
-    /// Terms of the acceleration filter, 1 to 4
-    #[arg(long, default_value_t = ACCELERATION_ORDER)]
-    order: u8,
     /// Time in which the dither strip follows the pickoff's gain and delay [s]; 0: frozen
     #[arg(long, default_value_t = 0.0)]
     adapt_s: f64,
@@ -64,7 +61,6 @@ struct Report {
     core: &'static str,
     samples: usize,
     samples_per_output: u16,
-    acceleration_order: u8,
     adaptation_time_s: f64,
     /// As measured on the pickoffs; null without dither.
     dither_frequency_hz: Option<[f64; 3]>,
@@ -118,7 +114,6 @@ impl ReplayCommand {
         let mut out = self.results_folder()?;
         let setup = Setup {
             samples_per_output: self.output_every,
-            acceleration_order: self.order,
             adaptation_time_s: self.adapt_s,
             accelerometers: true,
         };
@@ -209,7 +204,6 @@ impl ReplayCommand {
             core: self.core.name(),
             samples: input.samples.len(),
             samples_per_output: self.output_every,
-            acceleration_order: self.order,
             adaptation_time_s: input.parameters.adaptation_time_s,
             dither_frequency_hz: dithered.then_some(input.parameters.dither_frequency_hz),
             dither_amplitude_rad: dithered.then_some(input.parameters.dither_amplitude_rad),
