@@ -60,6 +60,7 @@ use crate::chain::design_parameters::{
 };
 use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
+use crate::chain::numbers::float::within;
 use crate::chain::parameters::Parameters;
 use crate::chain::sample::Sample;
 use crate::chain::stages::dither::{Dither, DitherState, ExactTaps};
@@ -118,6 +119,17 @@ struct Sums<N: NumberSystem> {
     /// Bits that changed between the counts of successive looks at this gyro, and the counts of the last look.
     changed: i32,
     counts: i32,
+}
+
+impl<N: NumberSystem> Sums<N> {
+    /// Begins the next window's sums.
+    #[inline(always)]
+    fn begin(&mut self) {
+        self.correlations = [N::Correlation::default(); 2];
+        self.steps = [N::Correlation::default(); 2];
+        self.error = N::Correlation::default();
+        self.changed = 0;
+    }
 }
 
 /// One gyro's tracked values.
@@ -349,38 +361,10 @@ impl Adaptation {
             angle: [0; 3],
         };
         let mut taps = *strip_state.exact_taps();
-        for (index, axis) in self.axes.iter().enumerate() {
-            let sums = &mut state.sums[index];
-            let tracked = &mut state.tracked[index];
-            let before = tracked.health;
-            tracked.health = axis.judge(sums);
-            if tracked.health != Status::default() {
-                tracked.share = FIRST_ADAPTATION_SHARE;
-            }
-            result.status = result.status.union(tracked.health);
-            let healthy = tracked.health.union(before) == Status::default();
-            let readings = strip_state.readings()[index];
-            let from_origin = |code: i32| code.wrapping_sub(strip_state.origin()[index]);
-            let within_reach = from_origin(readings.last).unsigned_abs() <= axis.reach;
-            let usable = axis.dithered && healthy && within_reach && state.disturbed == 0;
-            if self.tracks() && usable {
-                axis.follow(sums, tracked, self.share);
-                let moved = axis.taps(tracked);
-                let [new_now, new_past] = moved;
-                let [old_now, old_past] = taps[index];
-                let now = new_now.wrapping_sub(old_now);
-                let past = new_past.wrapping_sub(old_past);
-                result.angle[index] = now
-                    .wrapping_mul(i64::from(from_origin(readings.last)))
-                    .wrapping_add(past.wrapping_mul(i64::from(from_origin(readings.before))))
-                    .wrapping_neg();
-                taps[index] = moved;
-            }
-            *sums = Sums {
-                counts: sums.counts,
-                ..Sums::default()
-            };
-        }
+        // Three calls and no loop: nobody has to show how often that turns.
+        self.close_gyro::<N, 0>(state, strip_state, &mut taps, &mut result);
+        self.close_gyro::<N, 1>(state, strip_state, &mut taps, &mut result);
+        self.close_gyro::<N, 2>(state, strip_state, &mut taps, &mut result);
         let found = result.status.bits() & !Status::ADAPTING.bits();
         state.has_closed_clean |= found == 0;
         if self.tracks() {
@@ -390,9 +374,73 @@ impl Adaptation {
         state.disturbed = state.disturbed.saturating_sub(1);
         result
     }
+
+    /// Judges one gyro and moves its taps.
+    #[inline(always)]
+    fn close_gyro<N: NumberSystem, const GYRO: usize>(
+        &self,
+        state: &mut AdaptationState<N>,
+        strip_state: &DitherState<N>,
+        taps: &mut [ExactTaps; 3],
+        result: &mut WindowResult,
+    ) {
+        let axis = &self.axes[GYRO];
+        let least = (self.tracks() && state.disturbed == 0).then_some(self.share);
+        let readings = strip_state.readings()[GYRO];
+        let from_origin = |code: i32| code.wrapping_sub(strip_state.origin()[GYRO]);
+        let codes = [from_origin(readings.last), from_origin(readings.before)];
+        let tracked = &mut state.tracked[GYRO];
+        let sums = &mut state.sums[GYRO];
+        result.angle[GYRO] = axis.close(sums, tracked, codes, &mut taps[GYRO], least);
+        result.status = result.status.union(tracked.health);
+    }
 }
 
 impl Axis {
+    /// Judges the gyro by the window's `sums` and begins the next; if it is well, moves its taps.
+    ///
+    /// # Inputs
+    /// `codes`: the last two pickoff readings from the first. `least`: as in [`follow`](Self::follow); `None`: the taps rest.
+    ///
+    /// # Returns
+    /// The angle that moving the taps is worth \[fine units\].
+    #[inline(never)]
+    fn close<N: NumberSystem>(
+        &self,
+        sums: &mut Sums<N>,
+        tracked: &mut Tracked,
+        codes: [i32; 2],
+        taps: &mut ExactTaps,
+        least: Option<f32>,
+    ) -> i64 {
+        let before = tracked.health;
+        tracked.health = self.judge(sums);
+        if tracked.health != Status::default() {
+            tracked.share = FIRST_ADAPTATION_SHARE;
+        }
+        let healthy = tracked.health.union(before) == Status::default();
+        let [last, past] = codes;
+        let within_reach = last.unsigned_abs() <= self.reach;
+        let mut angle = 0;
+        if let Some(least) = least
+            && self.dithered
+            && healthy
+            && within_reach
+        {
+            self.follow(sums, tracked, least);
+            let moved = self.taps(tracked);
+            let now = moved[0].wrapping_sub(taps[0]);
+            let before = moved[1].wrapping_sub(taps[1]);
+            angle = now
+                .wrapping_mul(i64::from(last))
+                .wrapping_add(before.wrapping_mul(i64::from(past)))
+                .wrapping_neg();
+            *taps = moved;
+        }
+        sums.begin();
+        angle
+    }
+
     /// This gyro's health according to the window's sums.
     fn judge<N: NumberSystem>(&self, sums: &Sums<N>) -> Status {
         if !self.dithered {
@@ -430,12 +478,11 @@ impl Axis {
         tracked.share = if next > least { next } else { least };
         let step = |row: [f32; 2]| {
             let step = share * (row[0] * past + row[1] * now);
-            step.clamp(-ADAPTATION_STEP_LIMIT, ADAPTATION_STEP_LIMIT)
+            within(step, ADAPTATION_STEP_LIMIT)
         };
         let [gain, quadrature] = self.estimate.map(step);
-        let within = |value: f32| value.clamp(-ADAPTATION_RANGE, ADAPTATION_RANGE);
-        tracked.gain = within(tracked.gain + gain);
-        tracked.quadrature = within(tracked.quadrature + quadrature);
+        tracked.gain = within(tracked.gain + gain, ADAPTATION_RANGE);
+        tracked.quadrature = within(tracked.quadrature + quadrature, ADAPTATION_RANGE);
     }
 
     /// The taps \[fine units per code\] for the tracked gain and quadrature.
