@@ -128,6 +128,14 @@ enum StreamPhase {
     Restarted(u32),
 }
 
+impl StreamPhase {
+    /// Whether the next sample's readings are the increments of one period, so that it goes through the stages.
+    #[inline(always)]
+    fn has_increment(self) -> bool {
+        matches!(self, Self::Second | Self::Ordinary)
+    }
+}
+
 impl<N: NumberSystem, T: Term<N>> Default for ChainState<N, T> {
     fn default() -> Self {
         Self {
@@ -189,6 +197,12 @@ impl<N: NumberSystem, T: Term<N>> ChainState<N, T> {
     /// Clears the first fault, so that the next one is latched.
     pub(crate) fn forget_first_fault(&mut self) {
         self.faults.first = FirstFault::default();
+    }
+
+    /// Counts `periods` sampling periods.
+    #[inline(always)]
+    fn count(&mut self, periods: u32) {
+        self.periods_in_output = self.periods_in_output.wrapping_add(periods);
     }
 
     /// Raises status bits for the present output period.
@@ -296,13 +310,23 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         state: &mut ChainState<N, T>,
         sample: &mut Sample,
     ) -> Option<OutputFrame> {
+        self.take(state, sample);
+        self.is_due(state).then(|| self.finish(state))
+    }
+
+    /// Takes one sample through the chain and leaves its output period open. Where that is complete, [`is_due`](Self::is_due)
+    /// says so, and [`finish`](Self::finish) comes before the next sample. A reading beyond its limit is held in `sample`.
+    #[inline(always)]
+    pub(crate) fn take(&self, state: &mut ChainState<N, T>, sample: &mut Sample) {
         let ordinary = state.phase == StreamPhase::Ordinary
             && self.limits.fit(&state.dither.previous(), sample);
         if !ordinary {
             core::hint::cold_path();
-            if !self.begin_or_resume(state, sample) {
-                return self.advance_time(state, 1);
+            // No way leads from here to the stages: such a sample costs either, not both.
+            if !state.phase.has_increment() {
+                return self.begin_or_resume(state, sample);
             }
+            self.hold_one(state, sample);
         }
 
         let felt = match &self.accelerometers {
@@ -363,7 +387,19 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
             }
         }
 
-        self.advance_time(state, 1)
+        state.count(1);
+    }
+
+    /// Whether an output period is complete and its frame is to be made.
+    #[inline(always)]
+    pub(crate) fn is_due(&self, state: &ChainState<N, T>) -> bool {
+        state.periods_in_output >= self.samples_per_output
+    }
+
+    /// Whether `periods` sampling periods end an output period that has none yet.
+    #[inline(always)]
+    pub(crate) fn end_one(&self, periods: u32) -> bool {
+        periods >= self.samples_per_output
     }
 
     /// Takes increments that flexure corrects nothing of: the first after a start or gap, from which everything starts that
@@ -402,16 +438,13 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     /// Counts `periods` sampling periods; gives the frame if an output period ends.
     #[inline(always)]
     fn advance_time(&self, state: &mut ChainState<N, T>, periods: u32) -> Option<OutputFrame> {
-        state.periods_in_output = state.periods_in_output.wrapping_add(periods);
-        if state.periods_in_output < self.samples_per_output {
-            return None;
-        }
-        Some(self.finish(state))
+        state.count(periods);
+        self.is_due(state).then(|| self.finish(state))
     }
 
     /// Ends the output period, or several of them that passed without a sample, and makes the frame of the last.
     #[inline(never)]
-    fn finish(&self, state: &mut ChainState<N, T>) -> OutputFrame {
+    pub(crate) fn finish(&self, state: &mut ChainState<N, T>) -> OutputFrame {
         // An ordinary period needs no division.
         let outputs = if state.periods_in_output == self.samples_per_output {
             1

@@ -17,7 +17,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     ///
     /// # Returns
     /// If these periods end one or more output periods, the frame of the last of those; its sequence number skips the
-    /// others.
+    /// others. The next sample does not go through the stages.
     ///
     /// # Assumptions
     /// The next sample's counts and accelerometer codes cover the lost periods (free-running counters), so no angle and
@@ -81,17 +81,11 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         };
     }
 
-    /// Handles a sample that is not an ordinary one, and brings its readings in range.
-    ///
-    /// # Returns
-    /// Whether it is to go through the stages.
+    /// Begins with the stream's first sample, or resumes with the first after a gap or a restart, and leaves the output
+    /// period open as [`take`](Self::take) does. Such a sample does not go through the stages.
     #[cold]
     #[inline(never)]
-    pub(super) fn begin_or_resume(
-        &self,
-        state: &mut ChainState<N, T>,
-        sample: &mut Sample,
-    ) -> bool {
+    pub(crate) fn begin_or_resume(&self, state: &mut ChainState<N, T>, sample: &Sample) {
         match state.phase {
             StreamPhase::First => {
                 let held = self.limits.hold(&sample.pickoff_codes, sample, 1);
@@ -100,21 +94,22 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
                 state.periods_without_bias = state.periods_without_bias.wrapping_add(1);
                 self.adaptation.start(&mut state.adaptation);
                 state.phase = StreamPhase::Second;
-                false
             }
             StreamPhase::Restarted(lost) => {
                 self.resume_without(state, sample, lost.saturating_add(1));
-                false
             }
-            StreamPhase::AfterLost(lost) => {
-                self.resume(state, sample, lost.saturating_add(1));
-                false
-            }
-            StreamPhase::Second | StreamPhase::Ordinary => {
-                *sample = self.hold(state, sample, 1);
-                true
-            }
+            StreamPhase::AfterLost(lost) => self.resume(state, sample, lost.saturating_add(1)),
+            // These go through the stages.
+            StreamPhase::Second | StreamPhase::Ordinary => {}
         }
+        state.count(1);
+    }
+
+    /// Brings a sample of one period within its limits.
+    #[cold]
+    #[inline(never)]
+    pub(super) fn hold_one(&self, state: &mut ChainState<N, T>, sample: &mut Sample) {
+        *sample = self.hold(state, sample, 1);
     }
 
     /// Brings a sample that covers `periods` periods within its limits.

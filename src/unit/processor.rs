@@ -141,8 +141,6 @@ pub struct Processor<N: NumberSystem, T: Term<N> = ()> {
     first_is_of_this_output: bool,
     /// Place in [`HEALTH_ITEMS`] of the item that the next frame carries.
     next_item: u8,
-    /// The second frame of a period that ended two output periods.
-    held: Option<TelemetryFrame>,
 }
 
 /// Health items that do not change in service.
@@ -200,16 +198,15 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             in_service: false,
             first_is_of_this_output: false,
             next_item: 0,
-            held: None,
         })
     }
 
     /// Processes one sampling period, and the `timing.missed` periods before it.
     ///
     /// # Returns
-    /// At most one frame. A gap can end one output period and the sample after it another: the second frame then comes
-    /// with the next call. If that call has two frames again (only with one sample an output, or after successive gaps
-    /// longer than an output period), one is dropped and counted as [`Status::OUTPUT_OVERRUN`].
+    /// At most one frame. A gap can end one output period and the sample after it another: the second frame is then made
+    /// with the next call, before that call's sample. If that call has a gap which ends one more (only with one or two
+    /// samples an output, or after successive gaps longer than an output period), one frame tells of both.
     #[inline]
     pub fn period(&mut self, reading: Reading, timing: Timing) -> Option<TelemetryFrame> {
         self.period_probed(reading, timing, &mut NoProbe)
@@ -223,39 +220,73 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         timing: Timing,
         probe: &mut impl CostProbe,
     ) -> Option<TelemetryFrame> {
-        let mut lost = timing.missed;
         self.of_period = Status::default();
-        if timing.missed > 0 || timing.late || reading.fault.is_some() {
-            lost = lost.saturating_add(self.count_faults(&reading, timing));
-        } else if reading.sample.is_none() {
-            // No sample and no reason given: still a period that passes.
-            lost = lost.saturating_add(1);
+        let lost = (timing.missed).saturating_add(u32::from(reading.sample.is_none()));
+        // In a call one frame is made at most: here, where the lost periods, if any, end no output period (none of it has
+        // passed: the last sample ended one); or over lost periods that do; or with a sample where neither has made one.
+        // The bound of the interrupt (docs/board.md) rests on that.
+        let mut frame = None;
+        if self.chain.is_due(&self.state) && !self.chain.end_one(lost) {
+            core::hint::cold_path();
+            let ended = self.chain.finish(&mut self.state);
+            frame = Some(self.complete(ended));
         }
-        let mut frame = self.held.take();
+        if timing.missed > 0 || timing.late || reading.fault.is_some() {
+            self.count_faults(&reading, timing);
+        }
+        // Two ways that do not meet: a call costs lost periods or the stages, not both.
         if lost > 0 {
-            let ended = self.chain.process_lost(&mut self.state, lost);
-            self.finish(ended, &mut frame);
-            self.periods = self.periods.wrapping_add(lost);
+            core::hint::cold_path();
+            return self.resume(frame, lost, reading.sample, probe);
         }
         if let Some(mut sample) = reading.sample {
             // `black_box`: if the compiler shared this decision with the chain, the chain would have fewer registers.
             let beginning = core::hint::black_box(self.state.is_beginning());
             probe.begin();
-            match (self.chain).process_in_place(&mut self.state, &mut sample) {
-                None => {
-                    probe.end(if beginning {
-                        SampleClass::Beginning
-                    } else {
-                        SampleClass::BetweenOutputs
-                    });
-                    self.periods = self.periods.wrapping_add(1);
-                }
-                ended => {
-                    probe.end(SampleClass::WithOutput);
-                    self.periods = self.periods.wrapping_add(1);
-                    self.finish(ended, &mut frame);
-                }
+            self.chain.take(&mut self.state, &mut sample);
+            if self.chain.is_due(&self.state) && frame.is_none() {
+                let ended = self.chain.finish(&mut self.state);
+                probe.end(SampleClass::WithOutput);
+                self.periods = self.periods.wrapping_add(1);
+                frame = Some(self.complete(ended));
+            } else {
+                probe.end(if beginning {
+                    SampleClass::Beginning
+                } else {
+                    SampleClass::BetweenOutputs
+                });
+                self.periods = self.periods.wrapping_add(1);
             }
+        }
+        frame
+    }
+
+    /// Processes `lost` periods, and then the sample that resumes, if there is one. `frame`: of this call, if it is made
+    /// already.
+    #[inline(never)]
+    fn resume(
+        &mut self,
+        mut frame: Option<TelemetryFrame>,
+        lost: u32,
+        sample: Option<Sample>,
+        probe: &mut impl CostProbe,
+    ) -> Option<TelemetryFrame> {
+        if let Some(ended) = self.chain.process_lost(&mut self.state, lost) {
+            frame = Some(self.complete(ended));
+        }
+        self.periods = self.periods.wrapping_add(lost);
+        let Some(sample) = sample else {
+            return frame;
+        };
+        probe.begin();
+        self.chain.begin_or_resume(&mut self.state, &sample);
+        self.periods = self.periods.wrapping_add(1);
+        if self.chain.is_due(&self.state) && frame.is_none() {
+            let ended = self.chain.finish(&mut self.state);
+            probe.end(SampleClass::WithOutput);
+            frame = Some(self.complete(ended));
+        } else {
+            probe.end(SampleClass::Beginning);
         }
         frame
     }
@@ -310,11 +341,8 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
     }
 
     /// Counts what is wrong with this period's reading and interrupt.
-    ///
-    /// # Returns
-    /// Periods lost in addition to those that `timing` tells.
     #[inline(never)]
-    fn count_faults(&mut self, reading: &Reading, timing: Timing) -> u32 {
+    fn count_faults(&mut self, reading: &Reading, timing: Timing) {
         let health = &mut self.health;
         let add = |counter: &mut u32, events: u32| *counter = counter.saturating_add(events);
         let mut raised = Status::INTERRUPT_MISSED
@@ -322,7 +350,6 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             .union(Status::INTERRUPT_LATE.when(timing.late));
         add(&mut health.interrupts_missed, timing.missed);
         add(&mut health.interrupts_late, u32::from(timing.late));
-        let lost = u32::from(reading.sample.is_none());
         match reading.fault {
             None => {}
             Some(SourceFault::Bus) => {
@@ -354,7 +381,6 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         }
         // The first period that the fault concerns, as the chain counts it.
         self.raise(raised, self.periods);
-        lost
     }
 
     /// Raises status bits for this period and its output period, and latches the first fault.
@@ -370,12 +396,9 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         }
     }
 
-    /// Completes an output frame with status and health item, and puts it into `free`, or aside for the next call.
+    /// Completes an output frame with status and health item.
     #[inline(never)]
-    fn finish(&mut self, ended: Option<OutputFrame>, free: &mut Option<TelemetryFrame>) {
-        let Some(mut output) = ended else {
-            return;
-        };
+    fn complete(&mut self, mut output: OutputFrame) -> TelemetryFrame {
         let pending = core::mem::take(&mut self.pending);
         output.status = output.status.union(pending).union(self.boot);
         self.of_period = self.of_period.union(output.status);
@@ -392,19 +415,12 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             next if next < HEALTH_ITEMS.len() => next as u8,
             _ => 0,
         };
-        let frame = TelemetryFrame {
+        TelemetryFrame {
             output,
             health: HealthItem {
                 index,
                 value: self.value(index),
             },
-        };
-        if free.is_none() {
-            *free = Some(frame);
-        } else if self.held.is_none() {
-            self.held = Some(frame);
-        } else {
-            self.output_overrun();
         }
     }
 
