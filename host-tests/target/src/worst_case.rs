@@ -6,7 +6,8 @@
 //! The instructions of a function and their successors ([`flow::successors`]) are a graph. A natural loop (Aho et al.,
 //! *Compilers*, section 9.6.6) whose head is left by a jump back at most n times costs at most n + 1 times the dearest
 //! path from its head within it; inner loops first, each becomes one node of that cost. What remains has no circle, and
-//! the dearest path through it is the function's cost.
+//! the dearest path through it is the function's cost. What is known of a run and its branches do not show ([`Paths`]) is
+//! kept apart by kinds of paths: the dearest of each kind, and of two paths one after the other.
 //!
 //! # Assumptions
 //! An instruction that an IT block skips costs as if it were executed. A jump into another function costs as a call of
@@ -31,6 +32,10 @@ pub enum WorstCaseError {
     Indirect(String, u64),
     /// A copy or clearing of a size that is no constant before the call.
     Size(String, u64),
+    /// A loop turns with a function in it that may be called once.
+    Repeated(String, u64),
+    /// Every path calls what none may call.
+    NoPath,
 }
 
 impl std::fmt::Display for WorstCaseError {
@@ -45,6 +50,13 @@ impl std::fmt::Display for WorstCaseError {
             Self::Size(name, at) => {
                 write!(f, "bytes copied by {name} at {at:#x} are no constant")
             }
+            Self::Repeated(name, at) => {
+                write!(
+                    f,
+                    "a call that may be made once, in a loop of {name} at {at:#x}"
+                )
+            }
+            Self::NoPath => f.write_str("no path without what none may call"),
         }
     }
 }
@@ -96,34 +108,173 @@ pub fn cycles(instruction: &Instruction, wait_states: u64) -> u64 {
 }
 
 /// The cost of the dearest path through the function that begins at `from`, callees included.
-pub fn cost(code: &Code, from: u64, turns: Turns, of: Cost) -> Result<u64, WorstCaseError> {
+pub fn cost(
+    code: &Code,
+    from: u64,
+    paths: &Paths,
+    turns: Turns,
+    of: Cost,
+) -> Result<u64, WorstCaseError> {
+    Ok(breakdown(code, from, paths, turns, of)?.values().sum())
+}
+
+/// What each instruction on the dearest path through the function that begins at `from` costs there, callees included, by
+/// address: as often as the path passes it. The turns of a routine that copies or clears count at its beginning.
+pub fn breakdown(
+    code: &Code,
+    from: u64,
+    paths: &Paths,
+    turns: Turns,
+    of: Cost,
+) -> Result<BTreeMap<u64, u64>, WorstCaseError> {
     let mut search = Search {
         code,
+        paths,
         turns,
         of,
         known: BTreeMap::new(),
         open: Vec::new(),
     };
-    search.function(from, None)
+    let must = if paths.through.is_some() {
+        CALLS_THROUGH
+    } else {
+        0
+    };
+    let dearest = search.function(from, None)?.dearest(must);
+    dearest.map(|path| path.parts).ok_or(WorstCaseError::NoPath)
+}
+
+/// Which paths count, beyond those of the graph: what is known of a run that its branches do not show.
+#[derive(Debug, Clone, Default)]
+pub struct Paths {
+    /// Beginning of a function that no path calls more than once.
+    pub once: Option<u64>,
+    /// Beginning of a function that every path calls.
+    pub through: Option<u64>,
+    /// Beginnings of functions that no path calls.
+    pub without: BTreeSet<u64>,
+}
+
+/// The cost of a path, and its parts by address.
+#[derive(Debug, Clone, Default)]
+struct Path {
+    cost: u64,
+    parts: BTreeMap<u64, u64>,
+}
+
+impl Path {
+    /// One part alone.
+    fn of(address: u64, cost: u64) -> Self {
+        Self {
+            cost,
+            parts: BTreeMap::from([(address, cost)]),
+        }
+    }
+
+    /// Adds `other`, passed `times`.
+    fn add(&mut self, other: &Self, times: u64) {
+        self.cost += other.cost * times;
+        for (address, cost) in &other.parts {
+            *self.parts.entry(*address).or_default() += cost * times;
+        }
+    }
+
+    /// This path and then `other`.
+    fn then(&self, other: &Self) -> Self {
+        let mut both = self.clone();
+        both.add(other, 1);
+        both
+    }
+}
+
+/// Kinds of paths: whether one calls [`Paths::once`], and whether it calls [`Paths::through`].
+const KINDS: usize = 4;
+const CALLS_ONCE: usize = 1;
+const CALLS_THROUGH: usize = 2;
+
+/// The kind of two paths, one after the other; `None` where together they call twice what may be called once.
+fn kind_of_both(first: usize, second: usize) -> Option<usize> {
+    (first & second & CALLS_ONCE == 0).then_some(first | second)
+}
+
+/// The dearest path of each kind; `None` where there is none.
+#[derive(Debug, Clone, Default)]
+struct Dear([Option<Path>; KINDS]);
+
+impl Dear {
+    /// A path that calls neither.
+    fn of(path: Path) -> Self {
+        Self([Some(path), None, None, None])
+    }
+
+    /// This path and then `other`.
+    fn then(&self, other: &Self) -> Self {
+        let mut both = Self::default();
+        for (first, path) in self.kinds() {
+            for (second, after) in other.kinds() {
+                if let Some(kind) = kind_of_both(first, second)
+                    && both
+                        .cost(kind)
+                        .is_none_or(|cost| cost < path.cost + after.cost)
+                {
+                    both.0[kind] = Some(path.then(after));
+                }
+            }
+        }
+        both
+    }
+
+    /// The path's kind once it has called what makes it `called`.
+    fn calling(self, called: usize) -> Self {
+        let mut all = Self::default();
+        for (kind, path) in self.0.into_iter().enumerate() {
+            if let (Some(kind), Some(path)) = (kind_of_both(kind, called), path)
+                && all.cost(kind).is_none_or(|cost| cost < path.cost)
+            {
+                all.0[kind] = Some(path);
+            }
+        }
+        all
+    }
+
+    fn kinds(&self) -> impl Iterator<Item = (usize, &Path)> {
+        let all = self.0.iter().enumerate();
+        all.filter_map(|(kind, path)| Some((kind, path.as_ref()?)))
+    }
+
+    fn cost(&self, kind: usize) -> Option<u64> {
+        Some(self.0[kind].as_ref()?.cost)
+    }
+
+    /// The dearest of the kinds that call all of `must`.
+    fn dearest(self, must: usize) -> Option<Path> {
+        let all = self.0.into_iter().enumerate();
+        let such = all.filter_map(|(kind, path)| path.filter(|_| kind & must == must));
+        such.max_by_key(|path| path.cost)
+    }
 }
 
 struct Search<'a> {
     code: &'a Code,
+    paths: &'a Paths,
     turns: Turns<'a>,
     of: Cost<'a>,
     /// Cost by function and, of a routine that copies or clears, bytes.
-    known: BTreeMap<(u64, Option<u64>), u64>,
+    known: BTreeMap<(u64, Option<u64>), Dear>,
     open: Vec<u64>,
 }
 
 impl Search<'_> {
     /// The cost of a function; of a routine that copies or clears, for `bytes` of them.
-    fn function(&mut self, begin: u64, bytes: Option<u64>) -> Result<u64, WorstCaseError> {
+    fn function(&mut self, begin: u64, bytes: Option<u64>) -> Result<Dear, WorstCaseError> {
         if let Some(known) = self.known.get(&(begin, bytes)) {
-            return Ok(*known);
+            return Ok(known.clone());
+        }
+        if self.paths.without.contains(&begin) {
+            return Ok(Dear::default());
         }
         let Some(function) = self.code.functions.get(&begin) else {
-            return Ok(0);
+            return Ok(Dear::of(Path::default()));
         };
         if let Some(at) = function.indirect.first() {
             return Err(WorstCaseError::Indirect(function.name.clone(), *at));
@@ -135,9 +286,9 @@ impl Search<'_> {
         self.open.push(begin);
         let mut costs = BTreeMap::new();
         for (place, instruction) in function.instructions.iter().enumerate() {
-            let own = (self.of)(instruction);
-            let callee = self.callee(function, place, bytes)?;
-            costs.insert(instruction.address, own + callee);
+            let own = Path::of(instruction.address, (self.of)(instruction));
+            let own = Dear::of(own).then(&self.callee(function, place, bytes)?);
+            costs.insert(instruction.address, own);
         }
         let graph = Graph {
             ways: flow::successors(&function.instructions),
@@ -162,10 +313,19 @@ impl Search<'_> {
                 .map(|(cost, stored)| (cost * bytes).div_ceil(*stored))
                 .max()
         };
-        let cost = dearest.path + bytes.and_then(turned).unwrap_or(0);
+        let mut path = dearest.path;
+        if let Some(turned) = bytes.and_then(turned) {
+            path = path.then(&Dear::of(Path::of(begin, turned)));
+        }
+        if self.paths.once == Some(begin) {
+            path = path.calling(CALLS_ONCE);
+        }
+        if self.paths.through == Some(begin) {
+            path = path.calling(CALLS_THROUGH);
+        }
         self.open.pop();
-        self.known.insert((begin, bytes), cost);
-        Ok(cost)
+        self.known.insert((begin, bytes), path.clone());
+        Ok(path)
     }
 
     /// The cost of what the instruction calls, or jumps to outside its function.
@@ -174,7 +334,7 @@ impl Search<'_> {
         function: &Function,
         place: usize,
         bytes: Option<u64>,
-    ) -> Result<u64, WorstCaseError> {
+    ) -> Result<Dear, WorstCaseError> {
         let instruction = &function.instructions[place];
         let inside = |target: u64| {
             let first = function.instructions[0].address;
@@ -184,7 +344,7 @@ impl Search<'_> {
             .call
             .or(instruction.jump.filter(|target| !inside(*target)))
         else {
-            return Ok(0);
+            return Ok(Dear::of(Path::default()));
         };
         let target = self.code.holder(target);
         let name = self.code.name(target);
@@ -245,7 +405,7 @@ fn stored_bytes(instruction: &Instruction) -> u64 {
 /// A function's instructions by address, with what follows each and what each costs.
 struct Graph {
     ways: BTreeMap<u64, Vec<u64>>,
-    costs: BTreeMap<u64, u64>,
+    costs: BTreeMap<u64, Dear>,
     /// Bytes that each instruction stores.
     stored: BTreeMap<u64, u64>,
     entry: u64,
@@ -253,8 +413,8 @@ struct Graph {
 
 /// Costs of a function.
 struct Dearest {
-    /// Of the dearest path through it.
-    path: u64,
+    /// Of the dearest paths through it.
+    path: Dear,
     /// Of one turn of each of its loops, and the bytes that it stores, at least 1.
     turns: Vec<(u64, u64)>,
 }
@@ -262,6 +422,7 @@ struct Dearest {
 /// A loop that cannot be bounded, by its head.
 enum Fault {
     Unbounded(u64),
+    Repeated(u64),
     Irreducible(u64),
 }
 
@@ -269,6 +430,7 @@ impl Fault {
     fn of(self, name: &str) -> WorstCaseError {
         match self {
             Self::Unbounded(at) => WorstCaseError::Unbounded(name.to_owned(), at),
+            Self::Repeated(at) => WorstCaseError::Repeated(name.to_owned(), at),
             Self::Irreducible(at) => WorstCaseError::Irreducible(name.to_owned(), at),
         }
     }
@@ -360,13 +522,24 @@ impl Graph {
         }
         out.retain(|to| !body.contains(to));
         self.ways.insert(head, out.into_iter().collect());
-        self.costs.insert(head, once * (most + 1));
-        Ok(once)
+        // In a loop that turns, the kind of a path would change with every turn.
+        if most > 0 && once.kinds().any(|(kind, _)| kind != 0) {
+            return Err(Fault::Repeated(head));
+        }
+        let one_turn = once.0[0].as_ref().map_or(0, |path| path.cost);
+        let all = once.0.map(|path| {
+            let mut all = Path::default();
+            all.add(&path?, most + 1);
+            Some(all)
+        });
+        self.costs.insert(head, Dear(all));
+        Ok(one_turn)
     }
 
     /// The dearest path from `begin` within `nodes`, among which there is no circle any more.
-    fn dearest_within(&self, begin: u64, nodes: &BTreeSet<u64>) -> Result<u64, Fault> {
-        let mut dearest: BTreeMap<u64, u64> = BTreeMap::new();
+    fn dearest_within(&self, begin: u64, nodes: &BTreeSet<u64>) -> Result<Dear, Fault> {
+        // By kind: the cost from each on, and how the dearest path goes on.
+        let mut dearest: BTreeMap<u64, [Option<From>; KINDS]> = BTreeMap::new();
         let mut entered = BTreeSet::new();
         let mut open = vec![begin];
         while let Some(at) = open.last().copied() {
@@ -386,19 +559,101 @@ impl Graph {
             if dearest.contains_key(&at) {
                 continue;
             }
-            let after = ways.iter().filter_map(|to| dearest.get(to)).max();
-            let cost = self.costs.get(&at).copied().unwrap_or(0);
-            dearest.insert(at, cost + after.copied().unwrap_or(0));
+            let from = self.from(at, &ways, &dearest);
+            dearest.insert(at, from);
         }
-        Ok(dearest.get(&begin).copied().unwrap_or(0))
+        let path = |kind| self.path(begin, &dearest, kind);
+        Ok(Dear([path(0), path(1), path(2), path(3)]))
     }
+
+    /// The dearest way on from an instruction by the kind of path, given those of what follows it.
+    fn from(
+        &self,
+        at: u64,
+        ways: &[u64],
+        dearest: &BTreeMap<u64, [Option<From>; KINDS]>,
+    ) -> [Option<From>; KINDS] {
+        let mut best: [Option<From>; KINDS] = Default::default();
+        let mut take = |kind: Option<usize>, from: From| {
+            if let Some(kind) = kind
+                && best[kind].as_ref().is_none_or(|best| best.cost < from.cost)
+            {
+                best[kind] = Some(from);
+            }
+        };
+        for (of_this, own) in self.costs.get(&at).into_iter().flat_map(Dear::kinds) {
+            if self.leaves(at, ways) {
+                let cost = own.cost;
+                take(
+                    Some(of_this),
+                    From {
+                        cost,
+                        of_this,
+                        next: None,
+                    },
+                );
+            }
+            for to in ways {
+                let after = dearest.get(to).into_iter().flatten().enumerate();
+                for (kind, after) in after.filter_map(|(kind, after)| Some((kind, after.as_ref()?)))
+                {
+                    let cost = own.cost + after.cost;
+                    let next = Some((*to, kind));
+                    take(
+                        kind_of_both(of_this, kind),
+                        From {
+                            cost,
+                            of_this,
+                            next,
+                        },
+                    );
+                }
+            }
+        }
+        best
+    }
+
+    /// Whether a path may end at an instruction: nothing follows it, or something that is not `within`.
+    fn leaves(&self, at: u64, within: &[u64]) -> bool {
+        within.is_empty()
+            || self
+                .ways
+                .get(&at)
+                .is_none_or(|ways| ways.len() != within.len())
+    }
+
+    /// The path of a kind that `dearest` describes.
+    fn path(
+        &self,
+        begin: u64,
+        dearest: &BTreeMap<u64, [Option<From>; KINDS]>,
+        kind: usize,
+    ) -> Option<Path> {
+        let mut path = Path::default();
+        let mut next = Some((begin, kind));
+        while let Some((at, kind)) = next {
+            let from = dearest.get(&at)?[kind].as_ref()?;
+            path.add(self.costs.get(&at)?.0[from.of_this].as_ref()?, 1);
+            next = from.next;
+        }
+        Some(path)
+    }
+}
+
+/// The dearest way on from an instruction.
+struct From {
+    cost: u64,
+    /// Kind of the path through this instruction alone, its callees included.
+    of_this: usize,
+    /// What follows, and the kind of the path from there.
+    next: Option<(u64, usize)>,
 }
 
 #[cfg(test)]
 mod tests {
-    use std::collections::BTreeMap;
+    use std::collections::{BTreeMap, BTreeSet};
 
-    use super::{Code, WorstCaseError, cost};
+    use super::{Code, Paths, WorstCaseError, cost};
     use crate::code::Function;
     use crate::flow::Instruction;
 
@@ -436,7 +691,7 @@ mod tests {
         let code = Code {
             functions: BTreeMap::from(functions),
         };
-        cost(&code, 0x100, &turns, &|_| 1)
+        cost(&code, 0x100, &Paths::default(), &turns, &|_| 1)
     }
 
     #[test]
@@ -535,6 +790,74 @@ mod tests {
         assert_eq!(
             bound([function("f", 0x100, &unsized_copy), copy()], |_, _| None),
             Err(WorstCaseError::Size("f".to_owned(), 0x100))
+        );
+    }
+
+    #[test]
+    fn paths_call_what_they_must_and_once_what_they_may_once() {
+        // Two calls of the same function, the second where a branch is not taken, and one of another instead.
+        let lines = [
+            (NOP, None, Some(0x200)),
+            (BRANCH_IF_EQUAL, Some(0x108), None),
+            (NOP, None, Some(0x200)),
+            (RETURN, None, None),
+            (NOP, None, Some(0x300)),
+            (RETURN, None, None),
+        ];
+        let long = [
+            (NOP, None, None),
+            (NOP, None, None),
+            (NOP, None, None),
+            (RETURN, None, None),
+        ];
+        let code = Code {
+            functions: BTreeMap::from([
+                function("f", 0x100, &lines),
+                function("long", 0x200, &long),
+                function("short", 0x300, &[(RETURN, None, None)]),
+            ]),
+        };
+        let bound = |paths: &Paths| cost(&code, 0x100, paths, &|_, _| None, &|_| 1);
+        assert_eq!(bound(&Paths::default()), Ok(4 + 2 * 4));
+        let once = Paths {
+            once: Some(0x200),
+            ..Paths::default()
+        };
+        // Only the way by the other function is left: four instructions, one of each callee's.
+        assert_eq!(bound(&once), Ok(4 + 4 + 1));
+        let through = Paths {
+            through: Some(0x300),
+            ..Paths::default()
+        };
+        assert_eq!(bound(&through), Ok(4 + 4 + 1));
+        let without = |begin| Paths {
+            without: BTreeSet::from([begin]),
+            ..Paths::default()
+        };
+        assert_eq!(bound(&without(0x300)), Ok(4 + 2 * 4));
+        assert_eq!(bound(&without(0x200)), Err(WorstCaseError::NoPath));
+    }
+
+    #[test]
+    fn a_call_that_may_be_made_once_is_refused_in_a_loop() {
+        let lines = [
+            (NOP, None, Some(0x200)),
+            (BRANCH_IF_EQUAL, Some(0x100), None),
+            (RETURN, None, None),
+        ];
+        let code = Code {
+            functions: BTreeMap::from([
+                function("f", 0x100, &lines),
+                function("g", 0x200, &[(RETURN, None, None)]),
+            ]),
+        };
+        let once = Paths {
+            once: Some(0x200),
+            ..Paths::default()
+        };
+        assert_eq!(
+            cost(&code, 0x100, &once, &|_, _| Some(2), &|_| 1),
+            Err(WorstCaseError::Repeated("f".to_owned(), 0x100))
         );
     }
 }
