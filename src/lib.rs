@@ -80,8 +80,8 @@
 //!
 //! | type | bytes | how many |
 //! |---|---|---|
-//! | `Processor<F32>` | 1776 | one: chain, state and health |
-//! | `Processor<Fixed>` | 1944 | |
+//! | `Processor<F32>` | 1728 | one: chain, state and health |
+//! | `Processor<Fixed>` | 1896 | |
 //! | `Chain<F32>` | 792 | in the processor |
 //! | `Chain<Fixed>` | 832 | |
 //! | `ChainState<F32>` | 840 | in the processor |
