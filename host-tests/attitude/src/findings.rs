@@ -13,7 +13,7 @@ use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, ExperimentEntry, FitEntry, NoiseEntry,
     ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
 };
-use rlg_findings::updated_model::switch_on;
+use rlg_findings::updated_model::{say_choice, switch_on};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::axes::AXES;
 
@@ -46,7 +46,10 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         .chain(&found.physics)
         .map(|one| {
             let of = (&found.named_set[..], &found.of_named);
-            (one, numbers(said, one.kind, &one.places, of))
+            (
+                one,
+                numbers(said, one.kind, &one.places, of).written(one.kind),
+            )
         })
         .collect();
     let mut effects: Vec<EffectEntry> = named
@@ -183,10 +186,12 @@ fn model_effect(said: &Said, one: &Named, numbers: &Numbers) -> ModelEffect {
         let time_s = EffectValue::Number(said.begins_s(step));
         parameters.insert("time_s".to_string(), time_s);
     }
-    ModelEffect {
+    let mut effect = ModelEffect {
         kind: one.kind.to_string(),
         parameters,
-    }
+    };
+    say_choice(&mut effect, numbers.choice.clone());
+    effect
 }
 
 fn registration(said: &Said) -> Vec<RegistrationEntry> {

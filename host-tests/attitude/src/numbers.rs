@@ -2,7 +2,7 @@
 
 use nalgebra::{DMatrix, DVector, Matrix3};
 use rlg_catalogue::entries::{self, Card, STEP};
-use rlg_findings::combinations::Number;
+use rlg_findings::combinations::{Number, identifiable, written};
 use rlg_findings::result::ParameterEntry;
 use rlg_signal::axes::AXES;
 
@@ -15,10 +15,21 @@ pub(crate) struct Numbers {
     pub(crate) names: Vec<String>,
     pub(crate) values: Vec<f64>,
     pub(crate) covariance: DMatrix<f64>,
+    /// Which of them are a choice, where they are as they are written.
+    pub(crate) choice: Option<String>,
     unit: &'static str,
 }
 
 impl Numbers {
+    /// As they are written: those that the record does not fix of least harm.
+    pub(crate) fn written(mut self, kind: &str) -> Self {
+        let known = self.known(kind);
+        let written = written(&known, &identifiable(&known, &self.covariance));
+        self.values = written.values;
+        self.choice = written.choice;
+        self
+    }
+
     /// Standard deviation of a number.
     pub(crate) fn std(&self, k: usize) -> f64 {
         self.covariance[(k, k)].max(0.0).sqrt()
@@ -116,6 +127,7 @@ pub(crate) fn numbers(
         names,
         values: (&map * values).iter().copied().collect(),
         covariance: &map * covariance * map.transpose(),
+        choice: None,
         unit: match group {
             Some(_) if is_low_pass(said, kind) => "s",
             Some(group) => group.unit,

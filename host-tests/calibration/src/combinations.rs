@@ -138,6 +138,30 @@ pub fn for_model(estimate: &Estimate, pairs: &[Pair; 3]) -> [Option<f64>; 6] {
     chosen
 }
 
+/// Which of the six K in the model are a choice, for `model.toml`; `None` where all are known.
+pub fn choice(pairs: &[Pair; 3]) -> Option<String> {
+    let said = pairs.iter().filter_map(|pair| {
+        let [first, second] = [2 * pair.gyro, 2 * pair.gyro + 1].map(|k| SIX[k]);
+        match pair.known {
+            Known::Both => None,
+            Known::One(0) => Some(format!(
+                "{second}: not fixed by the data, written as {first}"
+            )),
+            Known::One(_) => Some(format!(
+                "{first}: not fixed by the data, written as {second}"
+            )),
+            Known::Sum => Some(format!(
+                "{first} - {second}: not fixed by the data, written even"
+            )),
+            Known::Nothing => Some(format!(
+                "{first}, {second}: not fixed by the data, left out"
+            )),
+        }
+    });
+    let said: Vec<String> = said.collect();
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
 /// The contract's names of the six K.
 pub fn names(weights: &[(usize, f64)]) -> BTreeMap<String, f64> {
     weights

@@ -38,9 +38,12 @@ pub mod whiten;
 
 mod words;
 
+use std::collections::BTreeMap;
 use std::path::Path;
 
+use rlg_findings::updated_model::say_choice;
 use rlg_inference::Information;
+use rlg_model::catalogue::Kind;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_recording::{MANIFEST, Quantity, Recording};
@@ -120,7 +123,7 @@ pub fn calibrate(
     };
     Ok(Outcome {
         calibration: findings.calibration(),
-        model: calibrated(&bare, &joint, &pairs),
+        model: calibrated((model, &bare), &joint, &pairs),
     })
 }
 
@@ -205,22 +208,30 @@ fn confused(parts: &[RecordInformation], unknowns: &Unknowns, joint: &Estimate) 
     alone >= SEPARATE && outside < SEPARATE
 }
 
-/// The model with what is fixed switched on.
-fn calibrated(bare: &Model, joint: &Estimate, pairs: &[Pair; 3]) -> Model {
-    let parameters: std::collections::BTreeMap<String, EffectValue> =
-        combinations::for_model(joint, pairs)
-            .iter()
-            .enumerate()
-            .filter_map(|(k, value)| {
-                Some((result::NAMES[k].to_owned(), EffectValue::Number((*value)?)))
-            })
-            .collect();
-    let mut model = bare.clone();
+/// The model with what is fixed switched on; how the firmware is to compensate it stays as the model said.
+fn calibrated((model, bare): (&Model, &Model), joint: &Estimate, pairs: &[Pair; 3]) -> Model {
+    let fixed = combinations::for_model(joint, pairs);
+    let fixed = result::NAMES.iter().zip(fixed);
+    let mut parameters: BTreeMap<String, EffectValue> = fixed
+        .filter_map(|(name, value)| Some(((*name).to_owned(), EffectValue::Number(value?))))
+        .collect();
+    let mut calibrated = bare.clone();
     if !parameters.is_empty() {
-        model.effects.push(ModelEffect {
+        let mut known = model.effects.iter().filter(|effect| effect.kind == FLEXURE);
+        let said = known
+            .next()
+            .into_iter()
+            .flat_map(|effect| &effect.parameters);
+        let kept = Kind::named(FLEXURE).map_or(&[][..], |kind| kind.compensation);
+        let is_kept = |name: &str| kept.iter().any(|group| group.names.contains(&name));
+        let said = said.filter(|(name, _)| is_kept(name));
+        parameters.extend(said.map(|(name, value)| (name.clone(), value.clone())));
+        let mut effect = ModelEffect {
             kind: FLEXURE.to_owned(),
             parameters,
-        });
+        };
+        say_choice(&mut effect, combinations::choice(pairs));
+        calibrated.effects.push(effect);
     }
-    model
+    calibrated
 }

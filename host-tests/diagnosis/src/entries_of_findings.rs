@@ -2,19 +2,18 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::DMatrix;
 use rlg_catalogue::Signals;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::STEP;
 use rlg_catalogue::signals::AXES;
-use rlg_findings::combinations::{Number as Known, identifiable};
-use rlg_findings::result::{EffectEntry, EvidenceEntry, Identifiable, ParameterEntry};
+use rlg_findings::result::{EffectEntry, EvidenceEntry, ParameterEntry};
+use rlg_findings::updated_model::say_choice;
 use rlg_inference::Fit;
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::streams::Streams;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::finding::{Finding, Number, card, numbers, of_the_others};
+use super::finding::{Finding, Numbers, card, fixed, numbers, of_the_others};
 
 /// What stands in a class for a gyro that drifts.
 pub const DRIFT: &str = "rate_random_walk";
@@ -25,7 +24,11 @@ pub(crate) fn entry(
     (streams, signals): (&Streams, &Signals),
 ) -> EffectEntry {
     let card = card(one.candidate.kind);
-    let (numbers, of_numbers) = numbers(one, fit);
+    let Numbers {
+        each: numbers,
+        covariance: of_numbers,
+        ..
+    } = numbers(one, fit);
     let std = |k: usize| of_numbers[(k, k)].max(0.0).sqrt();
     let mut parameters: Vec<ParameterEntry> = numbers
         .iter()
@@ -137,23 +140,14 @@ fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
     one.instant_std_rows.unwrap_or(0.5) / streams.rate_hz
 }
 
-fn fixed(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
-    let known = numbers.iter().map(|number| Known {
-        name: number.name.clone(),
-        value: number.value,
-        prior_std: number.prior_std,
-    });
-    identifiable(&known.collect::<Vec<_>>(), covariance)
-}
-
 pub(crate) fn effect_of(
     one: &Finding,
     fit: &Fit,
     streams: &Streams,
     signals: &Signals,
 ) -> ModelEffect {
-    let (numbers, _) = numbers(one, fit);
-    let mut parameters: BTreeMap<String, EffectValue> = numbers
+    let Numbers { each, choice, .. } = numbers(one, fit);
+    let mut parameters: BTreeMap<String, EffectValue> = each
         .into_iter()
         .map(|number| (number.name, EffectValue::Number(number.value)))
         .collect();
@@ -178,8 +172,10 @@ pub(crate) fn effect_of(
     if let Some(name) = one.recording {
         parameters.insert("recording".to_string(), text(name));
     }
-    ModelEffect {
+    let mut effect = ModelEffect {
         kind: one.candidate.kind.to_string(),
         parameters,
-    }
+    };
+    say_choice(&mut effect, choice);
+    effect
 }

@@ -7,7 +7,8 @@ use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{self, Card, Law};
 use rlg_catalogue::signals::AXES;
-use rlg_findings::result::RegimeEntry;
+use rlg_findings::combinations::{Number as Known, identifiable, written};
+use rlg_findings::result::{Identifiable, RegimeEntry};
 use rlg_inference::{Fit, NoiseLevels};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Triad, each_axis};
@@ -157,8 +158,44 @@ pub(crate) fn unit_of(kind: &str, name: &str) -> &'static str {
     }
 }
 
-/// The parameters of a finding with their covariance.
-pub(crate) fn numbers(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
+/// What of some numbers is known by itself or together.
+pub(crate) fn fixed(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
+    identifiable(&known(numbers), covariance)
+}
+
+fn known(numbers: &[Number]) -> Vec<Known> {
+    let of = |number: &Number| Known {
+        name: number.name.clone(),
+        value: number.value,
+        prior_std: number.prior_std,
+    };
+    numbers.iter().map(of).collect()
+}
+
+/// The parameters of a finding as they are written, and which of them are a choice.
+pub(crate) struct Numbers {
+    pub(crate) each: Vec<Number>,
+    pub(crate) covariance: DMatrix<f64>,
+    pub(crate) choice: Option<String>,
+}
+
+/// The parameters of a finding, those that the data do not fix of least harm.
+pub(crate) fn numbers(one: &Finding, fit: &Fit) -> Numbers {
+    let (mut each, covariance) = estimated(one, fit);
+    let known = known(&each);
+    let written = written(&known, &identifiable(&known, &covariance));
+    for (number, value) in each.iter_mut().zip(written.values) {
+        number.value = value;
+    }
+    Numbers {
+        each,
+        covariance,
+        choice: written.choice,
+    }
+}
+
+/// The parameters of a finding as they were estimated, with their covariance.
+fn estimated(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     let at = one.block.start;
     let kind = one.candidate.kind;
     let stated = |k: usize| entries::value_of(kind, one.candidate.base[k] + fit.estimate[at + k]);

@@ -12,7 +12,7 @@ use rlg_inference::{Drift, Fit};
 use rlg_signal::streams::Streams;
 
 use super::confirm::Confirmed;
-use super::finding::{Finding, numbers};
+use super::finding::{Finding, Numbers, numbers};
 use super::goodness::Misfit;
 use super::search::Found;
 
@@ -68,8 +68,10 @@ pub(crate) fn summary(
 
 /// A finding in a sentence.
 fn found_line(one: &Finding, fit: &Fit, signals: &Signals) -> String {
-    let (numbers, covariance) = numbers(one, fit);
-    let numbers: Vec<String> = numbers
+    let Numbers {
+        each, covariance, ..
+    } = numbers(one, fit);
+    let numbers: Vec<String> = each
         .iter()
         .enumerate()
         .map(|(k, number)| {

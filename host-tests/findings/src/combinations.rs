@@ -1,8 +1,10 @@
-//! Which combinations of an effect's numbers a recording fixes.
+//! Which combinations of an effect's numbers a recording fixes, and what is written for the others.
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, SymmetricEigen};
+use nalgebra::{DMatrix, DVector, SymmetricEigen};
+
+use rlg_model::catalogue::SIX;
 
 use crate::result::Identifiable;
 
@@ -11,6 +13,9 @@ const TOGETHER: f64 = -0.5;
 
 /// Share of the prior's standard deviation from which on a number is no better known than before the recording.
 const UNKNOWN: f64 = 0.5;
+
+/// Standard deviations by which a pair's difference must stand out to be known beside its sum.
+const APART: f64 = 3.0;
 
 /// A number of an effect.
 #[derive(Debug, Clone)]
@@ -35,18 +40,20 @@ impl Number {
 }
 
 /// Forms the combinations that are known: sums of the two coefficients of each gyro where they alone are (of a pair that is
-/// known mostly by its sum, six numbers would say more than three are worth), else single numbers; of those that are no better
-/// known than before, the eigenvectors of their covariance that are.
+/// known mostly by its sum, six numbers would say more than three are worth), with the difference where that stands out, else
+/// single numbers; of those that are no better known than before, the eigenvectors of their covariance that are.
 ///
 /// # Inputs
 /// `covariance`: of the numbers.
 pub fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
     let count = numbers.len();
+    let has_pairs =
+        count >= SIX.len() && numbers.iter().zip(SIX).all(|(one, name)| one.name == *name);
     let mut all = Vec::new();
     let mut unknown: Vec<usize> = Vec::new();
     let mut k = 0;
     while k < count {
-        let is_pair = count == 6 && k % 2 == 0;
+        let is_pair = has_pairs && k < SIX.len() && k % 2 == 0;
         let deviations = || (covariance[(k, k)] * covariance[(k + 1, k + 1)]).sqrt();
         let together = is_pair && covariance[(k, k + 1)] < TOGETHER * deviations();
         let places: Vec<usize> = (k..k + 1 + usize::from(together)).collect();
@@ -58,6 +65,10 @@ pub fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identi
             .map(|(place, _)| numbers[*place].prior_std.powi(2));
         if one.std < UNKNOWN * prior.sum::<f64>().sqrt() {
             all.push(one);
+            if let [first, second] = places[..] {
+                let apart = combination(numbers, covariance, &[(first, 1.0), (second, -1.0)]);
+                all.extend((apart.value.abs() > APART * apart.std).then_some(apart));
+            }
         } else {
             unknown.extend(places);
         }
@@ -66,6 +77,104 @@ pub fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identi
         all.extend(known_together(numbers, covariance, &unknown));
     }
     all
+}
+
+/// What is written of an effect's numbers.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Written {
+    /// The numbers.
+    pub values: Vec<f64>,
+    /// Which of them are a choice, for `model.toml`; `None` where all are known.
+    pub choice: Option<String>,
+}
+
+/// The numbers of least harm that agree with what is known: the expectation of their prior given the combinations that the
+/// recording fixes. The two coefficients of a gyro that are known by their sum are then even (an uneven pair that the data do not
+/// support costs drift under vibration in phase), and what is no better known than before is 0.
+///
+/// # Inputs
+/// `known`: the combinations of [`identifiable`].
+pub fn written(numbers: &[Number], known: &[Identifiable]) -> Written {
+    let as_estimated = || Written {
+        values: numbers.iter().map(|one| one.value).collect(),
+        choice: None,
+    };
+    let count = numbers.len();
+    if known.len() >= count {
+        return as_estimated();
+    }
+    // Of free numbers, which are all known, the width does not matter.
+    let width = |one: &Number| match one.prior_std.is_finite() {
+        true => one.prior_std,
+        false => 1.0,
+    };
+    let by_width = DMatrix::from_fn(known.len(), count, |row, k| {
+        let weight = known[row].combination.get(&numbers[k].name);
+        weight.copied().unwrap_or(0.0) * width(&numbers[k])
+    });
+    let values = DVector::from_fn(known.len(), |row, _| known[row].value);
+    let Some(inverse) = (&by_width * by_width.transpose()).try_inverse() else {
+        return as_estimated();
+    };
+    let in_widths = by_width.transpose() * (inverse * values);
+    let of = |(k, one): (usize, &Number)| match single(known, &one.name) {
+        true => one.value,
+        false => in_widths[k] * width(one),
+    };
+    Written {
+        values: numbers.iter().enumerate().map(of).collect(),
+        choice: choice(numbers.iter().map(|one| one.name.as_str()), known),
+    }
+}
+
+/// Whether a number is known by itself.
+fn single(known: &[Identifiable], name: &str) -> bool {
+    let mut known = known.iter();
+    known.any(|one| one.combination.len() == 1 && one.combination.contains_key(name))
+}
+
+/// Says which of some numbers are a choice; `None` where all are known.
+pub fn choice<'a>(names: impl Iterator<Item = &'a str>, known: &[Identifiable]) -> Option<String> {
+    let of = |name: &str| -> Vec<&Identifiable> {
+        let known = known.iter();
+        known
+            .filter(|one| one.combination.contains_key(name))
+            .collect()
+    };
+    let (mut even, mut zero, mut least) = (Vec::new(), Vec::new(), Vec::new());
+    for name in names.filter(|name| !single(known, name)) {
+        match of(name)[..] {
+            [] => zero.push(name.to_owned()),
+            [sum] if is_sum_of_a_pair(&sum.combination) => {
+                let pair: Vec<&str> = sum.combination.keys().map(String::as_str).collect();
+                if pair[0] == name {
+                    even.push(pair.join(" - "));
+                }
+            }
+            [_, _] if of(name).iter().all(|one| one.combination.len() == 2) => {}
+            _ => least.push(name.to_owned()),
+        }
+    }
+    let said: Vec<String> = [
+        (even, "not fixed by the data, written even"),
+        (zero, "not fixed by the data, written as 0"),
+        (
+            least,
+            "known only together, written as the least that agree",
+        ),
+    ]
+    .into_iter()
+    .filter(|(names, _)| !names.is_empty())
+    .map(|(names, what)| format!("{}: {what}", names.join(", ")))
+    .collect();
+    (!said.is_empty()).then(|| said.join("; "))
+}
+
+fn is_sum_of_a_pair(weights: &BTreeMap<String, f64>) -> bool {
+    weights.len() == 2
+        && weights
+            .values()
+            .all(|weight| (weight - 1.0).abs() < f64::EPSILON)
 }
 
 /// Eigenvectors of the covariance of numbers that are unknown each by itself, those that the recording fixes, best first.
@@ -123,7 +232,7 @@ fn combination(
 mod tests {
     use nalgebra::{DMatrix, DVector};
 
-    use super::{Number, identifiable};
+    use super::{Number, SIX, identifiable, written};
 
     fn numbers(values: &[f64], prior_std: f64) -> Vec<Number> {
         let of = |(k, value): (usize, &f64)| Number {
@@ -131,6 +240,14 @@ mod tests {
             ..Number::free(&format!("n{k}"), *value)
         };
         values.iter().enumerate().map(of).collect()
+    }
+
+    fn six(values: [f64; 6], prior_std: f64) -> Vec<Number> {
+        let of = |(name, value): (&&str, f64)| Number {
+            prior_std,
+            ..Number::free(name, value)
+        };
+        SIX.iter().zip(values).map(of).collect()
     }
 
     /// Posterior of a prior of 1 and one measurement of a·θ to 0.01.
@@ -172,11 +289,67 @@ mod tests {
     #[test]
     fn a_pair_of_six_that_is_known_by_its_sum_is_its_sum() {
         let covariance = measured(&[1.0, 1.0, 0.0, 0.0, 0.0, 0.0]);
-        let known = identifiable(&numbers(&[1.0; 6], 1.0), &covariance);
+        let known = identifiable(&six([1.0; 6], 1.0), &covariance);
         let [sum] = &known[..] else {
             panic!("{known:?}")
         };
         assert_eq!(sum.combination.len(), 2);
         assert!((sum.value - 2.0).abs() < 1e-12 && sum.std < 0.011);
+    }
+
+    /// Covariance of six numbers whose pairs are known by their sum and difference.
+    fn pairs(sum_std: f64, difference_std: f64) -> DMatrix<f64> {
+        let of = |sign: f64| 0.25 * (sum_std.powi(2) + sign * difference_std.powi(2));
+        DMatrix::from_fn(6, 6, |a, b| match (a / 2 == b / 2, a == b) {
+            (true, true) => of(1.0),
+            (true, false) => of(-1.0),
+            _ => 0.0,
+        })
+    }
+
+    #[test]
+    fn a_difference_that_is_not_known_is_written_even_and_one_that_is_stays() {
+        let estimated = six([80.0, 63.0, 75.0, 5.0, 40.0, 41.0], 1e4);
+        let known = identifiable(&estimated, &pairs(3.0, 20.0));
+        let sums: Vec<f64> = known.iter().map(|one| one.value).collect();
+        assert_eq!(sums, [143.0, 80.0, 70.0, 81.0]);
+        let written = written(&estimated, &known);
+        let expected = [71.5, 71.5, 75.0, 5.0, 40.5, 40.5];
+        for (value, expected) in written.values.iter().zip(expected) {
+            assert!((value - expected).abs() < 1e-9, "{:?}", written.values);
+        }
+        let choice = written.choice.expect("two pairs are a choice");
+        assert_eq!(
+            choice,
+            "xy - xz, zx - zy: not fixed by the data, written even"
+        );
+    }
+
+    #[test]
+    fn single_values_that_are_known_are_written_as_they_are() {
+        let estimated = six([80.0, 63.0, 75.0, 5.0, 40.0, 41.0], 1e4);
+        let known = identifiable(&estimated, &pairs(3.0, 4.0));
+        assert_eq!(known.len(), 6);
+        let written = written(&estimated, &known);
+        assert!(written.choice.is_none());
+        assert_eq!(written.values, [80.0, 63.0, 75.0, 5.0, 40.0, 41.0]);
+    }
+
+    #[test]
+    fn of_numbers_that_are_known_together_the_least_that_agree_are_written() {
+        let covariance = measured(&[1.0, 2.0, -1.0]);
+        let estimated = numbers(&[0.9, 0.2, -0.2], 1.0);
+        let known = identifiable(&estimated, &covariance);
+        let values = written(&estimated, &known).values;
+        // 0.9 + 2 · 0.2 + 0.2, shared out along the direction that was measured.
+        for (value, expected) in values.iter().zip([0.25, 0.5, -0.25]) {
+            assert!((value - expected).abs() < 1e-6, "{values:?}");
+        }
+        let covariance = measured(&[0.0, 1.0, 0.0]);
+        let known = identifiable(&estimated, &covariance);
+        let written = written(&estimated, &known);
+        assert_eq!(written.values, [0.0, 0.2, 0.0]);
+        let said = written.choice.expect("a choice");
+        assert_eq!(said, "n0, n2: not fixed by the data, written as 0");
     }
 }

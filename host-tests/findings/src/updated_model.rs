@@ -1,7 +1,16 @@
 //! The model with what was found in it.
 
+use rlg_model::catalogue::CHOICE_KEY;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_model::{EffectValue, Model, ModelEffect};
+
+/// Says in an effect which of its numbers are a choice.
+pub fn say_choice(effect: &mut ModelEffect, choice: Option<String>) {
+    if let Some(choice) = choice {
+        let key = CHOICE_KEY.to_owned();
+        effect.parameters.insert(key, EffectValue::Text(choice));
+    }
+}
 
 /// Adds an effect to a model.
 pub fn switch_on(model: &mut Model, effect: ModelEffect) {
@@ -26,6 +35,9 @@ pub fn switch_on(model: &mut Model, effect: ModelEffect) {
         Some(known) => {
             for (name, value) in effect.parameters {
                 let EffectValue::Number(more) = value else {
+                    if name == CHOICE_KEY {
+                        known.parameters.insert(name, value);
+                    }
                     continue;
                 };
                 let slot = known

@@ -10,14 +10,14 @@ use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_diagnosis::self_test::{Reach, Row, self_test_on, tell_also};
 use rlg_diagnosis::validate::{Validation, drift_chance, validate};
 use rlg_diagnosis::{Outcome, entries_of_rows};
-use rlg_findings::combinations::{Number, identifiable};
+use rlg_findings::combinations::{Number, Written, identifiable, written};
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, EffectEntry, EvidenceEntry, ForceNoiseEntry, LocationEntry, ParameterEntry,
     RunnerUp, Tested, UNLISTED, Verdict,
 };
 use rlg_findings::sentences::{effect_lines, opening};
-use rlg_findings::updated_model::switch_on;
+use rlg_findings::updated_model::{say_choice, switch_on};
 use rlg_inference::{Columns, Drift};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::axes::{AXES, Triad, add};
@@ -233,6 +233,25 @@ impl Diagnosed {
     }
 
     /// Names, values and covariance of a named member, as the contract has them.
+    /// The numbers of a named member as they are written, and which of them are a choice.
+    fn written(&self, place: usize) -> (Vec<String>, Written, DMatrix<f64>) {
+        let (names, values, covariance) = self.numbers(place);
+        let known = self.known(place, &names, &values);
+        let written = written(&known, &identifiable(&known, &covariance));
+        (names, written, covariance)
+    }
+
+    /// Numbers with what was known of each before.
+    fn known(&self, place: usize, names: &[String], values: &[f64]) -> Vec<Number> {
+        let one = self.candidate(place);
+        let known = names.iter().zip(values).enumerate();
+        let known = known.map(|(k, (name, value))| Number {
+            prior_std: one.hypothesis.bound(k).std,
+            ..Number::free(name, *value)
+        });
+        known.collect()
+    }
+
     fn numbers(&self, place: usize) -> (Vec<String>, Vec<f64>, DMatrix<f64>) {
         let one = self.candidate(place);
         let fit = &self.confirmed.fit;
@@ -284,7 +303,7 @@ impl Diagnosed {
             &self.found.judged[member],
             self.confirmed.confirmations[member],
         );
-        let (names, values, covariance) = self.numbers(place);
+        let (names, Written { values, .. }, covariance) = self.written(place);
         let unit = kind_of(one).map_or("", |kind| kind.unit);
         let mut parameters: Vec<ParameterEntry> = names
             .iter()
@@ -319,12 +338,7 @@ impl Diagnosed {
         let ratio = 2.0
             * (self.found.fit.log_likelihood - self.found.without[member].log_likelihood).max(0.0);
         let rank = self.found.fit.ranks[member].max(1) as f64;
-        let known = names.iter().zip(&values).enumerate();
-        let known = known.map(|(k, (name, value))| Number {
-            prior_std: one.hypothesis.bound(k).std,
-            ..Number::free(name, *value)
-        });
-        let known: Vec<Number> = known.collect();
+        let known = self.known(place, &names, &values);
         let tail = ChiSquared::new(rank).map_or(1.0, |law| law.sf(ratio));
         EffectEntry {
             kind: one.kind.to_string(),
@@ -407,14 +421,16 @@ impl Diagnosed {
     }
 
     fn effect_of(&self, place: usize) -> ModelEffect {
-        let (names, values, _) = self.numbers(place);
+        let (names, Written { values, choice }, _) = self.written(place);
         let numbers = names
             .into_iter()
             .zip(values.into_iter().map(EffectValue::Number));
-        ModelEffect {
+        let mut effect = ModelEffect {
             kind: self.candidate(place).kind.to_string(),
             parameters: numbers.collect(),
-        }
+        };
+        say_choice(&mut effect, choice);
+        effect
     }
 
     /// Physics without a name: only its location.

@@ -79,9 +79,7 @@ impl Mode {
         for (at, x) in MATCHED_AT_RAD.into_iter().enumerate() {
             let back = |p: usize| Complex::new(0.0, -x * p as f64).exp();
             let pairs = central_coefficients().into_iter().zip(1..);
-            let formed: f64 = pairs
-                .map(|(a, p)| 2.0 * a * (f64::from(p) * x).sin())
-                .sum();
+            let formed: f64 = pairs.map(|(a, p)| 2.0 * a * (f64::from(p) * x).sin()).sum();
             let product = x * (0.5 * x / (0.5 * x).sin()).powi(2);
             let s = Complex::new(0.0, x);
             let response = turn.powi(2) / (s * s + s * (2.0 * damping * turn) + turn.powi(2));

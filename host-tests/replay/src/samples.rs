@@ -27,8 +27,7 @@ use crate::slow::{Outputs, Slow};
 use crate::whole_codes::own_scale;
 use rlg_model::Model;
 use rlg_parameters::{
-    DitherMotion, SAMPLES_PER_OUTPUT, Unit, reference_is_no_truth,
-    unchecked_parameters,
+    DitherMotion, SAMPLES_PER_OUTPUT, Unit, reference_is_no_truth, unchecked_parameters,
 };
 use rlg_recording::error::InputError;
 use rlg_recording::{Axis, Channel, Clock, Quantity, Recording, Table};

@@ -8,6 +8,7 @@ use super::lines;
 use super::words::{
     SIGNIFICANT_SIGMAS, Scale, chance, number, plain, rounded, symbols, with_spread,
 };
+use rlg_findings::own_mode;
 use rlg_findings::result::{
     Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, ONLY_DESCRIBED, ParameterEntry,
     RegimeEntry,
@@ -67,6 +68,7 @@ fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
     let alike = effect.indistinguishable_from.iter();
     alike
         .filter(|kind| !effect.gravity_speaks_against.contains(kind))
+        .filter(|kind| !own_mode::is_own_physics(effect, kind))
         .map(String::as_str)
         .collect()
 }
@@ -109,6 +111,7 @@ fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
                 ". Either, or a mixture, gives what was measured."
             }
         }
+        @if let Some(said) = own_mode::sentence(effect) { p.note { (said) } }
         @if !effect.gravity_speaks_against.is_empty() {
             p.note {
                 "The gyros alone cannot tell it from "
@@ -248,7 +251,7 @@ fn caution(effect: &EffectEntry) -> Markup {
             p.caution {
                 b { "The single values are not known. " }
                 "The recording fixes " (effect.identifiable.len()) " combinations of " (parameters.len())
-                " numbers; the single values are one choice among many that fit as well."
+                " numbers; the single values are one choice among many that fit as well, that of least harm: even pairs, and nothing that is not known."
             }
         } @else if ratio > BETTER_KNOWN_RATIO {
             p.caution {

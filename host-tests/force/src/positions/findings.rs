@@ -6,12 +6,13 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::self_test::{Reach, Row, self_test_on};
+use rlg_findings::combinations::choice;
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FiguresEntry, FitEntry, ForceNoiseEntry,
     Identifiable, LocationEntry, ParameterEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
-use rlg_findings::updated_model::switch_on;
+use rlg_findings::updated_model::{say_choice, switch_on};
 use rlg_signal::axes::AXES;
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
@@ -44,7 +45,11 @@ impl Diagnosed {
         for place in 0..self.found.named.len() {
             let one = self.candidate(place);
             if one.kind != UNLISTED {
-                switch_on(&mut model, one.effect(self.sizes(place)));
+                let mut effect = one.effect(self.sizes(place));
+                let (names, ..) = self.numbers(place);
+                let names = names.iter().map(String::as_str);
+                say_choice(&mut effect, choice(names, &self.identifiable(place)));
+                switch_on(&mut model, effect);
             }
         }
         let summary = self.summary(verdict, &effects, channel.as_ref());

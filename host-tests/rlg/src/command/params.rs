@@ -9,8 +9,9 @@ use clap::Args;
 use serde::Serialize;
 
 use super::inputs::read_model;
-use crate::model::catalogue::SIX;
 use crate::error::InputError;
+use crate::model::ModelEffect;
+use crate::model::catalogue::SIX;
 use crate::output::write_file;
 use crate::recording::Recording;
 use crate::replay::samples::dither_of_recording;
@@ -87,6 +88,15 @@ struct Block {
     terms: Vec<&'static str>,
     /// Kinds of the model's effects that the chain has no term for.
     uncompensated: Vec<String>,
+    /// Numbers of the model that no recording fixes, by effect.
+    choices: Vec<Choice>,
+}
+
+/// Numbers of an effect that are a choice.
+#[derive(Serialize)]
+struct Choice {
+    kind: String,
+    choice: String,
 }
 
 #[derive(Serialize)]
@@ -162,6 +172,10 @@ impl Params {
         if let Some(line) = flexure_line(&parameters) {
             terminal.say(line);
         }
+        let choices: Vec<Choice> = model.effects.iter().filter_map(choice_of).collect();
+        for one in &choices {
+            terminal.say(format!("{}: a choice: {}", one.kind, one.choice));
+        }
         terminal.result(&Block {
             format: 1,
             version: env!("CARGO_PKG_VERSION"),
@@ -195,6 +209,7 @@ impl Params {
             }),
             terms,
             uncompensated,
+            choices,
         })
     }
 }
@@ -216,7 +231,9 @@ fn flexure_line(parameters: &Parameters) -> Option<String> {
     let each = |text: &dyn Fn(usize) -> String| {
         let named = SIX.iter().enumerate();
         let named = named.filter(|(at, _)| pairs[*at] != 0.0);
-        let texts: Vec<String> = named.map(|(at, name)| format!("{name} {}", text(at))).collect();
+        let texts: Vec<String> = named
+            .map(|(at, name)| format!("{name} {}", text(at)))
+            .collect();
         texts.join(", ")
     };
     let sizes = each(&|at| format!("{:.1}", pairs[at] * 1e9));
@@ -231,6 +248,13 @@ fn flexure_line(parameters: &Parameters) -> Option<String> {
                 "axis_flexure: K {sizes} 10⁻⁹ s², with the mode that each K implies, f0 = 1/(2π√K): {modes} Hz, damping {damping}"
             )
         }
+    })
+}
+
+fn choice_of(effect: &ModelEffect) -> Option<Choice> {
+    effect.choice().map(|choice| Choice {
+        kind: effect.kind.clone(),
+        choice: choice.to_owned(),
     })
 }
 

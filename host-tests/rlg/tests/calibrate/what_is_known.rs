@@ -50,6 +50,8 @@ fn coning_gives_three_sums_and_says_that_the_differences_are_not_known() {
         assert!(calibration.next_experiment.contains("--plan"));
         let model = flexure(&outcome);
         assert_eq!(model.number("xy"), model.number("xz"));
+        let choice = model.choice().expect("differences are a choice");
+        assert!(choice.starts_with("xy - xz: not fixed"), "{choice}");
         assert!(
             calibration.summary.len() <= 20,
             "{:#?}",
@@ -65,6 +67,7 @@ fn spins_give_all_six_and_nothing_is_left_to_separate() {
     let calibration = &outcome.calibration;
     assert_eq!(calibration.effects[0].identifiable.len(), 9);
     assert!(calibration.not_identifiable.is_empty());
+    assert!(flexure(&outcome).choice().is_none());
     // Physics §3: spin-synchronous oscillation of all pairs has condition number 1; still and tapers cost a little.
     let condition = calibration.condition_number.expect("all directions known");
     assert!(condition < 1.5, "{condition}");

@@ -6,6 +6,7 @@ use rlg::model::{Model, ModelEffect, MotionSource};
 use rlg::recording::{Quantity, Recording};
 use rlg::reference::adaptation::AdaptationCalibration;
 use rlg::reference::coning::Coning;
+use rlg::reference::flexure::FlexureCalibration;
 use rlg::reference::terms::TermCalibration;
 use rlg::reference::{Calibration, Reading, ReferenceChain, Six, acceleration};
 use rlg::replay::drift::{DEG_H_PER_RAD_S, drift_deg_h, periods_in, reference_rotations_rad};
@@ -38,7 +39,6 @@ fn perfect(flexure_s2: Six) -> Calibration {
         bias_rad_s: [0.0; 3],
         scale_error: [0.0; 3],
         installation_rad: Six::default(),
-        flexure_s2,
         pickoff_gain: [0.0; 3],
         pickoff_delay_s: [0.0; 3],
         adaptation: AdaptationCalibration {
@@ -47,11 +47,13 @@ fn perfect(flexure_s2: Six) -> Calibration {
             amplitude_rad: [0.0; 3],
         },
         accelerometers: None,
-        flexure: Default::default(),
+        flexure: FlexureCalibration {
+            linear_s2: flexure_s2,
+            ..FlexureCalibration::default()
+        },
         terms: TermCalibration::default(),
         period_s: 1.0 / 4000.0,
         periods_per_output: 10,
-        acceleration_order: 4,
     }
 }
 
@@ -91,20 +93,11 @@ fn flexed_x_increment(row: usize, omega: f64, angle_rad: f64, k: &Six) -> f64 {
 
 #[test]
 fn acceleration_coefficients_are_those_derived_by_hand() {
-    // physics.md §4
-    let printed: [&[f64]; 4] = [
-        &[1.0],
-        &[3.0 / 2.0, -1.0 / 4.0],
-        &[43.0 / 24.0, -29.0 / 60.0, 7.0 / 120.0],
-        &[107.0 / 54.0, -727.0 / 1080.0, 44.0 / 315.0, -41.0 / 3024.0],
-    ];
-    for (order, printed) in printed.into_iter().enumerate() {
-        let solved = acceleration::coefficients(order + 1);
-        assert_eq!(solved.len(), printed.len());
-        for (solved, printed) in solved.iter().zip(printed) {
-            // rounding of a 4 × 4 solution of condition about 1e3
-            assert!((solved - printed).abs() < 1e-12, "{solved} {printed}");
-        }
+    // physics.md §4: 0.8958, −0.2417, 0.0292
+    let printed = [43.0 / 48.0, -29.0 / 120.0, 7.0 / 240.0];
+    for (solved, printed) in acceleration::central_coefficients().iter().zip(printed) {
+        // rounding of a 3 × 3 solution of condition about 1e3
+        assert!((solved - printed).abs() < 1e-12, "{solved} {printed}");
     }
 }
 
@@ -132,7 +125,7 @@ fn f64_chain_takes_the_paper_s_drift_away_and_shows_it_without_its_coefficients(
     assert!((expected.abs() - 0.495).abs() < 0.001, "{expected}");
     // whole cycles: nothing but rounding is left between drift and formula
     assert!((drift(Six::default()) - expected).abs() < 1e-9);
-    // the p ≤ 4 filter is wrong by order x⁸ (x = 0.024); sensing y and z are perfect here, so what is
+    // three pairs are wrong by order x⁶ (x = 0.024); sensing y and z are perfect here, so what is
     // left is the filter's view of ω_x through y and z: none. Rounding of 16 000 f64 sums remains.
     assert!(drift(TABLE_3).abs() < 1e-9 * expected.abs().max(1.0));
 }

@@ -106,6 +106,24 @@ fn flexure_is_found(name: &str) {
         let share = sum(&off).abs() / sum(&concealed);
         assert!(share < SUMS_WITHIN, "gyro {gyro}: sum off by {share}");
     }
+    // Of a gyro whose sum alone is known the two are even: an uneven pair drifts under vibration in phase.
+    let of_pair = |gyro: usize| {
+        let fixed = effect.identifiable.iter();
+        fixed.filter(move |one| {
+            one.combination
+                .contains_key(rlg::model::catalogue::SIX[2 * gyro])
+        })
+    };
+    for gyro in (0..3).filter(|gyro| of_pair(*gyro).count() == 1) {
+        assert_eq!(
+            of_pair(gyro).next().map(|one| one.combination.len()),
+            Some(2)
+        );
+        let apart = values[2 * gyro] - values[2 * gyro + 1];
+        assert!(apart.abs() < 1e-15, "gyro {gyro}: {apart} apart");
+        let choice = outcome.model.effects[0].choice().unwrap_or_default();
+        assert!(choice.contains("written even"), "{choice}");
+    }
     let mut drifted = 0;
     for channel in &diagnosis.fit.channels {
         let (before, after) = (&channel.held_out_before, &channel.held_out_after);

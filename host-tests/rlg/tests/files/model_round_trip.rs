@@ -234,7 +234,12 @@ fn flexure_says_how_it_is_compensated_and_what_of_it_is_a_choice() {
         ("response = \"static\"", Response::Static, None, None),
         ("damping = 0.002", Response::Mode, Some(0.002), None),
         ("damping = 0.99", Response::Mode, Some(0.99), None),
-        ("choice = \"xy - xz\"", Response::Mode, None, Some("xy - xz")),
+        (
+            "choice = \"xy - xz\"",
+            Response::Mode,
+            None,
+            Some("xy - xz"),
+        ),
     ] {
         let effect = format!("[[effect]]\nkind = \"axis_flexure\"\nxy = 7e-8\n{beside}\n");
         std::fs::write(&path, format!("format = 1\n[gyro]\n{effect}")).expect("a file");
