@@ -1,6 +1,7 @@
 //! Which groups of the registration and which effects of physics the sums of blocks call for.
 
 use rlg_catalogue::Candidate;
+use rlg_inference::{BY_CHANCE, Bound};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, in_order, places};
@@ -244,6 +245,9 @@ impl Choice<'_> {
                 return None;
             }
             let (candidate, own) = &effects[place];
+            if !self.is_possible(set, &effects[place]) {
+                return None;
+            }
             let predicted = self.sums.predicted(set, own);
             (predicted.log_likelihood > self.plan.least_predicted).then(|| Named {
                 kind: candidate.kind,
@@ -282,11 +286,25 @@ impl Choice<'_> {
         let effects = self.candidates.effects.iter();
         effects
             .filter(|(candidate, _)| !named.contains(&candidate.kind))
-            .filter(|(_, own)| {
-                let rival = self.sums.statistic(beside, own);
-                rival.compared_with(winner, groups) > least
+            .filter(|effect| {
+                let rival = self.sums.statistic(beside, &effect.1);
+                rival.compared_with(winner, groups) > least && self.is_possible(beside, effect)
             })
             .map(|(candidate, _)| candidate.kind)
             .collect()
+    }
+
+    /// Whether no number of an effect would have a value beside a set that it cannot have.
+    fn is_possible(&self, beside: &[usize], (candidate, own): &(Candidate, Vec<usize>)) -> bool {
+        let bounds = &candidate.hypothesis.bounds;
+        if bounds.iter().all(|bound| bound.range == Bound::NONE.range) {
+            return true;
+        }
+        let set: Vec<usize> = beside.iter().chain(own).copied().collect();
+        let found = self.sums.estimates(&set);
+        bounds.iter().zip(beside.len()..).all(|(bound, k)| {
+            let std = found.covariance[(k, k)].max(0.0).sqrt();
+            !bound.excludes(found.values[k], std, BY_CHANCE)
+        })
     }
 }

@@ -6,6 +6,7 @@ use crate::column::{Column, Sensed};
 use crate::entries::{CATALOGUE, Entry, Law, SLIP, STEP, tilt};
 use crate::expression::Expression;
 use crate::signals::{AXES, Signals};
+use crate::stiffness;
 
 /// Which part of an entry a candidate is.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -143,6 +144,7 @@ impl Pool {
     ) -> Vec<Candidate> {
         let whole = self.terms(entry, signals, is_moving);
         let everyday = if entry.everyday { EVERYDAY } else { 1.0 };
+        let largest = stiffness::largest(entry.kind, signals);
         let candidate = |variant, keep: &dyn Fn(usize, &Named) -> bool, places: f64| {
             let kept: Vec<&Named> = whole
                 .iter()
@@ -165,7 +167,10 @@ impl Pool {
                     parameters: kept.len(),
                     terms: terms.collect(),
                     fixed: Vec::new(),
-                    bounds: vec![entry.size.bound(); kept.len()],
+                    bounds: kept
+                        .iter()
+                        .map(|named| stiffness::within(entry.size.bound(), &named.name, largest))
+                        .collect(),
                     requires: None,
                     price: (places * everyday).ln(),
                 },

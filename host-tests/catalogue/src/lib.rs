@@ -27,6 +27,8 @@ pub mod families;
 
 mod members;
 
+mod stiffness;
+
 pub mod turned;
 
 pub mod moves;

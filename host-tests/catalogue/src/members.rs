@@ -11,6 +11,7 @@ use crate::lock_in::{self, Threshold};
 use crate::low_pass::{self, LowPass};
 use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
 use crate::signals::{AXES, Signals};
+use crate::stiffness;
 
 /// A candidate with numbers inside its columns, linear about the values in `base`, picked from `places`.
 fn about_values(
@@ -182,11 +183,17 @@ impl Pool {
         let mut base = vec![0.0; 6];
         base.extend([resonance.hz, resonance.damping]);
         terms.retain(|term| term.coefficient != 0.0);
+        let largest = stiffness::largest_of_mode(resonance, signals);
+        let of_resonance = of_resonance(signals.rate_hz);
+        let of_parameter = |name: &str| match name.len() {
+            2 => stiffness::within(of_resonance(name), name, Some(largest)),
+            _ => of_resonance(name),
+        };
         about_values(
             MODE,
             (names, base),
             (terms, Vec::new()),
-            of_resonance(signals.rate_hz),
+            of_parameter,
             places,
         )
     }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::own_mode::{self, is_own_physics};
 use crate::result::{EffectEntry, ONLY_DESCRIBED, ParameterEntry, UNLISTED, Verdict};
 
 pub use crate::numbers::DEG_H;
@@ -83,7 +84,7 @@ pub fn effect_lines(effect: &EffectEntry) -> Vec<String> {
     let alike = effect.indistinguishable_from.iter();
     let alike: Vec<&str> = alike
         .filter(|kind| !against.contains(kind))
-        .filter(|kind| *kind != UNLISTED)
+        .filter(|kind| *kind != UNLISTED && !is_own_physics(effect, kind))
         .map(String::as_str)
         .collect();
     if !alike.is_empty() {
@@ -92,6 +93,7 @@ pub fn effect_lines(effect: &EffectEntry) -> Vec<String> {
             alike.join(", ")
         ));
     }
+    lines.extend(own_mode::sentence(effect).map(|said| format!("      {said}")));
     match &effect.expression {
         Some(expression) if effect.kind != UNLISTED => lines.push(format!(
             "      {expression}, which is no effect of the catalogue, explains as much with one number."

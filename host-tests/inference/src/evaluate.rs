@@ -74,7 +74,7 @@ impl Fit {
 }
 
 /// Standard deviations by which an estimate may lie outside what is possible: chance brings it there.
-const BY_CHANCE: f64 = 3.0;
+pub const BY_CHANCE: f64 = 3.0;
 
 /// Steps of an evaluation.
 #[derive(Debug, Clone, Copy)]

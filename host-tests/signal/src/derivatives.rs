@@ -133,6 +133,20 @@ impl Spectrum {
         power
     }
 
+    /// Frequency below which half the power of the n-th derivative lies \[Hz\]; 0 where nothing moves.
+    pub fn median_hz(&self, order: i32) -> f64 {
+        let power = |(k, value): (usize, &Complex64)| {
+            value.norm_sqr() * (TAU * self.frequency_hz(k)).powi(2 * order)
+        };
+        let half = 0.5 * self.values.iter().enumerate().map(power).sum::<f64>();
+        let mut below = 0.0;
+        let reached = self.values.iter().enumerate().position(|one| {
+            below += power(one);
+            below >= half
+        });
+        self.frequency_hz(reached.unwrap_or(0))
+    }
+
     fn frequency_hz(&self, k: usize) -> f64 {
         k as f64 / self.padded as f64 * self.rate_hz
     }

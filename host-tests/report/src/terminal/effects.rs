@@ -1,8 +1,11 @@
 //! Writes what was found, a line each: physics by its share of what differs, then faults of the data, then what has no
 //! explanation. Many of one kind are one line with their number.
 
+use std::collections::BTreeSet;
+
 use rlg_findings::names::{plain, spaced};
 use rlg_findings::numbers::seconds;
+use rlg_findings::own_mode;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
 
 use super::sizes::{strength, text, value, words};
@@ -117,13 +120,22 @@ pub(super) fn not_told_apart(diagnosis: &Diagnosis) -> Option<String> {
             }
         }
     }
-    (!said.is_empty()).then(|| format!("Not told apart: {}.", said.join("; ")))
+    let apart = (!said.is_empty()).then(|| format!("Not told apart: {}.", said.join("; ")));
+    let own: BTreeSet<String> = diagnosis
+        .effects
+        .iter()
+        .filter_map(own_mode::sentence)
+        .collect();
+    let all: Vec<String> = apart.into_iter().chain(own).collect();
+    (!all.is_empty()).then(|| all.join(" "))
 }
 
 /// The other causes of one effect in plain words.
 fn rivals(effect: &EffectEntry) -> Vec<String> {
     let alike = effect.indistinguishable_from.iter();
     let alike = alike.filter(|kind| !effect.gravity_speaks_against.contains(kind));
+    let has_own = own_mode::sentence(effect).is_some();
+    let alike = alike.filter(|kind| !own_mode::is_own_physics(effect, kind));
     let mut words: Vec<String> = alike
         .map(|kind| match &effect.expression {
             Some(expression) if kind == UNLISTED && effect.kind != UNLISTED => expression.clone(),
@@ -134,7 +146,7 @@ fn rivals(effect: &EffectEntry) -> Vec<String> {
         .evidence
         .as_ref()
         .is_some_and(|one| one.label == "class");
-    if words.is_empty() && is_class {
+    if words.is_empty() && is_class && !has_own {
         words.push("drift of the gyro".to_owned());
     }
     words

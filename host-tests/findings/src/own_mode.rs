@@ -1,0 +1,142 @@
+//! Static flexure and the resonance that its own K implies: one physics, of which a recording far below the resonance shows the
+//! static part.
+
+use std::f64::consts::TAU;
+
+use rlg_model::catalogue::SIX;
+
+use crate::names::plain;
+use crate::result::{EffectEntry, ParameterEntry};
+
+const FLEXURE: &str = "axis_flexure";
+const MODE: &str = "axis_flexure_mode";
+
+/// Standard deviations within which a frequency is the one that K implies.
+const WITHIN: f64 = 3.0;
+
+/// Natural frequencies of the blocks of a flexure \[Hz\], f0 = 1/(2π√K) with K the mean of a gyro's two coefficients: the least
+/// and the greatest; `None` where no K is positive.
+pub fn implied_hz(effect: &EffectEntry) -> Option<[f64; 2]> {
+    let value = |wanted: &str| {
+        let mut parameters = effect.parameters.iter();
+        parameters.find_map(|parameter| match parameter {
+            ParameterEntry::Number { name, value, .. } if name == wanted => Some(*value),
+            _ => None,
+        })
+    };
+    let of_gyro = |pair: &[&str]| {
+        let known: Vec<f64> = pair.iter().filter_map(|name| value(name)).collect();
+        let mean = known.iter().sum::<f64>() / known.len() as f64;
+        (mean > 0.0).then(|| 1.0 / (TAU * mean.sqrt()))
+    };
+    SIX.chunks(2).filter_map(of_gyro).fold(None, |range, hz| {
+        let [least, most] = range.unwrap_or([hz, hz]);
+        Some([hz.min(least), hz.max(most)])
+    })
+}
+
+/// Whether a rival of an effect is the effect's own physics: of static flexure its resonance, and of a resonance where its K puts
+/// it the flexure below it.
+pub fn is_own_physics(effect: &EffectEntry, rival: &str) -> bool {
+    match (effect.kind.as_str(), rival) {
+        (FLEXURE, MODE) => implied_hz(effect).is_some(),
+        (MODE, FLEXURE) => rings_where_it_implies(effect),
+        _ => false,
+    }
+}
+
+fn rings_where_it_implies(effect: &EffectEntry) -> bool {
+    let mut parameters = effect.parameters.iter();
+    let frequency = parameters.find_map(|parameter| match parameter {
+        ParameterEntry::Number {
+            name, value, std, ..
+        } if name == "frequency_hz" => Some((*value, *std)),
+        _ => None,
+    });
+    let implied = implied_hz(effect).zip(frequency);
+    implied.is_some_and(|([least, most], (hz, std))| {
+        hz > least - WITHIN * std && hz < most + WITHIN * std
+    })
+}
+
+/// Says of an effect whose rivals hold its own physics that they do.
+pub fn sentence(effect: &EffectEntry) -> Option<String> {
+    let mut rivals = effect.indistinguishable_from.iter();
+    let own = rivals.find(|rival| is_own_physics(effect, rival))?;
+    let [least, most] = implied_hz(effect)?.map(|hz| format!("{hz:.0}"));
+    let hz = match least == most {
+        true => least,
+        false => format!("{least} to {most}"),
+    };
+    Some(format!(
+        "{} and {} are one physics here: a block of K = J/k rings at 1/(2π√K), {hz} Hz.",
+        capital(&plain(&effect.kind)),
+        plain(own)
+    ))
+}
+
+fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map(|first| first.to_uppercase().collect());
+    first.unwrap_or_else(String::new) + letters.as_str()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{implied_hz, is_own_physics, sentence};
+    use crate::entries::unlisted;
+    use crate::result::{EffectEntry, ParameterEntry};
+
+    fn effect(kind: &str, numbers: &[(&str, f64, f64)], alike: &[&str]) -> EffectEntry {
+        let of = |&(name, value, std): &(&str, f64, f64)| ParameterEntry::Number {
+            name: name.to_owned(),
+            value,
+            std,
+            unit: String::new(),
+        };
+        EffectEntry {
+            kind: kind.to_owned(),
+            parameters: numbers.iter().map(of).collect(),
+            indistinguishable_from: alike.iter().map(|kind| (*kind).to_owned()).collect(),
+            ..unlisted(String::new(), String::new())
+        }
+    }
+
+    #[test]
+    fn a_flexure_and_the_resonance_that_it_implies_are_one_physics() {
+        let rivals = ["axis_flexure_cubic", "axis_flexure_mode"];
+        let numbers = [
+            ("xy", 8e-8, 0.0),
+            ("xz", 6e-8, 0.0),
+            ("yx", 5e-8, 0.0),
+            ("yz", 5e-8, 0.0),
+        ];
+        let flexure = effect("axis_flexure", &numbers, &rivals);
+        let [least, most] = implied_hz(&flexure).expect("positive K");
+        assert!((least - 601.5).abs() < 0.1 && (most - 711.8).abs() < 0.1);
+        assert!(is_own_physics(&flexure, "axis_flexure_mode"));
+        assert!(!is_own_physics(&flexure, "axis_flexure_cubic"));
+        let said = sentence(&flexure).expect("a sentence");
+        assert!(
+            said.ends_with("rings at 1/(2π√K), 602 to 712 Hz."),
+            "{said}"
+        );
+        let impossible = effect("axis_flexure", &[("xy", -8e-8, 0.0)], &rivals);
+        assert!(sentence(&impossible).is_none());
+    }
+
+    #[test]
+    fn a_resonance_elsewhere_is_another_physics_than_static_flexure() {
+        let mode = |hz: f64| {
+            let numbers = [
+                ("xy", 7e-8, 0.0),
+                ("xz", 7e-8, 0.0),
+                ("frequency_hz", hz, 5.0),
+            ];
+            effect("axis_flexure_mode", &numbers, &["axis_flexure"])
+        };
+        assert!(is_own_physics(&mode(595.0), "axis_flexure"));
+        assert!(!is_own_physics(&mode(80.0), "axis_flexure"));
+        assert!(sentence(&mode(80.0)).is_none());
+    }
+}
