@@ -419,7 +419,7 @@ impl NumberSystem for Fixed {
     }
     #[inline(always)]
     fn lag_increment(increment: i32) -> i32 {
-        increment >> (INCREMENT - ANGLE)
+        increment.wrapping_add(1 << (INCREMENT - ANGLE - 1)) >> (INCREMENT - ANGLE)
     }
     #[inline(always)]
     fn rectify((p_a, d_a): (i32, i32), (p_b, d_b): (i32, i32)) -> i64 {

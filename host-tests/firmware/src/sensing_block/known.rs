@@ -1,6 +1,6 @@
 //! Writes down the parameters of the chain for a unit, with what is known of its flexure.
 
-use trueaxis::Parameters;
+use trueaxis::{FlexureResponse, Parameters};
 
 use super::{Flexure, Unit};
 
@@ -20,8 +20,13 @@ impl Unit {
             p.pickoff_gain = self.pickoff_gain;
             p.pickoff_weight_rad = self.pickoff_weight_rad;
             p.flexure_s2 = known.s2;
-            // A chain that knows of resonances takes them from `known.mode` here: frequency of each pair [Hz], 0 for
-            // tilts that follow at once, and damping.
+            // The chain takes each pair's frequency from its K.
+            p.flexure_response = match &known.mode {
+                None => FlexureResponse::Static,
+                Some(mode) => FlexureResponse::Mode {
+                    damping: mode.damping,
+                },
+            };
         })
     }
 }

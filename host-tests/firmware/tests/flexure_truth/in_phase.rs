@@ -49,8 +49,11 @@ fn nothing_is_created_in_phase_on_a_slew_or_with_installation_errors() {
     for (name, outcome) in &outcomes {
         outcome.print(name);
     }
+    // On the slew the tilts' oscillation multiplies the slew's rate. In coning's products that correction is some samples
+    // late: a tenth of what it rectifies may stay.
     for (name, outcome) in &outcomes {
-        outcome.assert_left(name, MARK_DEG_H);
+        let share = 0.1 * outcome.uncompensated.largest_deg_h();
+        outcome.assert_left(name, MARK_DEG_H.max(share));
     }
 }
 
@@ -73,7 +76,7 @@ fn a_ringing_block_rectifies_little_in_phase() {
         outcome.print(name);
     }
     for (name, outcome) in &outcomes {
-        let uncompensated = outcome.uncompensated.largest_deg_h();
-        outcome.assert_left(name, MARK_DEG_H.max(1.01 * uncompensated));
+        let share = 0.01 * outcome.uncompensated.largest_deg_h();
+        outcome.assert_left(name, MARK_DEG_H.max(share));
     }
 }
