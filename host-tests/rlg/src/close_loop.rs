@@ -20,7 +20,7 @@ use trueaxis::Parameters;
 
 use crate::diagnose::diagnose;
 use crate::error::InputError;
-use crate::model::{Model, ModelEffect};
+use crate::model::{EffectValue, Model, ModelEffect};
 use crate::recording::Recording;
 use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
 use crate::replay::{Core, replay};
@@ -386,9 +386,16 @@ impl Twin {
             place,
         };
         let model = &compared.model;
+        // A simulated flexure follows the acceleration at once, without the mode that its K implies.
         let with = |effects: &[ModelEffect]| {
             let mut model = model.clone();
             model.effects = effects.to_vec();
+            for effect in &mut model.effects {
+                if effect.kind == "axis_flexure" {
+                    let response = EffectValue::Text("static".to_owned());
+                    effect.parameters.insert("response".to_owned(), response);
+                }
+            }
             model
         };
         let found = with(&outcome.model.effects);
