@@ -191,6 +191,10 @@ impl<N: NumberSystem> Flexure<N> {
     ///
     /// # Returns
     /// The increments with their correction, for use in products.
+    #[expect(
+        clippy::needless_range_loop,
+        reason = "iterators keep in memory what registers hold: 20 instructions a sample"
+    )]
     #[inline(always)]
     pub fn process(
         &self,

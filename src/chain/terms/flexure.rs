@@ -1,7 +1,7 @@
 //! Corrects flexures that are not in proportion to the acceleration of the moment: in its cube, and resonant.
 //!
 //! It takes the case's increments D, body frame, forms α̂ T² of three samples before
-//! ([`acceleration`](crate::chain::terms::acceleration)), and sums what that sample's tilts took its gyros off \[increment
+//! ([`mod@acceleration`]), and sums what that sample's tilts took its gyros off \[increment
 //! units\], for the output period's angles about the sensing axes:
 //!
 //! ```text
@@ -81,8 +81,8 @@ impl<N: NumberSystem> Bending<N> {
     fn add(&mut self, tilts: [N::Tilt; 6], limit: N::Tilt, increments: Triad<N::Increment>) {
         let tilts = CrossAxis::from_array(tilts).map(|tilt| N::hold_tilt(tilt, limit));
         let tilted = compensation::tilted::<N>(&tilts, increments).to_array();
-        for axis in 0..3 {
-            self.tilted[axis] = N::add_tilted(self.tilted[axis], tilted[axis]);
+        for (sum, tilted) in self.tilted.iter_mut().zip(tilted) {
+            *sum = N::add_tilted(*sum, tilted);
         }
     }
 

@@ -143,9 +143,9 @@ impl SensingBlock {
         self.periods += 1;
         let end_s = self.periods as f64 * period_s;
         let mut sample = Sample::default();
-        for i in 0..3 {
+        for (i, tilted) in tilted.into_iter().enumerate() {
             let aligned: f64 = (0..3).map(|j| self.from_body[i][j] * body[j]).sum();
-            let sensed = aligned + tilted[i] + self.unit.bias_rad_s[i] * period_s;
+            let sensed = aligned + tilted + self.unit.bias_rad_s[i] * period_s;
             self.rest_rad[i] += sensed / (1.0 - self.unit.scale_error[i]);
             if let Some(block) = &mut self.blocks[i] {
                 let before = block.angle_rad;
