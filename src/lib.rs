@@ -80,9 +80,9 @@
 //!
 //! | type | bytes | how many |
 //! |---|---|---|
-//! | `Processor<F32>` | 1728 | one: chain, state and health |
+//! | `Processor<F32>` | 1736 | one: chain, state and health |
 //! | `Processor<Fixed>` | 1896 | |
-//! | `Chain<F32>` | 792 | in the processor |
+//! | `Chain<F32>` | 800 | in the processor |
 //! | `Chain<Fixed>` | 832 | |
 //! | `ChainState<F32>` | 840 | in the processor |
 //! | `ChainState<Fixed>` | 968 | |

@@ -27,6 +27,9 @@ pub struct Summed {
     lost: f32,
 }
 
+/// Σ |factor| of an axis up to which a correction is less than ⅗ of the largest increment.
+const LARGEST_IN_PRODUCTS: f64 = 40.0;
+
 const CUBE_END: f32 = CUBE_REACH as f32;
 const FLEXURE_ANGLE_LIMIT: f32 = FLEXURE_ANGLE_LIMIT_RAD as f32;
 const ACCELERATION_LIMIT: f32 = ACCELERATION_LIMIT_RAD as f32;
@@ -63,7 +66,7 @@ impl NumberSystem for F32 {
     type Tilt = f32;
     type Tilted = f32;
     type LagFactor = f32;
-    type LagScale = ();
+    type LagScale = f32;
     type Lagged = f32;
     type LagIncrement = f32;
     type Rectified = f32;
@@ -207,9 +210,20 @@ impl NumberSystem for F32 {
         increment + tilted
     }
 
-    fn lag_factors(values: &LagFactors<f64>) -> (LagFactors<f32>, ()) {
+    /// The scale is what is left of a sample's correction in coning's products: all, or where it could be of the increments'
+    /// own size (blocks that ring below some 490 Hz) nothing.
+    fn lag_factors(values: &LagFactors<f64>) -> (LagFactors<f32>, f32) {
         let converted = values.map(|gyro| gyro.map(|axis| axis.map(|value| value as f32)));
-        (converted, ())
+        let mut largest = 0.0f64;
+        for axis in values.as_flattened() {
+            largest = largest.max(axis.iter().map(|factor| factor.abs()).sum());
+        }
+        let in_products = if largest > LARGEST_IN_PRODUCTS {
+            0.0
+        } else {
+            1.0
+        };
+        (converted, in_products)
     }
     #[inline(always)]
     fn lagged([b1, b2, b3]: &[f32; CENTRAL_PAIRS], [d1, d2, d3]: [f32; CENTRAL_PAIRS]) -> f32 {
@@ -228,18 +242,18 @@ impl NumberSystem for F32 {
         a + b
     }
     #[inline(always)]
-    fn bend(increment: f32, rectified: f32, (): ()) -> f32 {
-        increment + rectified
+    fn bend(increment: f32, rectified: f32, in_products: f32) -> f32 {
+        increment + in_products * rectified
     }
     #[inline(always)]
-    fn rectified_beyond(sum: f32, (): ()) -> bool {
+    fn rectified_beyond(sum: f32, _: f32) -> bool {
         sum.to_bits() << 1 > FLEXURE_ANGLE_LIMIT.to_bits() << 1
     }
-    fn rectified_held(sum: f32, (): ()) -> f32 {
+    fn rectified_held(sum: f32, _: f32) -> f32 {
         sum.clamp(-FLEXURE_ANGLE_LIMIT, FLEXURE_ANGLE_LIMIT)
     }
     #[inline(always)]
-    fn rectified(sum: f32, (): ()) -> i64 {
+    fn rectified(sum: f32, _: f32) -> i64 {
         fine_of_f32(sum)
     }
     #[inline(always)]

@@ -548,7 +548,9 @@ impl NumberSystem for Interval {
         sum
     }
     fn lag_increment(increment: Span) -> Span {
-        increment.down(INCREMENT - ANGLE)
+        increment
+            .plus(Span::point(1 << (INCREMENT - ANGLE - 1)))
+            .down(INCREMENT - ANGLE)
     }
     #[track_caller]
     fn rectify((p_a, d_a): (Span, Span), (p_b, d_b): (Span, Span)) -> Span {

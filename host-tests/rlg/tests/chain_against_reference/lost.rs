@@ -90,6 +90,8 @@ fn ten_minutes_with_lost_samples_agree_with_the_reference() {
     // most of them whole.
     for (name, known, most_between) in [("frozen", as_built(), 200), ("adapting", adapting(), 4000)]
     {
+        // Chain and reference leave out different parts of the flexure about a gap.
+        let known = known.with(|p| p.flexure_s2 = Default::default());
         let samples = TEN_MINUTES;
         let mut triad = Triad::new(&as_built(), 6, samples as f64 * PERIOD_S);
         let mut motion = Both(EARTH, bench_coning());

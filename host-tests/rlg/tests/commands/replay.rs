@@ -606,7 +606,6 @@ fn command_refuses_what_it_cannot_replay_and_leaves_nothing() {
     let text = run(&model, &[]);
     assert!(text.contains("gx") && text.contains("row 100"), "{text}");
     assert!(run(&place("none.toml"), &[]).contains("none.toml"));
-    assert!(run(&model, &["--order", "nine"]).contains("nine"));
 }
 
 #[test]
