@@ -29,9 +29,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
             return None;
         }
         state.raise(Status::GAP);
-        size_effect::discontinue(&mut state.size_effect);
-        flexure::discontinue(&mut state.flexure);
-        self.terms.discontinue(&mut state.terms);
+        self.discontinue(state);
         if state.phase == StreamPhase::First {
             return self.wait_for_first(state, periods);
         }
@@ -192,10 +190,15 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         let of_this = periods.min(state.periods_in_output.wrapping_add(1));
         state.periods_without_bias = state.periods_without_bias.wrapping_add(of_this);
         self.give_back_bias(state, i64::from(periods.wrapping_sub(of_this)));
+        self.discontinue(state);
+        self.begin_products(state, Status::default());
+    }
+
+    /// Tells what compares increments that the next ones do not follow the last.
+    fn discontinue(&self, state: &mut ChainState<N, T>) {
         size_effect::discontinue(&mut state.size_effect);
         flexure::discontinue(&mut state.flexure);
         self.terms.discontinue(&mut state.terms);
-        self.begin_products(state, Status::default());
     }
 
     /// Starts the products of neighbouring samples anew after a gap.

@@ -23,6 +23,16 @@ pub enum FlexureResponse {
     },
 }
 
+impl FlexureResponse {
+    /// ζ \[1\]; `None` of a static response.
+    pub const fn damping(self) -> Option<f64> {
+        match self {
+            Self::Static => None,
+            Self::Mode { damping } => Some(damping),
+        }
+    }
+}
+
 impl Default for FlexureResponse {
     fn default() -> Self {
         Self::Mode {
@@ -308,7 +318,7 @@ impl Parameters {
         if !(1..=design::MAX_SAMPLES_PER_OUTPUT).contains(&self.samples_per_output) {
             return Err(E::SamplesPerOutput);
         }
-        if let FlexureResponse::Mode { damping } = self.flexure_response {
+        if let Some(damping) = self.flexure_response.damping() {
             all(&[damping], design::MODE_DAMPING_RANGE, E::FlexureDamping)?;
         }
         all(

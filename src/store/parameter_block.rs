@@ -142,7 +142,7 @@ impl Parameters {
         block[4..6].copy_from_slice(&VERSION.to_le_bytes());
         block[6..8].copy_from_slice(&(length as u16).to_le_bytes());
         block[8..10].copy_from_slice(&self.samples_per_output.to_le_bytes());
-        block[10] = u8::from(self.flexure_response != FlexureResponse::Static);
+        block[10] = u8::from(self.flexure_response.damping().is_some());
         block[11] = u8::from(self.accelerometers.is_some());
         block[12..16].copy_from_slice(&generation.to_le_bytes());
         let chunks = block[HEADER_BYTES..RECORDS_OFFSET].chunks_exact_mut(8);
@@ -281,10 +281,7 @@ impl Parameters {
             .chain(accelerometers.scale_error)
             .chain(accelerometers.misalignment_rad.to_array())
             .chain(accelerometers.lever_arm_m.into_iter().flatten())
-            .chain([match self.flexure_response {
-                FlexureResponse::Static => 0.0,
-                FlexureResponse::Mode { damping } => damping,
-            }])
+            .chain([self.flexure_response.damping().unwrap_or(0.0)])
     }
 }
 

@@ -1,8 +1,6 @@
 //! Static flexure and the resonance that its own K implies: one physics, of which a recording far below the resonance shows the
 //! static part.
 
-use std::f64::consts::TAU;
-
 use rlg_model::catalogue::SIX;
 
 use crate::names::plain;
@@ -26,8 +24,7 @@ pub fn implied_hz(effect: &EffectEntry) -> Option<[f64; 2]> {
     };
     let of_gyro = |pair: &[&str]| {
         let known: Vec<f64> = pair.iter().filter_map(|name| value(name)).collect();
-        let mean = known.iter().sum::<f64>() / known.len() as f64;
-        (mean > 0.0).then(|| 1.0 / (TAU * mean.sqrt()))
+        rlg_model::implied_hz(known.iter().sum::<f64>() / known.len() as f64)
     };
     SIX.chunks(2).filter_map(of_gyro).fold(None, |range, hz| {
         let [least, most] = range.unwrap_or([hz, hz]);

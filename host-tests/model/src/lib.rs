@@ -106,6 +106,11 @@ pub struct ModelEffect {
     pub parameters: BTreeMap<String, EffectValue>,
 }
 
+/// Natural frequency of the block that a flexure K = J/k \[s²\] implies \[Hz\], f0 = 1/(2π√K); `None` where K is not positive.
+pub fn implied_hz(flexure_s2: f64) -> Option<f64> {
+    (flexure_s2 > 0.0).then(|| 1.0 / (std::f64::consts::TAU * flexure_s2.sqrt()))
+}
+
 /// How the firmware compensates a block's static flexure.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Response {

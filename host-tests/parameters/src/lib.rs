@@ -51,10 +51,11 @@
 mod terms;
 
 use nalgebra::{Matrix3, Vector3};
+use trueaxis::design_parameters::{FLEXURE_DAMPING, MODE_DAMPING_RANGE};
 use trueaxis::parameters::AccelerometerParameters;
 use trueaxis::{CrossAxis, FlexureResponse, ParameterError, Parameters};
 
-use rlg_model::catalogue::{NINE, SIX, XYZ};
+use rlg_model::catalogue::{self, NINE, SIX, XYZ};
 use rlg_model::{EffectValue, Model, ModelEffect, MotionSource, Response};
 
 use terms::TermSums;
@@ -218,6 +219,14 @@ pub fn unchecked_parameters(
     });
     Ok((parameters, uncompensated))
 }
+
+// A model's range and usual value are the chain's.
+const _: () = {
+    let (least, greatest) = MODE_DAMPING_RANGE;
+    let [model_least, model_greatest] = catalogue::FLEXURE_DAMPING;
+    assert!(least == model_least && greatest == model_greatest);
+    assert!(FLEXURE_DAMPING == catalogue::USUAL_FLEXURE_DAMPING);
+};
 
 /// How a flexure follows the acceleration.
 fn response_of(effect: &ModelEffect) -> FlexureResponse {

@@ -3,7 +3,7 @@
 use rlg_reference::Six;
 use rlg_reference::flexure::{FlexureCalibration, ModeCalibration};
 use rlg_reference::terms::{ByTemperature, TermCalibration};
-use trueaxis::{CrossAxis, FlexureResponse, Parameters, TermKind, TermRecords};
+use trueaxis::{CrossAxis, Parameters, TermKind, TermRecords};
 
 /// What the records say, each kind in the order of values that [`TermKind`] documents.
 pub fn term_calibration(records: &TermRecords) -> TermCalibration {
@@ -46,10 +46,7 @@ pub fn flexure_calibration(parameters: &Parameters) -> FlexureCalibration {
     let [k @ .., frequency_hz, damping] = records.values::<8>(TermKind::AxisFlexureMode);
     FlexureCalibration {
         linear_s2: crate::six(&parameters.flexure_s2),
-        damping: match parameters.flexure_response {
-            FlexureResponse::Static => None,
-            FlexureResponse::Mode { damping } => Some(damping),
-        },
+        damping: parameters.flexure_response.damping(),
         cubic: six(records.values(TermKind::AxisFlexureCubic)),
         mode: ModeCalibration {
             flexure_s2: six(k),

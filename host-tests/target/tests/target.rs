@@ -9,7 +9,7 @@ use rlg_target::{Image, Platform, TargetCore, on_target};
 use trueaxis::{AccelerometerParameters, CrossAxis, Parameters, Sample};
 
 /// Most turns of the interrupt's loops, by the function of the source; polls of the bus apart.
-const TURNS: [(&str, u64, &str); 8] = [
+const TURNS: [(&str, u64, &str); 6] = [
     ("delay", 17, "SELECT_CYCLES, two cycles a turn"),
     ("operate", 40, "the bytes of a bank frame"),
     (
@@ -19,8 +19,6 @@ const TURNS: [(&str, u64, &str); 8] = [
     ),
     ("transaction", 0, "a hold that no record here asks for"),
     ("close", 3, "the gyros"),
-    ("tilts", 6, "the pairs of axes"),
-    ("section", 6, "the same"),
     ("sys_reset", 0, "after a panic: the run has ended"),
 ];
 

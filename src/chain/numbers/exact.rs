@@ -124,7 +124,7 @@ const LEVER_BITS: u32 = 25;
 impl ExactLever {
     /// Rounds to nearest, from m/s per rad or per rad².
     pub fn of(value: f64) -> Self {
-        Self(fine(value / VELOCITY_UNIT_M_S, LEVER_BITS as i32) as i32)
+        Self::of_factor(value / VELOCITY_UNIT_M_S)
     }
 
     /// Rounds to nearest, from a plain factor within ±64.

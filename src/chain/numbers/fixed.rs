@@ -46,7 +46,7 @@
 //! The additions are wrapping ones, so that a wrong limit could give a wrong number but never a panic.
 
 use super::exact::FINE_PER_RAD_LOG2;
-use super::{CUBE_REACH, LagFactors, NumberSystem};
+use super::{CUBE_REACH, LagFactors, NumberSystem, largest_lag_sum};
 use crate::chain::design_parameters::{
     ACCELERATION_LIMIT_RAD, BENT_LIMIT_RAD, CENTRAL_PAIRS, CONING_COEFFICIENTS, FILTER_TERMS,
     FLEXURE_ANGLE_LIMIT_RAD, WITHIN_SAMPLE,
@@ -105,14 +105,6 @@ const BENT_LIMIT: i32 = (BENT_LIMIT_RAD * (1u64 << INCREMENT) as f64) as i32;
 /// The limit of such a sum in its upper word, at a scale of 0.
 const RECTIFIED_LIMIT: i32 = (FLEXURE_ANGLE_LIMIT_RAD * (1u64 << 32) as f64) as i32;
 
-/// The same at another scale.
-#[inline(always)]
-fn rectified_limit(scale: LagScale) -> i32 {
-    let exponent = scale.exponent;
-    let (up, down) = (exponent.min(0).unsigned_abs(), exponent.max(0) as u32);
-    (RECTIFIED_LIMIT << up) >> down
-}
-
 /// Σ |factor| of one axis that a scale of 0 holds: with the largest difference, 0.0139 rad, a quarter.
 const LARGEST_LAG_SUM: f64 = 17.5;
 
@@ -127,6 +119,8 @@ pub struct LagScale {
     /// 460 Hz, where it could leave an increment no room, nothing.
     in_products: i32,
     up: u32,
+    /// The limit of a period's sum in its upper word.
+    limit: i32,
 }
 
 impl LagScale {
@@ -141,18 +135,15 @@ impl LagScale {
             exponent,
             in_products: if exponent > 2 { 0 } else { -1 },
             up: (INCREMENT as i32 - 32 + exponent) as u32,
+            limit: (RECTIFIED_LIMIT << exponent.min(0).unsigned_abs()) >> exponent.max(0),
         }
     }
 }
 
 fn lag_exponent(values: &LagFactors<f64>) -> i32 {
-    let mut needed = 0.0f64;
-    for axis in values.as_flattened() {
-        let [one, two, three] = axis.map(f64::abs);
-        let largest = one.max(two).max(three);
-        needed = needed.max((one + two + three) / LARGEST_LAG_SUM);
-        needed = needed.max(largest / LARGEST_LAG_FACTOR);
-    }
+    let factors = values.as_flattened().as_flattened().iter();
+    let largest = factors.fold(0.0f64, |most, factor| most.max(factor.abs()));
+    let needed = (largest_lag_sum(values) / LARGEST_LAG_SUM).max(largest / LARGEST_LAG_FACTOR);
     let mut scale = LEAST_LAG_SCALE;
     while libm::ldexp(1.0, scale) < needed && scale < LARGEST_LAG_SCALE {
         scale += 1;
@@ -438,19 +429,19 @@ impl NumberSystem for Fixed {
     }
     #[inline(always)]
     fn rectified_beyond(sum: i64, scale: LagScale) -> bool {
-        let limit = rectified_limit(scale);
+        let limit = scale.limit;
         ((sum >> 32) as i32).wrapping_add(limit) as u32 >= 2 * limit as u32
     }
     fn rectified_held(sum: i64, scale: LagScale) -> i64 {
-        let limit = i64::from(rectified_limit(scale)) << 32;
-        sum.clamp(-limit, limit - 1)
+        let limit = i64::from(scale.limit) << 32;
+        // Without `clamp`, which panics where its limits are the wrong way round.
+        sum.max(limit.wrapping_neg()).min(limit.wrapping_sub(1))
     }
     #[inline(always)]
     fn rectified(sum: i64, scale: LagScale) -> i64 {
-        // A sum counts in fine units at a scale of 0.
-        let exponent = scale.exponent;
-        let (up, down) = (exponent.max(0) as u32, exponent.min(0).unsigned_abs());
-        (sum >> down) << up
+        // A sum counts in fine units at a scale of 0; one shift by a variable costs less than two.
+        const DOWN: u32 = LEAST_LAG_SCALE.unsigned_abs();
+        (sum << scale.exponent.wrapping_sub(LEAST_LAG_SCALE) as u32) >> DOWN
     }
     #[inline(always)]
     fn ahead(now: i32, difference: i32) -> i64 {

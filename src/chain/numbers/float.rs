@@ -10,7 +10,7 @@
 //! the same on host and target.
 
 use super::exact::{FINE_PER_RAD_LOG2, fine_of_f32};
-use super::{CUBE_REACH, LagFactors, NumberSystem};
+use super::{CUBE_REACH, LagFactors, NumberSystem, largest_lag_sum};
 use crate::chain::design_parameters::{
     ACCELERATION_LIMIT_RAD, CENTRAL_PAIRS, CONING_COEFFICIENTS, FILTER_TERMS,
     FLEXURE_ANGLE_LIMIT_RAD, WITHIN_SAMPLE,
@@ -214,11 +214,7 @@ impl NumberSystem for F32 {
     /// own size (blocks that ring below some 490 Hz) nothing.
     fn lag_factors(values: &LagFactors<f64>) -> (LagFactors<f32>, f32) {
         let converted = values.map(|gyro| gyro.map(|axis| axis.map(|value| value as f32)));
-        let mut largest = 0.0f64;
-        for axis in values.as_flattened() {
-            largest = largest.max(axis.iter().map(|factor| factor.abs()).sum());
-        }
-        let in_products = if largest > LARGEST_IN_PRODUCTS {
+        let in_products = if largest_lag_sum(values) > LARGEST_IN_PRODUCTS {
             0.0
         } else {
             1.0
@@ -250,7 +246,7 @@ impl NumberSystem for F32 {
         sum.to_bits() << 1 > FLEXURE_ANGLE_LIMIT.to_bits() << 1
     }
     fn rectified_held(sum: f32, _: f32) -> f32 {
-        sum.clamp(-FLEXURE_ANGLE_LIMIT, FLEXURE_ANGLE_LIMIT)
+        within(sum, FLEXURE_ANGLE_LIMIT)
     }
     #[inline(always)]
     fn rectified(sum: f32, _: f32) -> i64 {

@@ -35,6 +35,13 @@ use crate::chain::design_parameters::{CENTRAL_PAIRS, FILTER_TERMS};
 /// Factors by gyro, axis and difference.
 pub type LagFactors<T> = [[[T; CENTRAL_PAIRS]; 2]; 3];
 
+/// Largest Σ |factor| of an axis \[1\].
+fn largest_lag_sum(values: &LagFactors<f64>) -> f64 {
+    let sums = values.as_flattened().iter();
+    let sums = sums.map(|axis| axis.iter().map(|factor| factor.abs()).sum());
+    sums.fold(0.0, f64::max)
+}
+
 /// Largest acceleration × T² whose cube is formed \[rad per sample²\]: 2⁻¹³, 1950 rad/s² at 4 kHz; the unit of cubes.
 pub const CUBE_REACH: f64 = 1.0 / 8192.0;
 

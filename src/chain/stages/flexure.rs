@@ -63,7 +63,6 @@ pub struct Flexure<N: NumberSystem> {
     /// −½ (K_ij − K_ik)/T² of gyros x, y, z.
     ends: [ExactLever; 3],
     has_ends: bool,
-    acts: bool,
     /// Whether the factors of P_ij and P_ik differ: only where two modes of a gyro do. Else one set serves, which saves a
     /// sample nine loads.
     differ: bool,
@@ -170,7 +169,6 @@ impl<N: NumberSystem> Flexure<N> {
             scale,
             ends: half.map(ExactLever::of_factor),
             has_ends: half != [0.0; 3],
-            acts: pairs != [[0.0; 2]; 3],
             differ: of_differences.iter().any(|[of_j, of_k]| of_j != of_k),
         }
     }
@@ -267,25 +265,20 @@ impl<N: NumberSystem> Flexure<N> {
         unit_log2: u32,
         known: bool,
     ) -> ([i64; 3], bool) {
-        let mut sums = core::mem::take(&mut state.sum);
-        if !(self.acts && known) {
+        let mut held = false;
+        let mut correction = [0; 3];
+        for (correction, sum) in correction.iter_mut().zip(&mut state.sum) {
+            let mut sum = core::mem::take(sum);
+            if N::rectified_beyond(sum, self.scale) {
+                core::hint::cold_path();
+                held = true;
+                sum = N::rectified_held(sum, self.scale);
+            }
+            *correction = N::rectified(sum, self.scale);
+        }
+        if !known {
             core::hint::cold_path();
             return ([0; 3], false);
-        }
-        let [x, y, z] = sums;
-        let beyond = |sum| N::rectified_beyond(sum, self.scale);
-        let held = beyond(x) || beyond(y) || beyond(z);
-        if held {
-            core::hint::cold_path();
-            for sum in &mut sums {
-                if beyond(*sum) {
-                    *sum = N::rectified_held(*sum, self.scale);
-                }
-            }
-        }
-        let mut correction = [0; 3];
-        for (correction, sum) in correction.iter_mut().zip(sums) {
-            *correction = N::rectified(sum, self.scale);
         }
         if unit_log2 != 0 {
             core::hint::cold_path();

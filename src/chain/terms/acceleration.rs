@@ -19,10 +19,16 @@
 //! Pulse quantisation of q rad shows as 0.6 q of noise in α̂ T². It telescopes, and gyros quantise independently, so it
 //! does not rectify.
 
-use crate::chain::design_parameters::{CENTRAL_COEFFICIENTS, CENTRAL_PAIRS};
+use crate::chain::design_parameters::{CENTRAL_COEFFICIENTS, CENTRAL_PAIRS, FILTER_TERMS};
 use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::triad::Triad;
+
+/// Configuration.
+#[derive(Debug, Clone, Copy)]
+pub struct Acceleration<N: NumberSystem> {
+    coefficients: [N::FilterCoefficient; FILTER_TERMS],
+}
 
 /// The last increments, latest first \[increment units\]; none after a start or gap.
 #[derive(Debug, Clone, Copy, Default)]
@@ -42,49 +48,57 @@ pub struct Centred<N: NumberSystem> {
     pub status: Status,
 }
 
-/// Takes one sample's increments. The rate before the first one is taken to be its own.
-#[inline(always)]
-pub fn process<N: NumberSystem>(
-    state: &mut AccelerationState<N>,
-    increment: Triad<N::Increment>,
-) -> Centred<N> {
-    let now = increment.to_array();
-    if !state.begun {
-        core::hint::cold_path();
-        state.begun = true;
-        state.past = [now; 2 * CENTRAL_PAIRS];
+impl<N: NumberSystem> Acceleration<N> {
+    pub(crate) fn new() -> Self {
+        let [a1, a2, a3] = CENTRAL_COEFFICIENTS;
+        Self {
+            coefficients: [a1, a2, a3, 0.0].map(N::filter_coefficient),
+        }
     }
-    let [a1, a2, a3] = CENTRAL_COEFFICIENTS;
-    let coefficients = [a1, a2, a3, 0.0].map(N::filter_coefficient);
-    let [two, one, centre, before_one, before_two, before_three] = state.past;
-    let filter = |axis: usize| {
-        let differences = [
-            N::difference(one[axis], before_one[axis]),
-            N::difference(two[axis], before_two[axis]),
-            N::difference(now[axis], before_three[axis]),
-            N::Increment::default(),
-        ];
-        N::filter(&coefficients, differences)
-    };
-    let (mut x, mut y, mut z) = (filter(0), filter(1), filter(2));
-    state.past = [now, two, one, centre, before_one, before_two];
 
-    let mut status = Status::default();
-    if N::beyond(x) || N::beyond(y) || N::beyond(z) {
-        core::hint::cold_path();
-        status = Status::ACCELERATION_SATURATED;
-        // One by one: an array would be kept in memory for every sample.
-        let within = |sum| if N::beyond(sum) { N::held(sum) } else { sum };
-        (x, y, z) = (within(x), within(y), within(z));
-    }
-    Centred {
-        acceleration: Triad {
-            x: N::acceleration(x),
-            y: N::acceleration(y),
-            z: N::acceleration(z),
-        },
-        increment: Triad::from_array(centre),
-        status,
+    /// Takes one sample's increments. The rate before the first one is taken to be its own.
+    #[inline(always)]
+    pub fn process(
+        &self,
+        state: &mut AccelerationState<N>,
+        increment: Triad<N::Increment>,
+    ) -> Centred<N> {
+        let now = increment.to_array();
+        if !state.begun {
+            core::hint::cold_path();
+            state.begun = true;
+            state.past = [now; 2 * CENTRAL_PAIRS];
+        }
+        let [two, one, centre, before_one, before_two, before_three] = state.past;
+        let filter = |axis: usize| {
+            let differences = [
+                N::difference(one[axis], before_one[axis]),
+                N::difference(two[axis], before_two[axis]),
+                N::difference(now[axis], before_three[axis]),
+                N::Increment::default(),
+            ];
+            N::filter(&self.coefficients, differences)
+        };
+        let (mut x, mut y, mut z) = (filter(0), filter(1), filter(2));
+        state.past = [now, two, one, centre, before_one, before_two];
+
+        let mut status = Status::default();
+        if N::beyond(x) || N::beyond(y) || N::beyond(z) {
+            core::hint::cold_path();
+            status = Status::ACCELERATION_SATURATED;
+            // One by one: an array would be kept in memory for every sample.
+            let within = |sum| if N::beyond(sum) { N::held(sum) } else { sum };
+            (x, y, z) = (within(x), within(y), within(z));
+        }
+        Centred {
+            acceleration: Triad {
+                x: N::acceleration(x),
+                y: N::acceleration(y),
+                z: N::acceleration(z),
+            },
+            increment: Triad::from_array(centre),
+            status,
+        }
     }
 }
 

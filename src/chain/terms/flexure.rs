@@ -30,9 +30,9 @@ use crate::chain::faults::Status;
 use crate::chain::numbers::{CUBE_REACH, NumberSystem};
 use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::stages::compensation;
-use crate::chain::terms::acceleration::{self, AccelerationState, Centred};
+use crate::chain::terms::acceleration::{self, Acceleration, AccelerationState, Centred};
 use crate::chain::terms::records::{largest, scale};
-use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
+use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds, add_tilted};
 use crate::chain::triad::{CrossAxis, Triad};
 
 /// Six factors by pair, with the sign with which a tilt −K α enters Eq. (7).
@@ -71,8 +71,12 @@ impl<N: NumberSystem> Bending<N> {
     /// Takes one sample's increments; gives those of three samples before and their acceleration, unless increments contain
     /// dither.
     #[inline(always)]
-    fn follow(&mut self, increments: Triad<N::Increment>) -> Option<Centred<N>> {
-        let centred = acceleration::process(&mut self.acceleration, increments);
+    fn follow(
+        &mut self,
+        estimate: &Acceleration<N>,
+        increments: Triad<N::Increment>,
+    ) -> Option<Centred<N>> {
+        let centred = estimate.process(&mut self.acceleration, increments);
         (!self.unknown).then_some(centred)
     }
 
@@ -85,22 +89,12 @@ impl<N: NumberSystem> Bending<N> {
             *sum = N::add_tilted(*sum, tilted);
         }
     }
-
-    /// Corrects the period's angles \[fine units\].
-    #[inline(always)]
-    fn correct(&mut self, unit_log2: u32, mut angles: [i64; 3]) -> [i64; 3] {
-        let tilted = core::mem::take(&mut self.tilted);
-        for (angle, tilted) in angles.iter_mut().zip(tilted) {
-            let fine = N::fine(tilted, N::Cross::default()) << unit_log2;
-            *angle = angle.wrapping_add(fine);
-        }
-        angles
-    }
 }
 
 /// The cubic flexure.
 #[derive(Debug, Clone, Copy)]
 pub struct CubicFlexure<N: NumberSystem> {
+    acceleration: Acceleration<N>,
     cubic: [N::Flexure; 6],
     /// 3σ² in units of the largest acceleration's square, by axis.
     less: [N::FilterCoefficient; 3],
@@ -145,6 +139,7 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
             return Err(ParameterError::Term(TermKind::AxisFlexureCubic));
         }
         Ok(Self {
+            acceleration: Acceleration::new(),
             cubic: cubic.map(N::flexure),
             less: less.map(|less| N::filter_coefficient(if acts { less } else { 0.0 })),
             limit: N::tilt_limit(FLEXURE_TERM_LIMIT_RAD),
@@ -158,7 +153,7 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
 
     #[inline(always)]
     fn case(&self, state: &mut Bending<N>, increments: Triad<N::Increment>) -> Status {
-        let Some(centred) = state.follow(increments) else {
+        let Some(centred) = state.follow(&self.acceleration, increments) else {
             return Status::default();
         };
         let acceleration = centred.acceleration.to_array();
@@ -176,7 +171,7 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
 
     #[inline(always)]
     fn angles(&self, state: &mut Bending<N>, sums: &PeriodSums, angles: [i64; 3]) -> [i64; 3] {
-        state.correct(sums.unit_log2, angles)
+        add_tilted::<N>(&mut state.tilted, sums.unit_log2, angles)
     }
 
     fn discontinue(&self, state: &mut Bending<N>) {
@@ -191,10 +186,29 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
 /// A resonant flexure.
 #[derive(Debug, Clone, Copy)]
 pub struct ResonantFlexure<N: NumberSystem> {
+    acceleration: Acceleration<N>,
     flexure: [N::Flexure; 6],
     section: [N::FilterCoefficient; 5],
     limit: N::Tilt,
     acts: bool,
+}
+
+impl<N: NumberSystem> ResonantFlexure<N> {
+    /// The tilt of one pair \[rad\], and its section's next state.
+    #[inline(always)]
+    fn ring<const PAIR: usize>(
+        &self,
+        state: &mut ResonantFlexureState<N>,
+        acceleration: &[N::Acceleration; 3],
+    ) -> N::Tilt {
+        let now = N::tilt(self.flexure[PAIR], acceleration[AXIS_OF_PAIR[PAIR]]);
+        let [one, two] = state.inputs[PAIR];
+        let [last, before] = state.outputs[PAIR];
+        let bent = N::section(&self.section, [now, one, two], [last, before]);
+        state.inputs[PAIR] = [now, one];
+        state.outputs[PAIR] = [bent, last];
+        bent
+    }
 }
 
 /// The last two inputs and outputs of each pair's section \[rad\].
@@ -264,6 +278,7 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
         let limit = N::tilt_limit(FLEXURE_TERM_LIMIT_RAD);
         if values == [0.0; 8] {
             return Ok(Self {
+                acceleration: Acceleration::new(),
                 flexure: [N::Flexure::default(); 6],
                 section: [0.0; 5].map(N::filter_coefficient),
                 limit,
@@ -294,6 +309,7 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
             return error;
         }
         Ok(Self {
+            acceleration: Acceleration::new(),
             flexure: k.map(N::flexure),
             section: section.map(N::filter_coefficient),
             limit,
@@ -307,19 +323,19 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
 
     #[inline(always)]
     fn case(&self, state: &mut ResonantFlexureState<N>, increments: Triad<N::Increment>) -> Status {
-        let Some(centred) = state.bending.follow(increments) else {
+        let Some(centred) = state.bending.follow(&self.acceleration, increments) else {
             return Status::default();
         };
         let acceleration = centred.acceleration.to_array();
-        let mut more = [N::Tilt::default(); 6];
-        for (at, axis) in AXIS_OF_PAIR.into_iter().enumerate() {
-            let now = N::tilt(self.flexure[at], acceleration[axis]);
-            let [one, two] = state.inputs[at];
-            let bent = N::section(&self.section, [now, one, two], state.outputs[at]);
-            state.inputs[at] = [now, one];
-            state.outputs[at] = [bent, state.outputs[at][0]];
-            more[at] = bent;
-        }
+        // Six calls and no loop: nobody has to show how often that turns.
+        let more = [
+            self.ring::<0>(state, &acceleration),
+            self.ring::<1>(state, &acceleration),
+            self.ring::<2>(state, &acceleration),
+            self.ring::<3>(state, &acceleration),
+            self.ring::<4>(state, &acceleration),
+            self.ring::<5>(state, &acceleration),
+        ];
         (state.bending).add(more, self.limit, centred.increment);
         centred.status
     }
@@ -331,7 +347,7 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
         sums: &PeriodSums,
         angles: [i64; 3],
     ) -> [i64; 3] {
-        state.bending.correct(sums.unit_log2, angles)
+        add_tilted::<N>(&mut state.bending.tilted, sums.unit_log2, angles)
     }
 
     /// The suspension is taken to be at rest afterwards: it forgets within Q/πf₀.

@@ -25,7 +25,7 @@ use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::VELOCITY_UNIT_M_S;
 use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::records::{largest, scale};
-use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
+use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds, add_tilted};
 use crate::chain::triad::{CrossAxis, Triad};
 
 /// Configuration.
@@ -141,14 +141,9 @@ impl<N: NumberSystem> Term<N> for ForceProducts<N> {
         &self,
         state: &mut ForceProductsState<N>,
         sums: &PeriodSums,
-        mut angles: [i64; 3],
+        angles: [i64; 3],
     ) -> [i64; 3] {
-        let gained = core::mem::take(&mut state.gained);
-        for (angle, gained) in angles.iter_mut().zip(gained) {
-            let gained = N::fine(gained, N::Cross::default()) << sums.unit_log2;
-            *angle = angle.wrapping_add(gained);
-        }
-        angles
+        add_tilted::<N>(&mut state.gained, sums.unit_log2, angles)
     }
 
     fn degrade(&self, state: &mut ForceProductsState<N>, rates_known: bool) {

@@ -203,6 +203,21 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
     fn degrade(&self, _: &mut Self::State, _rates_known: bool) {}
 }
 
+/// Adds to the output period's angles \[fine units\] what its samples' tilts summed to, and starts the next sum.
+#[inline(always)]
+fn add_tilted<N: NumberSystem>(
+    sums: &mut [N::Tilted; 3],
+    unit_log2: u32,
+    mut angles: [i64; 3],
+) -> [i64; 3] {
+    let sums = core::mem::take(sums);
+    for (angle, sum) in angles.iter_mut().zip(sums) {
+        let fine = N::fine(sum, N::Cross::default()) << unit_log2;
+        *angle = angle.wrapping_add(fine);
+    }
+    angles
+}
+
 impl<N: NumberSystem> Term<N> for () {
     type State = ();
     const KINDS: TermKinds = TermKinds::NONE;

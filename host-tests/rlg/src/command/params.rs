@@ -12,13 +12,14 @@ use super::inputs::read_model;
 use crate::error::InputError;
 use crate::model::ModelEffect;
 use crate::model::catalogue::SIX;
+use crate::model::implied_hz;
 use crate::output::write_file;
 use crate::recording::Recording;
 use crate::replay::samples::dither_of_recording;
 use crate::target::Image;
 use crate::terminal::Terminal;
 use rlg_parameters::{SAMPLES_PER_OUTPUT, Unit, parameters_from_model};
-use trueaxis::{FlexureResponse, Parameters, TermKind};
+use trueaxis::{Parameters, TermKind};
 
 /// Convert a model to the parameter block to flash, and say what the chain cannot compensate
 #[derive(Debug, Args)]
@@ -164,12 +165,9 @@ impl Params {
             );
         }
         terminal.say(format!("{}: {} bytes", self.out.display(), block.len()));
-        let damping = match parameters.flexure_response {
-            FlexureResponse::Mode { damping } => Some(damping),
-            FlexureResponse::Static => None,
-        };
+        let damping = parameters.flexure_response.damping();
         let modes_hz = modes_hz(&parameters);
-        if let Some(line) = flexure_line(&parameters) {
+        if let Some(line) = flexure_line(&parameters, &modes_hz) {
             terminal.say(line);
         }
         let choices: Vec<Choice> = model.effects.iter().filter_map(choice_of).collect();
@@ -216,14 +214,13 @@ impl Params {
 
 /// Frequency of the mode of each pair that rings \[Hz\].
 fn modes_hz(parameters: &Parameters) -> [Option<f64>; 6] {
-    let rings = parameters.flexure_response != FlexureResponse::Static;
-    let of = |k: f64| 1.0 / (std::f64::consts::TAU * k.sqrt());
+    let rings = parameters.flexure_response.damping().is_some();
     let pairs = parameters.flexure_s2.to_array();
-    pairs.map(|k| (rings && k > 0.0).then(|| of(k)))
+    pairs.map(|k| implied_hz(k).filter(|_| rings))
 }
 
 /// How the flexure is taken out; `None` where there is none.
-fn flexure_line(parameters: &Parameters) -> Option<String> {
+fn flexure_line(parameters: &Parameters, modes_hz: &[Option<f64>; 6]) -> Option<String> {
     let pairs = parameters.flexure_s2.to_array();
     if pairs == [0.0; 6] {
         return None;
@@ -237,13 +234,13 @@ fn flexure_line(parameters: &Parameters) -> Option<String> {
         texts.join(", ")
     };
     let sizes = each(&|at| format!("{:.1}", pairs[at] * 1e9));
-    Some(match parameters.flexure_response {
-        FlexureResponse::Static => format!(
+    Some(match parameters.flexure_response.damping() {
+        None => format!(
             "axis_flexure: K {sizes} 10⁻⁹ s², static: of a block that rings it leaves (f/f0)² of the drift, f0 = 1/(2π√K)"
         ),
-        FlexureResponse::Mode { damping } => {
-            let modes = modes_hz(parameters);
-            let modes = each(&|at| modes[at].map_or("static".to_owned(), |hz| format!("{hz:.0}")));
+        Some(damping) => {
+            let modes =
+                each(&|at| modes_hz[at].map_or("static".to_owned(), |hz| format!("{hz:.0}")));
             format!(
                 "axis_flexure: K {sizes} 10⁻⁹ s², with the mode that each K implies, f0 = 1/(2π√K): {modes} Hz, damping {damping}"
             )
