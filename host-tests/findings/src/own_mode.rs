@@ -75,7 +75,7 @@ pub fn sentence(effect: &EffectEntry) -> Option<String> {
 fn capital(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().map(|first| first.to_uppercase().collect());
-    first.unwrap_or_else(String::new) + letters.as_str()
+    first.unwrap_or_default() + letters.as_str()
 }
 
 #[cfg(test)]

@@ -142,6 +142,20 @@ impl Response {
     }
 }
 
+/// D_k P_ij − D_j P_ik of gyro i, from the latest differences and the increments.
+#[inline(always)]
+fn rectify<N: NumberSystem>(
+    i: usize,
+    [of_j, of_k]: [&Factors<N>; 2],
+    [now, one, two]: &[[N::Increment; 3]; CENTRAL_PAIRS],
+    d: &[N::LagIncrement; 3],
+) -> N::Rectified {
+    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
+    let p_j = N::lagged(of_j, [now[j], one[j], two[j]]);
+    let p_k = N::lagged(of_k, [now[k], one[k], two[k]]);
+    N::rectify((p_j, d[k]), (p_k, d[j]))
+}
+
 impl<N: NumberSystem> Flexure<N> {
     pub(crate) fn new(parameters: &Parameters) -> Self {
         let rate = parameters.sample_rate_hz;
@@ -206,30 +220,23 @@ impl<N: NumberSystem> Flexure<N> {
             N::difference(increment.z, previous.z),
         ];
         let [one, two] = state.differences;
-        let lagged = |factors: &Factors<N>, axis: usize| {
-            N::lagged(factors, [now[axis], one[axis], two[axis]])
-        };
         let d = [
             N::lag_increment(increment.x),
             N::lag_increment(increment.y),
             N::lag_increment(increment.z),
         ];
+        let past = [now, one, two];
         let mut bent = increment.to_array();
         if N::LOADS_FACTORS {
             let mut rectified = [N::Rectified::default(); 3];
             for i in 0..3 {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
                 let [of_both, _] = &self.factors[i];
-                let (p_j, p_k) = (lagged(of_both, j), lagged(of_both, k));
-                rectified[i] = N::rectify((p_j, d[k]), (p_k, d[j]));
+                rectified[i] = rectify::<N>(i, [of_both, of_both], &past, &d);
             }
             if self.differ {
                 core::hint::cold_path();
                 for i in 0..3 {
-                    let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                    let [of_j, of_k] = &self.factors[i];
-                    let (p_j, p_k) = (lagged(of_j, j), lagged(of_k, k));
-                    rectified[i] = N::rectify((p_j, d[k]), (p_k, d[j]));
+                    rectified[i] = rectify::<N>(i, self.factors[i].each_ref(), &past, &d);
                 }
             }
             for i in 0..3 {
@@ -238,10 +245,7 @@ impl<N: NumberSystem> Flexure<N> {
             }
         } else {
             for i in 0..3 {
-                let (j, k) = ((i + 1) % 3, (i + 2) % 3);
-                let [of_j, of_k] = &self.factors[i];
-                let (p_j, p_k) = (lagged(of_j, j), lagged(of_k, k));
-                let rectified = N::rectify((p_j, d[k]), (p_k, d[j]));
+                let rectified = rectify::<N>(i, self.factors[i].each_ref(), &past, &d);
                 state.sum[i] = N::add_rectified(state.sum[i], rectified);
                 bent[i] = N::bend(bent[i], rectified, self.scale);
             }

@@ -90,9 +90,9 @@ impl Equations {
         // The sample three before has both its sides: what its tilts let the gyros sense more is taken off now.
         let mut a = [0.0; 3];
         for (c, pair) in CENTRAL.iter().zip(1..) {
-            for i in 0..3 {
-                a[i] += c * (self.history[3 - pair][i] - self.history[3 + pair][i])
-                    / (period_s * period_s);
+            let (after, before) = (self.history[3 - pair], self.history[3 + pair]);
+            for (a, (after, before)) in a.iter_mut().zip(after.iter().zip(before)) {
+                *a += c * (after - before) / (period_s * period_s);
             }
         }
         let (k, d) = (p.flexure_s2, self.history[3]);

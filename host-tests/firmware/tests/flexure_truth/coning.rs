@@ -1,18 +1,8 @@
 //! Vibration that rectifies: coning about each axis, ellipses, stiff and ringing, K known and 10 % wrong.
 
-use firmware_tests::sensing_block::{Flexure, Motion, Unit};
-use trueaxis::{F32, Fixed};
-
 use crate::predicted::drift_deg_h;
-use crate::{EQUAL_S2, MODE_DAMPING, MODE_HZ, MODE_S2, Outcome, Trial, UNEQUAL_S2, near};
-
-fn both(trial: &Trial, known: &Flexure, name: &str) -> [Outcome; 2] {
-    let outcomes = [trial.outcome::<F32>(known), trial.outcome::<Fixed>(known)];
-    for outcome in &outcomes {
-        outcome.print(name);
-    }
-    outcomes
-}
+use crate::{EQUAL_S2, MODE_DAMPING, MODE_HZ, MODE_S2, Trial, UNEQUAL_S2, near};
+use firmware_tests::sensing_block::{Flexure, Motion, Unit};
 
 fn stiff(s2: [f64; 6]) -> Unit {
     Unit::fine().with(|u| u.flexure = Flexure::rigid(s2))
@@ -32,7 +22,7 @@ fn assert_coning(axes: &[usize]) {
             let seconds = if frequency_hz < 20.0 { 40.0 } else { 8.0 };
             let trial = Trial::new(&unit, &motion, seconds).with_samples_per_output(1);
             let name = format!("coning about axis {axis}, {frequency_hz} Hz");
-            for outcome in both(&trial, &unit.flexure, &name) {
+            for outcome in trial.both(&unit.flexure, &name) {
                 outcomes.push((name.clone(), outcome, mark_deg_h));
             }
         }
@@ -68,7 +58,7 @@ fn coning_with_unequal_k_leaves_a_thousandth_at_most() {
         let motion = Motion::coning(axis, near(frequency_hz), 0.6);
         let trial = Trial::new(&unit, &motion, if frequency_hz < 10.0 { 20.0 } else { 8.0 });
         let name = format!("coning, unequal K, {frequency_hz} Hz");
-        for outcome in both(&trial, &unit.flexure, &name) {
+        for outcome in trial.both(&unit.flexure, &name) {
             outcomes.push((name.clone(), outcome, mark));
         }
     }
@@ -86,7 +76,7 @@ fn ellipses_leave_a_share_of_their_coning_part() {
         let motion = Motion::elliptical(near(frequency_hz), [0.5, 0.6, 0.3], [0.0, 0.3, 1.4]);
         let trial = Trial::new(&unit, &motion, 8.0);
         let name = format!("ellipse, {frequency_hz} Hz");
-        for outcome in both(&trial, &unit.flexure, &name) {
+        for outcome in trial.both(&unit.flexure, &name) {
             outcomes.push((name.clone(), outcome, mark));
         }
     }
@@ -105,7 +95,7 @@ fn a_ringing_block_leaves_a_thousandth_to_200_hz() {
         let motion = Motion::coning(0, near(frequency_hz), 0.6);
         let trial = Trial::new(&unit, &motion, 4.0);
         let name = format!("ringing, coning, {frequency_hz} Hz");
-        for outcome in both(&trial, &unit.flexure, &name) {
+        for outcome in trial.both(&unit.flexure, &name) {
             outcomes.push((name.clone(), outcome));
         }
     }
@@ -125,7 +115,7 @@ fn a_static_k_leaves_the_square_of_the_frequency_over_the_modes() {
         let trial = Trial::new(&unit, &motion, 4.0);
         let formula = (near(frequency_hz) / MODE_HZ).powi(2);
         let name = format!("ringing, K static, {frequency_hz} Hz");
-        for outcome in both(&trial, &Flexure::rigid([MODE_S2; 6]), &name) {
+        for outcome in trial.both(&Flexure::rigid([MODE_S2; 6]), &name) {
             let share = outcome.left.mean_deg_h[0] / outcome.uncompensated.mean_deg_h[0];
             println!("{name}: {share:.5}, formula {formula:.5}");
             assert!((share - formula).abs() < 1e-4, "{name}: {share}");
@@ -148,7 +138,7 @@ fn a_k_that_is_10_percent_wrong_leaves_10_percent() {
             let name = format!("K 10 % too large, {kind}, {frequency_hz} Hz");
             let predicted = drift_deg_h(&unit.flexure, &motion);
             let largest = predicted.iter().fold(0.0f64, |l, v| l.max(v.abs()));
-            for outcome in both(&trial, &unit.flexure.times(1.1), &name) {
+            for outcome in trial.both(&unit.flexure.times(1.1), &name) {
                 for (left, predicted) in outcome.left.mean_deg_h.iter().zip(predicted) {
                     let expected = -0.1 * predicted;
                     assert!((left - expected).abs() < 1e-4 * largest, "{name}: {left}");

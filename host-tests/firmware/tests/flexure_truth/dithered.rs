@@ -1,7 +1,7 @@
 //! The same with randomised dither, pulses of 0.8″, bias, scale, installation and pickoff gain.
 
 use firmware_tests::sensing_block::{Flexure, Motion, Unit};
-use trueaxis::{CrossAxis, F32, Fixed};
+use trueaxis::CrossAxis;
 
 use crate::{EQUAL_S2, Trial, UNEQUAL_S2, near};
 
@@ -26,11 +26,8 @@ fn assert_in_phase(frequencies_hz: &[f64], seconds: f64) {
         let motion = Motion::in_phase(near(frequency_hz), [0.6, 0.6, -0.6]);
         let trial = Trial::new(&unit, &motion, seconds).with_samples_per_output(1);
         let name = format!("dithered, in phase, {frequency_hz} Hz");
-        outcomes.push((name.clone(), trial.outcome::<F32>(&unit.flexure)));
-        outcomes.push((name, trial.outcome::<Fixed>(&unit.flexure)));
-    }
-    for (name, outcome) in &outcomes {
-        outcome.print(name);
+        let both = trial.both(&unit.flexure, &name);
+        outcomes.extend(both.map(|outcome| (name.clone(), outcome)));
     }
     for (name, outcome) in &outcomes {
         outcome.assert_true(name, IN_PHASE_MARK_DEG_H);
@@ -57,11 +54,8 @@ fn coning_with_dither_and_pulses_leaves_what_the_pulses_do_not_resolve() {
         let motion = Motion::coning(0, near(frequency_hz), 0.6);
         let trial = Trial::new(&unit, &motion, 20.0).with_samples_per_output(1);
         let name = format!("dithered, coning, {frequency_hz} Hz");
-        outcomes.push((name.clone(), trial.outcome::<F32>(&unit.flexure)));
-        outcomes.push((name, trial.outcome::<Fixed>(&unit.flexure)));
-    }
-    for (name, outcome) in &outcomes {
-        outcome.print(name);
+        let both = trial.both(&unit.flexure, &name);
+        outcomes.extend(both.map(|outcome| (name.clone(), outcome)));
     }
     for (name, outcome) in &outcomes {
         let share = 2e-4 * outcome.uncompensated.largest_deg_h();

@@ -1,7 +1,6 @@
 //! Vibration with one phase about several axes: nothing rectifies, and the compensation must create nothing.
 
 use firmware_tests::sensing_block::{Flexure, Motion, Unit};
-use trueaxis::{F32, Fixed};
 
 use crate::{Trial, UNEQUAL_S2, near};
 
@@ -17,12 +16,9 @@ fn nothing_is_created_in_phase() {
             let motion = Motion::in_phase(near(frequency_hz), amplitude);
             let trial = Trial::new(&unit, &motion, 4.0);
             let name = format!("in phase about {axes}, {frequency_hz} Hz");
-            outcomes.push((name.clone(), trial.outcome::<F32>(&unit.flexure)));
-            outcomes.push((name, trial.outcome::<Fixed>(&unit.flexure)));
+            let both = trial.both(&unit.flexure, &name);
+            outcomes.extend(both.map(|outcome| (name.clone(), outcome)));
         }
-    }
-    for (name, outcome) in &outcomes {
-        outcome.print(name);
     }
     for (name, outcome) in &outcomes {
         outcome.assert_true(name, MARK_DEG_H);
@@ -43,11 +39,8 @@ fn nothing_is_created_in_phase_on_a_slew_or_with_installation_errors() {
         let motion = Motion::in_phase(near(100.0), [0.6, 0.6, -0.6]).with_slew(slew);
         let trial = Trial::new(&unit, &motion, 4.0);
         let name = format!("in phase, 100 Hz, slew {slew:?}");
-        outcomes.push((name.clone(), trial.outcome::<F32>(&unit.flexure)));
-        outcomes.push((name, trial.outcome::<Fixed>(&unit.flexure)));
-    }
-    for (name, outcome) in &outcomes {
-        outcome.print(name);
+        let both = trial.both(&unit.flexure, &name);
+        outcomes.extend(both.map(|outcome| (name.clone(), outcome)));
     }
     // On the slew the tilts' oscillation multiplies the slew's rate. In coning's products that correction is some samples
     // late: a tenth of what it rectifies may stay.
@@ -69,11 +62,8 @@ fn a_ringing_block_rectifies_little_in_phase() {
         let motion = Motion::in_phase(near(frequency_hz), [0.6, 0.6, -0.6]);
         let trial = Trial::new(&unit, &motion, 4.0);
         let name = format!("ringing in phase, {frequency_hz} Hz");
-        outcomes.push((name.clone(), trial.outcome::<F32>(&unit.flexure)));
-        outcomes.push((name, trial.outcome::<Fixed>(&unit.flexure)));
-    }
-    for (name, outcome) in &outcomes {
-        outcome.print(name);
+        let both = trial.both(&unit.flexure, &name);
+        outcomes.extend(both.map(|outcome| (name.clone(), outcome)));
     }
     for (name, outcome) in &outcomes {
         let share = 0.01 * outcome.uncompensated.largest_deg_h();

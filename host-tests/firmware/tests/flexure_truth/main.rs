@@ -15,7 +15,7 @@ mod spin;
 
 use firmware_tests::sensing_block::measure::{Drift, attitude_error};
 use firmware_tests::sensing_block::{Flexure, Motion, Recording, Unit};
-use trueaxis::NumberSystem;
+use trueaxis::{F32, Fixed, NumberSystem};
 
 /// Sample rate \[Hz\].
 const RATE_HZ: f64 = 4000.0;
@@ -64,6 +64,15 @@ impl Trial {
     fn with_samples_per_output(mut self, samples: u16) -> Self {
         self.samples_per_output = samples;
         self
+    }
+
+    /// Outcomes of both number systems, printed.
+    fn both(&self, known: &Flexure, name: &str) -> [Outcome; 2] {
+        let outcomes = [self.outcome::<F32>(known), self.outcome::<Fixed>(known)];
+        for outcome in &outcomes {
+            outcome.print(name);
+        }
+        outcomes
     }
 
     /// Drift of the chain with this flexure on the flexing unit (0) or on the stiff one (1).
@@ -120,25 +129,20 @@ impl Outcome {
 
     /// At most `mark_deg_h` is left, or what three standard errors resolve.
     fn assert_left(&self, name: &str, mark_deg_h: f64) {
-        let left = self.left.largest_deg_h();
-        let bound = mark_deg_h.max(self.left.resolution_deg_h());
-        assert!(
-            left <= bound,
-            "{name}, {}: {left:.2e} deg/h left, mark {mark_deg_h:.1e}, resolution {:.1e}",
-            self.system,
-            self.left.resolution_deg_h()
-        );
+        self.assert_within(name, "left", &self.left, mark_deg_h);
     }
 
     /// At most `mark_deg_h` from the truth, or what three standard errors resolve.
     fn assert_true(&self, name: &str, mark_deg_h: f64) {
-        let drift = self.absolute.largest_deg_h();
-        let bound = mark_deg_h.max(self.absolute.resolution_deg_h());
+        self.assert_within(name, "from the truth", &self.absolute, mark_deg_h);
+    }
+
+    fn assert_within(&self, name: &str, what: &str, drift: &Drift, mark_deg_h: f64) {
+        let (largest, resolution) = (drift.largest_deg_h(), drift.resolution_deg_h());
         assert!(
-            drift <= bound,
-            "{name}, {}: {drift:.2e} deg/h from the truth, mark {mark_deg_h:.1e}, resolution {:.1e}",
-            self.system,
-            self.absolute.resolution_deg_h()
+            largest <= mark_deg_h.max(resolution),
+            "{name}, {}: {largest:.2e} deg/h {what}, mark {mark_deg_h:.1e}, resolution {resolution:.1e}",
+            self.system
         );
     }
 }

@@ -1,7 +1,6 @@
 //! Random vibration about three axes, 20 to 200 Hz, 0.3 rad/s rms about each.
 
 use firmware_tests::sensing_block::{Flexure, Motion, Phases, Unit};
-use trueaxis::{F32, Fixed};
 
 use crate::{EQUAL_S2, MODE_DAMPING, MODE_HZ, MODE_S2, Outcome, Trial, UNEQUAL_S2};
 
@@ -19,14 +18,7 @@ fn outcomes(flexure: Flexure, phases: Phases, seed: u64) -> [Outcome; 2] {
     let unit = Unit::fine().with(|u| u.flexure = flexure);
     let motion = Motion::random(BAND_HZ, RMS_RAD_S, TONES, phases, seed);
     let trial = Trial::new(&unit, &motion, 8.0);
-    let outcomes = [
-        trial.outcome::<F32>(&unit.flexure),
-        trial.outcome::<Fixed>(&unit.flexure),
-    ];
-    for outcome in &outcomes {
-        outcome.print(&format!("random, {phases:?}"));
-    }
-    outcomes
+    trial.both(&unit.flexure, &format!("random, {phases:?}"))
 }
 
 #[test]

@@ -3,7 +3,6 @@
 use std::f64::consts::FRAC_PI_2;
 
 use firmware_tests::sensing_block::{Flexure, Motion, Unit};
-use trueaxis::{F32, Fixed};
 
 use crate::{Trial, UNEQUAL_S2};
 
@@ -17,11 +16,8 @@ fn assert_spin(turns: &[(usize, usize, f64, f64)]) {
         let motion = Motion::spin_synchronous(spin_axis, axis, frequency_hz, 0.6, phase_rad);
         let trial = Trial::new(&unit, &motion, 16.0);
         let name = format!("spin about {spin_axis} at {frequency_hz}, axis {axis}, {phase_rad:.1}");
-        outcomes.push((name.clone(), trial.outcome::<F32>(&unit.flexure)));
-        outcomes.push((name, trial.outcome::<Fixed>(&unit.flexure)));
-    }
-    for (name, outcome) in &outcomes {
-        outcome.print(name);
+        let both = trial.both(&unit.flexure, &name);
+        outcomes.extend(both.map(|outcome| (name.clone(), outcome)));
     }
     for (name, outcome) in &outcomes {
         outcome.assert_left(name, MARK * outcome.uncompensated.largest_deg_h());
