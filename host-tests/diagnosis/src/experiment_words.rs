@@ -2,6 +2,7 @@
 
 use rlg_catalogue::moves::{Kind, Move};
 use rlg_catalogue::signals::AXES;
+use rlg_findings::names::capital;
 use rlg_findings::names::plain;
 use rlg_findings::result::{ExperimentEntry, MoveEntry, PrecisionEntry, SeparationEntry};
 
@@ -128,10 +129,4 @@ pub fn move_entry(one: &Move) -> MoveEntry {
             ..still
         },
     }
-}
-
-fn capital(text: &str) -> String {
-    let mut letters = text.chars();
-    let first = letters.next().map(|first| first.to_uppercase().to_string());
-    first.unwrap_or_default() + letters.as_str()
 }

@@ -1,5 +1,12 @@
 //! Says kinds, parameters and channels of the contract in plain words.
 
+/// The words with a capital at their beginning.
+pub fn capital(words: &str) -> String {
+    let mut letters = words.chars();
+    let first = letters.next().map(|first| first.to_uppercase().to_string());
+    first.unwrap_or_default() + letters.as_str()
+}
+
 /// Kinds and their words, where these are not the name itself.
 const KINDS: &[(&str, &str)] = &[
     ("gyro_bias_temperature", "gyro bias by temperature"),

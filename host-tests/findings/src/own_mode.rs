@@ -3,7 +3,7 @@
 
 use rlg_model::catalogue::SIX;
 
-use crate::names::plain;
+use crate::names::{capital, plain};
 use crate::result::{EffectEntry, ParameterEntry};
 
 const FLEXURE: &str = "axis_flexure";
@@ -70,12 +70,6 @@ pub fn sentence(effect: &EffectEntry) -> Option<String> {
         capital(&plain(&effect.kind)),
         plain(own)
     ))
-}
-
-fn capital(words: &str) -> String {
-    let mut letters = words.chars();
-    let first = letters.next().map(|first| first.to_uppercase().collect());
-    first.unwrap_or_default() + letters.as_str()
 }
 
 #[cfg(test)]
