@@ -265,8 +265,11 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     }
 
     /// The terms, if the parameters are in range: nothing else of the chain can fail.
+    ///
+    /// # Errors
+    /// Those of [`with_terms`](Self::with_terms).
     #[inline(never)]
-    pub(crate) fn checked_terms(parameters: &Parameters) -> Result<T, ParameterError> {
+    pub fn checked_terms(parameters: &Parameters) -> Result<T, ParameterError> {
         parameters.check()?;
         if let Some(kind) = parameters.terms.kinds().first_beyond(T::KINDS) {
             return Err(ParameterError::TermAbsent(kind));

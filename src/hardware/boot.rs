@@ -17,16 +17,23 @@ use crate::{Core, Terms};
 #[unsafe(no_mangle)]
 static TERM_KINDS: AtomicU32 = AtomicU32::new(<Terms as Term<Core>>::KINDS.bits());
 
+/// The terms of parameters that were loaded. Called before [`processor`], not within: what the checks need of the stack
+/// is free again when the processor is built.
+#[inline(never)]
+pub fn terms(loaded: &Loaded) -> Terms {
+    // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be
+    // latched and seen.
+    let Ok(terms) = Chain::<Core, Terms>::checked_terms(&loaded.parameters) else {
+        panic!("the parameters in force are refused");
+    };
+    terms
+}
+
 /// Builds the chain with its health from parameters that were loaded. Called where the result has its final place: it is
 /// large, and built earlier it would lie on the stack during all of the boot.
 #[inline]
-pub fn processor(loaded: &Loaded, report: BootReport) -> Processor<Core, Terms> {
-    // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be
-    // latched and seen.
-    let Ok(processor) = Processor::with_terms(&loaded.parameters, report) else {
-        panic!("the parameters in force are refused");
-    };
-    processor
+pub fn processor(loaded: &Loaded, terms: &Terms, report: BootReport) -> Processor<Core, Terms> {
+    Processor::of_terms(&loaded.parameters, terms, report)
 }
 
 /// Loads the parameters and mends a slot that is bad.

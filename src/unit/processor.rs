@@ -164,14 +164,19 @@ impl<N: NumberSystem> Processor<N> {
 }
 
 impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
-    /// Checks the parameters and builds the chain with the terms `T`. Runs at boot. Inlined, so that it is built where it
-    /// stays: it is large.
-    #[inline(always)]
+    /// Checks the parameters and builds the chain with the terms `T`. Runs at boot.
     pub fn with_terms(parameters: &Parameters, boot: BootReport) -> Result<Self, ParameterError> {
         let terms = Chain::<N, T>::checked_terms(parameters)?;
+        Ok(Self::of_terms(parameters, &terms, boot))
+    }
+
+    /// The processor of parameters that [`Chain::checked_terms`] has found in range. Nothing of it can fail, and it is
+    /// inlined, so that it is built where it stays: it is large.
+    #[inline(always)]
+    pub fn of_terms(parameters: &Parameters, terms: &T, boot: BootReport) -> Self {
         let with = |bit: u32, set: bool| if set { bit } else { 0 };
-        Ok(Self {
-            chain: Chain::build(parameters, &terms),
+        Self {
+            chain: Chain::build(parameters, terms),
             state: ChainState::new(),
             health: Health::NONE,
             settings: Settings {
@@ -198,7 +203,7 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             in_service: false,
             first_is_of_this_output: false,
             next_item: 0,
-        })
+        }
     }
 
     /// Processes one sampling period, and the `timing.missed` periods before it.

@@ -65,7 +65,7 @@ fn the_interrupt_reaches_no_panic_no_logging_and_no_host_call() {
 
 /// Loops that the interrupt may have: function of the source, or of the image where there is no source of
 /// ours; how many at most; what bounds each.
-const BOUNDED: [(&str, usize, &str); 6] = [
+const BOUNDED: [(&str, usize, &str); 5] = [
     ("delay", 1, "SELECT_CYCLES, a constant"),
     ("operate", 1, "the bytes of one operation: a bank frame's"),
     (
@@ -78,7 +78,6 @@ const BOUNDED: [(&str, usize, &str); 6] = [
         1,
         "emulator: a record's hold, at most 255/32 of a period",
     ),
-    ("close", 1, "the three gyros"),
     (
         "memclr",
         4,
