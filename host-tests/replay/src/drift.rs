@@ -1,7 +1,7 @@
 //! Compares rotation vectors with the recording's reference, which gives the drift of each segment \[°/h\].
 //!
 //! It takes rotation vectors per output period \[rad\] and the reference's increments at the sample rate \[rad\]. The
-//! drift is the mean difference over a segment, along body axes.
+//! drift is the slope of their difference over a segment, along body axes, with its standard deviation ([`slope`]).
 //!
 //! Like is compared with like: the reference's increments go through the same f64 coning to the same
 //! output periods, so that a difference is an error of the gyros or of the chain and not of the summation.
@@ -11,6 +11,7 @@
 //! measure throughout are left out; a segment without any has no drift (`None`).
 
 use super::samples::ReplayInput;
+use super::slope::slope;
 use nalgebra::Vector3;
 use rlg_recording::{Recording, Segment};
 use rlg_reference::coning::Coning;
@@ -61,8 +62,7 @@ pub fn reference_rotations_rad(input: &ReplayInput) -> Option<Vec<[f64; 3]>> {
 
 /// The output periods that lie in a segment whole.
 pub fn periods_in(segment: &Segment, input: &ReplayInput, periods: usize) -> Range<usize> {
-    let period_s = f64::from(input.parameters.samples_per_output) / input.parameters.sample_rate_hz;
-    let place = |time_s: f64| (time_s - input.start_s) / period_s;
+    let place = |time_s: f64| (time_s - input.start_s) / period_s(input);
     let first = (place(segment.start_s) - BOUND_TOLERANCE_PERIODS).ceil();
     let end = (place(segment.end_s) + BOUND_TOLERANCE_PERIODS).floor();
     // a float to integer cast saturates: times before the first sample become 0
@@ -70,23 +70,74 @@ pub fn periods_in(segment: &Segment, input: &ReplayInput, periods: usize) -> Ran
     (first as usize).min(end)..end
 }
 
-/// Mean of `rotations` − `truth` over the output periods `periods` \[°/h\].
-pub fn drift_deg_h(
+/// A drift about the body axes.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Drift {
+    /// Its value \[°/h\].
+    pub deg_h: [f64; 3],
+    /// Its standard deviation \[°/h\]; `None` where the segment is too short to show its noise.
+    pub std_deg_h: [Option<f64>; 3],
+}
+
+/// The drift of `rotations` − `truth` over the output periods `periods`, by least squares under the noise that the
+/// difference shows; `None` without a measured period.
+pub fn drift(
     rotations_rad: &[[f64; 3]],
     truth_rad: &[[f64; 3]],
     periods: Range<usize>,
     input: &ReplayInput,
-) -> Option<[f64; 3]> {
-    let period_s = f64::from(input.parameters.samples_per_output) / input.parameters.sample_rate_hz;
-    let mut sum = Vector3::zeros();
-    let mut count = 0_usize;
-    let pairs = rotations_rad.iter().zip(truth_rad);
-    for (rotation, truth) in pairs.take(periods.end).skip(periods.start) {
-        let difference = Vector3::from(*rotation) - Vector3::from(*truth);
-        if difference.iter().all(|value| value.is_finite()) {
-            sum += difference;
-            count += 1;
-        }
+) -> Option<Drift> {
+    let differences = differences(rotations_rad, truth_rad, periods);
+    let runs = || differences.split(|difference| !is_measured(difference));
+    let to_deg_h = DEG_H_PER_RAD_S / period_s(input);
+    let mut drift = Drift {
+        deg_h: [0.0; 3],
+        std_deg_h: [None; 3],
+    };
+    for axis in 0..3 {
+        let of_axis: Vec<Vec<f64>> = runs()
+            .map(|run| run.iter().map(|difference| difference[axis]).collect())
+            .collect();
+        let slope = slope(of_axis.iter().map(Vec::as_slice))?;
+        drift.deg_h[axis] = to_deg_h * slope.value;
+        drift.std_deg_h[axis] = slope.std.map(|std| to_deg_h * std);
     }
-    (count > 0).then(|| (sum * (DEG_H_PER_RAD_S / (count as f64 * period_s))).into())
+    Some(drift)
+}
+
+/// Mean of `rotations` − `other` over the output periods `periods` \[°/h\]: how far two computations from the same
+/// samples part, between which there is no noise.
+pub fn mean_difference_deg_h(
+    rotations_rad: &[[f64; 3]],
+    other_rad: &[[f64; 3]],
+    periods: Range<usize>,
+    input: &ReplayInput,
+) -> Option<[f64; 3]> {
+    let mut differences = differences(rotations_rad, other_rad, periods);
+    differences.retain(is_measured);
+    let sum: Vector3<f64> = differences.iter().sum();
+    let count = differences.len() as f64;
+    (count > 0.0).then(|| (sum * (DEG_H_PER_RAD_S / (count * period_s(input)))).into())
+}
+
+fn differences(
+    rotations_rad: &[[f64; 3]],
+    others_rad: &[[f64; 3]],
+    periods: Range<usize>,
+) -> Vec<Vector3<f64>> {
+    let pairs = rotations_rad.iter().zip(others_rad);
+    pairs
+        .take(periods.end)
+        .skip(periods.start)
+        .map(|(rotation, other)| Vector3::from(*rotation) - Vector3::from(*other))
+        .collect()
+}
+
+fn is_measured(difference: &Vector3<f64>) -> bool {
+    difference.iter().all(|value| value.is_finite())
+}
+
+/// Length of an output period \[s\].
+fn period_s(input: &ReplayInput) -> f64 {
+    f64::from(input.parameters.samples_per_output) / input.parameters.sample_rate_hz
 }

@@ -13,6 +13,7 @@ pub mod accelerometers;
 pub mod dither;
 pub mod drift;
 pub mod samples;
+pub mod slope;
 pub mod slow;
 pub mod terms;
 pub mod warming;

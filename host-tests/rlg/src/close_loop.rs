@@ -54,7 +54,7 @@ low_hz = 10.0
 high_hz = 200.0
 rate_rms_rad_s = [0.20, 0.16, 0.20]
 axis_phase_rad = [0.0, 0.8, 1.7]
-duration_s = 60.0
+duration_s = 140.0
 ramp_s = 0.5
 
 [[motion]]
@@ -67,9 +67,11 @@ duration_s = 4.0
 pub enum Setting {
     /// On the bench: at rest, turned, shaken, vibrated, coned, warming up.
     Bench,
+    /// The same motion three times, for kinds that one time tells too weakly.
+    LongBench,
     /// The same in a coil's magnetic field.
     InCoil,
-    /// Vibrated for a minute, across the reach of a suspension's mode.
+    /// Vibrated for two minutes, across the reach of a suspension's mode.
     Vibrated,
     /// Vibrated and at rest, its pulses resampled.
     Dithered,
@@ -79,6 +81,7 @@ impl Setting {
     fn scenario(self) -> String {
         match self {
             Self::Bench => BENCH.to_owned(),
+            Self::LongBench => format!("{BENCH}{0}{0}", &BENCH[unit().len()..]),
             Self::InCoil => format!("{BENCH}{COIL}"),
             Self::Vibrated => format!("{}{VIBRATION}", unit()),
             Self::Dithered => DITHERED.to_owned(),
@@ -113,6 +116,13 @@ const fn gyros(kind: &'static str, parameters: &'static str) -> Case {
     }
 }
 
+const fn long(kind: &'static str, parameters: &'static str) -> Case {
+    Case {
+        setting: Setting::LongBench,
+        ..gyros(kind, parameters)
+    }
+}
+
 const fn vibrated(kind: &'static str, parameters: &'static str) -> Case {
     Case {
         setting: Setting::Vibrated,
@@ -141,16 +151,16 @@ pub const CASES: &[Case] = &[
     // 2 °/h.
     gyros("gyro_bias", "x = 1.0e-5\ny = -0.8e-5\nz = 1.2e-5"),
     // 0.5 °/h per K.
-    gyros(
+    long(
         "gyro_bias_temperature",
         "x = 2.4e-6\ny = -2.0e-6\nz = 3.0e-6",
     ),
-    gyros(
+    long(
         "gyro_bias_temperature_rate",
         "x = 1.0e-4\ny = -0.8e-4\nz = 1.2e-4",
     ),
     // 1 °/h per g.
-    gyros(
+    long(
         "gyro_g_bias",
         "xx = 5.0e-7\nxy = -3.0e-7\nyy = 6.0e-7\nyz = 4.0e-7\nzz = -5.0e-7",
     ),
@@ -172,7 +182,7 @@ pub const CASES: &[Case] = &[
         "installation",
         "xy = 2e-4\nxz = -2e-4\nyx = 1.5e-4\nyz = 2.5e-4\nzx = -2e-4\nzy = 2e-4",
     ),
-    gyros(
+    long(
         "installation_temperature",
         "xy = 1e-5\nxz = -2e-5\nyx = 1.5e-5\nyz = 2e-5\nzx = -1e-5\nzy = 2e-5",
     ),
@@ -190,7 +200,7 @@ pub const CASES: &[Case] = &[
         "xy = 6.9e-8\nxz = 7.1e-8\nyx = 7.5e-8\nyz = 7.3e-8\nzx = 6.7e-8\nzy = 7.6e-8\nfrequency_hz = 160.0\ndamping = 0.05",
     ),
     // 3 to 4 µrad per g.
-    gyros(
+    long(
         "axis_tilt_by_force",
         "xy = 4e-7\nxz = -4e-7\nyx = 4e-7\nyz = 3e-7\nzx = -4e-7\nzy = 3e-7",
     ),

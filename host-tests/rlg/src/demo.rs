@@ -21,7 +21,7 @@ use crate::diagnose::diagnose;
 use crate::error::InputError;
 use crate::recording::{Axis, Recording, Segment};
 use crate::replay::drift::{
-    DEG_H_PER_RAD_S, drift_deg_h, periods_in, reference_rotations_rad, segments,
+    DEG_H_PER_RAD_S, drift, mean_difference_deg_h, periods_in, reference_rotations_rad, segments,
 };
 use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
 use crate::replay::{Core, Replay, replay};
@@ -213,7 +213,7 @@ impl Cores {
         let ranges: Vec<_> = parts.chain(std::iter::once(0..periods)).collect();
         let most = |core: &Replay| {
             let differences = ranges.iter().filter_map(|range| {
-                drift_deg_h(
+                mean_difference_deg_h(
                     &core.rotations_rad,
                     &self.f64_chain.rotations_rad,
                     range.clone(),
@@ -242,9 +242,9 @@ fn segment_drifts(
     let Some(truth) = reference_rotations_rad(input) else {
         return Vec::new();
     };
-    let drift = |of: &Replay, segment: &Segment| {
+    let drift_of = |of: &Replay, segment: &Segment| {
         let range = periods_in(segment, input, of.rotations_rad.len());
-        drift_deg_h(&of.rotations_rad, &truth, range, input)
+        Some(drift(&of.rotations_rad, &truth, range, input)?.deg_h)
     };
     let coning = recording
         .segments
@@ -252,9 +252,9 @@ fn segment_drifts(
         .filter(|segment| segment.kind == "coning");
     let one = |segment: &Segment| {
         let (before, f32, fixed) = (
-            drift(before, segment)?,
-            drift(&after.f32, segment)?,
-            drift(&after.fixed, segment)?,
+            drift_of(before, segment)?,
+            drift_of(&after.f32, segment)?,
+            drift_of(&after.fixed, segment)?,
         );
         let axis = Axis::ALL
             .into_iter()

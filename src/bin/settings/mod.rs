@@ -4,6 +4,7 @@
 
 use trueaxis::design_parameters::DESIGN_SAMPLE_RATE_HZ;
 use trueaxis::parameter_block::LARGEST_BLOCK_BYTES;
+use trueaxis::terms::TermKinds;
 use trueaxis::{
     Chain, ChainState, NumberSystem, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE, OutputFrame,
     PARAMETER_BLOCK_BYTES, Parameters, Sample, Term, TermKind, counter_bank, run_report, telemetry,
@@ -34,10 +35,7 @@ pub fn print<N: NumberSystem, T: Term<N>>(binary: &str) {
         OutputFrame::BYTES
     );
     println!("parameter block      {PARAMETER_BLOCK_BYTES} to {LARGEST_BLOCK_BYTES} bytes");
-    let kinds = TermKind::ALL
-        .iter()
-        .filter(|kind| T::KINDS.contains(**kind));
-    let names: Vec<_> = kinds.map(|kind| kind.name()).collect();
+    let names = names(T::KINDS);
     println!(
         "optional terms       {}",
         if names.is_empty() {
@@ -66,4 +64,13 @@ pub fn print<N: NumberSystem, T: Term<N>>(binary: &str) {
         size_of::<Chain<N, T>>(),
         size_of::<ChainState<N, T>>()
     );
+}
+
+/// Names of the kinds. Not inlined: over the loop unrolled for known kinds, LLVM 22's constraint elimination takes minutes.
+#[inline(never)]
+fn names(kinds: TermKinds) -> Vec<&'static str> {
+    let all = TermKind::ALL.iter();
+    all.filter(|kind| kinds.contains(**kind))
+        .map(|kind| kind.name())
+        .collect()
 }

@@ -14,7 +14,9 @@ use super::inputs::{read_model, results_folder};
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::recording::{Axis, Channel, Clock, MANIFEST, Quantity, Recording, Segment, Table};
-use crate::replay::drift::{drift_deg_h, periods_in, reference_rotations_rad, segments};
+use crate::replay::drift::{
+    drift, mean_difference_deg_h, periods_in, reference_rotations_rad, segments,
+};
 use crate::replay::samples::{ReplayInput, Setup, samples_from_recording};
 use crate::replay::{Core, Replay, replay};
 use crate::terminal::Terminal;
@@ -87,7 +89,10 @@ struct SegmentReport {
     name: String,
     kind: String,
     drift_before_deg_h: Option<[f64; 3]>,
+    /// Standard deviations; null where the segment is too short to show its noise.
+    drift_before_std_deg_h: Option<[Option<f64>; 3]>,
     drift_after_deg_h: Option<[f64; 3]>,
+    drift_after_std_deg_h: Option<[Option<f64>; 3]>,
 }
 
 /// This core against the f64 reference chain.
@@ -174,8 +179,9 @@ impl ReplayCommand {
         let periods = done.rotations_rad.len();
         let mut against: f64 = 0.0;
         let mut compare = |range: std::ops::Range<usize>| {
-            let drift = drift_deg_h(&done.rotations_rad, &f64_chain.rotations_rad, range, input);
-            against = drift
+            let apart =
+                mean_difference_deg_h(&done.rotations_rad, &f64_chain.rotations_rad, range, input);
+            against = apart
                 .iter()
                 .flatten()
                 .fold(against, |most, axis| most.max(axis.abs()));
@@ -185,15 +191,18 @@ impl ReplayCommand {
         for segment in &segments {
             let range = periods_in(segment, input, periods);
             compare(range.clone());
-            let drift = |of: &Replay| {
+            let drift_of = |of: &Replay| {
                 let truth = truth.as_ref()?;
-                drift_deg_h(&of.rotations_rad, truth, range.clone(), input)
+                drift(&of.rotations_rad, truth, range.clone(), input)
             };
+            let (before, after) = (drift_of(before), drift_of(&done));
             reports.push(SegmentReport {
                 name: segment.name.clone(),
                 kind: segment.kind.clone(),
-                drift_before_deg_h: drift(before),
-                drift_after_deg_h: drift(&done),
+                drift_before_deg_h: before.map(|drift| drift.deg_h),
+                drift_before_std_deg_h: before.map(|drift| drift.std_deg_h),
+                drift_after_deg_h: after.map(|drift| drift.deg_h),
+                drift_after_std_deg_h: after.map(|drift| drift.std_deg_h),
             });
         }
         let dithered = input.parameters.dither_amplitude_rad != [0.0; 3];
@@ -289,24 +298,36 @@ impl Report {
             self.ns_per_sample,
             self.against_reference.max_drift_deg_h
         );
-        let drifts = |drift: &Option<[f64; 3]>| match drift {
-            Some([x, y, z]) => format!("{x:>9.4} {y:>9.4} {z:>9.4}"),
-            None => format!("{:>9} {:>9} {:>9}", "-", "-", "-"),
-        };
         // writing to a String cannot fail
         let _ = write!(
             text,
             "{:<16} {:>29}   {:>29}",
             "drift [°/h]", "static Eq. (7)   x, y, z", "with flexure   x, y, z"
         );
+        let three = |values: Option<[Option<f64>; 3]>| {
+            let value = |value: Option<f64>| {
+                value.map_or_else(|| format!("{:>9}", "-"), |value| format!("{value:>9.4}"))
+            };
+            values.unwrap_or_default().map(value).join(" ")
+        };
         for segment in &self.segments {
+            let known = |drift: Option<[f64; 3]>| three(drift.map(|values| values.map(Some)));
             let _ = write!(
                 text,
                 "\n{:<16} {}   {}",
                 segment.name,
-                drifts(&segment.drift_before_deg_h),
-                drifts(&segment.drift_after_deg_h)
+                known(segment.drift_before_deg_h),
+                known(segment.drift_after_deg_h)
             );
+            if segment.drift_after_deg_h.is_some() {
+                let _ = write!(
+                    text,
+                    "\n{:>16} {}   {}",
+                    "±",
+                    three(segment.drift_before_std_deg_h),
+                    three(segment.drift_after_std_deg_h)
+                );
+            }
         }
         text
     }

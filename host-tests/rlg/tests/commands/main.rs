@@ -13,6 +13,7 @@ mod page_in_a_browser;
 mod paper;
 mod replay;
 mod replay_dither;
+mod replay_drift;
 mod report;
 mod report_beside;
 mod summarize;

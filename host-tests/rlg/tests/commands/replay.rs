@@ -9,7 +9,9 @@ use rlg::reference::coning::Coning;
 use rlg::reference::flexure::FlexureCalibration;
 use rlg::reference::terms::TermCalibration;
 use rlg::reference::{Calibration, Reading, ReferenceChain, Six, acceleration};
-use rlg::replay::drift::{DEG_H_PER_RAD_S, drift_deg_h, periods_in, reference_rotations_rad};
+use rlg::replay::drift::{
+    DEG_H_PER_RAD_S, drift, mean_difference_deg_h, periods_in, reference_rotations_rad,
+};
 use rlg::replay::samples::{
     INCREMENT_WEIGHT_RAD, PICKOFF_WEIGHT_RAD, Setup, samples_from_recording,
 };
@@ -177,7 +179,7 @@ fn concealed_flexure_put_into_the_model_leaves_no_drift_in_either_number_system(
         let before = replay(&input, core, &static_only).unwrap();
         let periods = after.rotations_rad.len();
         assert_eq!(periods, 24_000);
-        let apart = drift_deg_h(
+        let apart = mean_difference_deg_h(
             &after.rotations_rad,
             &reference.rotations_rad,
             0..periods,
@@ -191,8 +193,12 @@ fn concealed_flexure_put_into_the_model_leaves_no_drift_in_either_number_system(
             let segment = segments.find(|segment| segment.name == name).unwrap();
             let range = periods_in(segment, &input, periods);
             assert_eq!(range.len(), 6800);
-            let before = drift_deg_h(&before.rotations_rad, &truth, range.clone(), &input).unwrap();
-            let after = drift_deg_h(&after.rotations_rad, &truth, range, &input).unwrap();
+            let before = drift(&before.rotations_rad, &truth, range.clone(), &input)
+                .unwrap()
+                .deg_h;
+            let after = drift(&after.rotations_rad, &truth, range, &input)
+                .unwrap()
+                .deg_h;
             // 17 s of both random walks, and the white angles (pulse, pickoff, reference) at both ends
             let walk = 5.8e-7_f64.hypot(8.7e-8) / 17.0_f64.sqrt();
             let white =
@@ -305,7 +311,7 @@ fn recordings_without_pulses_are_counted_without_drift() {
             let core_output = replay(&input, core, &input.parameters).unwrap();
             let f64_output = replay(&input, Core::Reference, &input.parameters).unwrap();
             let periods = core_output.rotations_rad.len();
-            let apart = drift_deg_h(
+            let apart = mean_difference_deg_h(
                 &core_output.rotations_rad,
                 &f64_output.rotations_rad,
                 0..periods,
@@ -345,8 +351,8 @@ fn unmeasured_rows_are_cut_at_the_ends_and_refused_in_between() {
     let lost: Vec<_> = (0..truth.len()).filter(|m| truth[*m][1].is_nan()).collect();
     assert_eq!(lost, [500]);
     let output = replay(&input, Core::F32, &input.parameters).unwrap();
-    assert!(drift_deg_h(&output.rotations_rad, &truth, 0..truth.len(), &input).is_some());
-    assert!(drift_deg_h(&output.rotations_rad, &truth, 500..501, &input).is_none());
+    assert!(drift(&output.rotations_rad, &truth, 0..truth.len(), &input).is_some());
+    assert!(drift(&output.rotations_rad, &truth, 500..501, &input).is_none());
 }
 
 #[test]
@@ -638,7 +644,7 @@ fn bench_recordings_replay_within_the_marks() {
         let after = replay(&input, core, &input.parameters).unwrap();
         let before = replay(&input, core, &static_only).unwrap();
         let periods = after.rotations_rad.len();
-        let apart = drift_deg_h(
+        let apart = mean_difference_deg_h(
             &after.rotations_rad,
             &f64_output.rotations_rad,
             0..periods,
@@ -654,8 +660,12 @@ fn bench_recordings_replay_within_the_marks() {
             let mut segments = recording.segments.iter();
             let segment = segments.find(|segment| segment.name == name).unwrap();
             let range = periods_in(segment, &input, periods);
-            let before = drift_deg_h(&before.rotations_rad, &truth, range.clone(), &input).unwrap();
-            let after = drift_deg_h(&after.rotations_rad, &truth, range, &input).unwrap();
+            let before = drift(&before.rotations_rad, &truth, range.clone(), &input)
+                .unwrap()
+                .deg_h;
+            let after = drift(&after.rotations_rad, &truth, range, &input)
+                .unwrap()
+                .deg_h;
             assert!(
                 before[axis].abs() > 10.0 * after[axis].abs(),
                 "{core:?} {name}: {before:?} {after:?}"

@@ -4,6 +4,8 @@
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
 
+use firmware_tests::sensing_block::measure::attitude_error;
+use firmware_tests::sensing_block::{Flexure, Motion, Recording as Played, Unit};
 use nalgebra::{DMatrix, DVector};
 use rlg::challenge::golden::{Header, Row, Table, compare};
 use rlg::diagnose::result::{EffectEntry, ParameterEntry, Verdict};
@@ -175,6 +177,51 @@ fn flexure_concealed_under_vibration_is_found_and_nothing_else() {
 fn the_models_that_were_found_match_in_full() {
     the_found_model_matches("bench-coning");
     the_found_model_matches("bench-shake");
+}
+
+/// The unit that was diagnosed, shaken with one phase about all its axes: nothing rectifies, and the parameters made of the
+/// written model must not change that, although it splits what two K of a gyro share evenly and the unit does not.
+#[test]
+fn the_written_model_adds_no_drift_to_its_unit_in_phase() {
+    let (Some(recordings), Some(outcome)) = (recordings(), said("bench-coning")) else {
+        return;
+    };
+    let truth = std::fs::read_to_string(recordings.join("truth/bench-coning.json"));
+    let truth: serde_json::Value = serde_json::from_str(&truth.expect("the truth")).expect("JSON");
+    let k = &truth["effects"][0]["parameters"];
+    let k_s2 = ["xy", "xz", "yx", "yz", "zx", "zy"].map(|pair| k[pair].as_f64().expect("a K"));
+    let modes_hz = k_s2.map(|k: f64| 1.0 / (std::f64::consts::TAU * k.sqrt()));
+    let unit =
+        Unit::fine().with(|unit| unit.flexure = Flexure::rigid(k_s2).ringing(modes_hz, 0.005));
+    let stiff = unit.with(|unit| unit.flexure = Flexure::default());
+    let of_unit = rlg::parameters::Unit::at(4000.0);
+    let found = rlg::parameters::unchecked_parameters(&outcome.model, &of_unit);
+    let (found, _) = found.expect("parameters");
+    for frequency_hz in [100.061_8, 200.123_6] {
+        let motion = Motion::in_phase(frequency_hz, [0.6, 0.6, -0.6]);
+        let played = Played::new(&motion, &[unit, stiff], 4000.0, 20_000);
+        let known = unit.chain_parameters(&Flexure::default()).with(|p| {
+            p.flexure_s2 = found.flexure_s2;
+            p.flexure_response = found.flexure_response;
+        });
+        let nothing = unit.chain_parameters(&Flexure::default());
+        let drift = |parameters: &trueaxis::Parameters, of| {
+            let f32 = attitude_error::<trueaxis::F32>(parameters, &played, of);
+            let fixed = attitude_error::<trueaxis::Fixed>(parameters, &played, of);
+            [f32, fixed].map(|error| error.drift(1.0, motion.period_s()))
+        };
+        let [of_stiff, before, after] = [drift(&nothing, 1), drift(&nothing, 0), drift(&known, 0)];
+        for (core, (of_stiff, (before, after))) in ["f32", "fixed"]
+            .into_iter()
+            .zip(of_stiff.iter().zip(before.iter().zip(&after)))
+        {
+            let [before, after] = [before, after].map(|drift| drift.less(of_stiff).largest_deg_h());
+            println!(
+                "{frequency_hz} Hz, {core}: {before:.6e} °/h without, {after:.6e} with the written model"
+            );
+            assert!(after < before + 1e-5, "{core}: {after} °/h");
+        }
+    }
 }
 
 #[test]
