@@ -17,23 +17,26 @@ use crate::{Core, Terms};
 #[unsafe(no_mangle)]
 static TERM_KINDS: AtomicU32 = AtomicU32::new(<Terms as Term<Core>>::KINDS.bits());
 
-/// The terms of parameters that were loaded. Called before [`processor`], not within: what the checks need of the stack
-/// is free again when the processor is built.
+/// Parameters that were checked, as the terms that they make.
+pub struct Checked(Terms);
+
+/// Checks parameters that were loaded. Called before [`processor`], not within: what the checks need of the stack is free
+/// again when the processor is built.
 #[inline(never)]
-pub fn terms(loaded: &Loaded) -> Terms {
+pub fn checked(loaded: &Loaded) -> Checked {
     // Parameters from a slot were checked, and the default ones pass (host-tests); a panic here would be
     // latched and seen.
     let Ok(terms) = Chain::<Core, Terms>::checked_terms(&loaded.parameters) else {
         panic!("the parameters in force are refused");
     };
-    terms
+    Checked(terms)
 }
 
 /// Builds the chain with its health from parameters that were loaded. Called where the result has its final place: it is
 /// large, and built earlier it would lie on the stack during all of the boot.
 #[inline]
-pub fn processor(loaded: &Loaded, terms: &Terms, report: BootReport) -> Processor<Core, Terms> {
-    Processor::of_terms(&loaded.parameters, terms, report)
+pub fn processor(loaded: &Loaded, checked: &Checked, report: BootReport) -> Processor<Core, Terms> {
+    Processor::of_terms(&loaded.parameters, &checked.0, report)
 }
 
 /// Loads the parameters and mends a slot that is bad.

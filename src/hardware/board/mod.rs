@@ -98,10 +98,10 @@ fn main() -> ! {
     let mut background = Background::new(&loaded.parameters);
     let mut watchdog = Watchdog::start(peripherals.IWDG, &debug);
 
-    let terms = boot::terms(&loaded);
+    let checked = boot::checked(&loaded);
     SAMPLING.lend(|| {
         // First: it takes more than a period to make.
-        let processor = boot::processor(&loaded, &terms, report_of_boot);
+        let processor = boot::processor(&loaded, &checked, report_of_boot);
         let timer = SampleTimer::new(
             peripherals.TIM2,
             peripherals.TIM5,

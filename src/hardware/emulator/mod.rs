@@ -136,10 +136,10 @@ fn run(
     let mut background = Background::new(&loaded.parameters);
     let mut stop = false;
     if total > 0 {
-        let terms = boot::terms(&loaded);
+        let checked = boot::checked(&loaded);
         SAMPLING.lend(|| {
             // First: it takes more than a period of the board's slowest clock to make.
-            let processor = boot::processor(&loaded, &terms, report_of_boot);
+            let processor = boot::processor(&loaded, &checked, report_of_boot);
             let timer = SampleTimer::new(
                 peripherals.TIM2,
                 peripherals.TIM5,
