@@ -29,7 +29,7 @@ pub fn record(drawn: &Attitudes, noise_seed: u64) -> (Recording, Model) {
     let channels = graded(drawn.grade, drawn.rate_hz, read, &mut rng);
     let tables = vec![
         table("samples.parquet", drawn.rate_hz, channels),
-        attitudes(drawn, &path, &mut rng),
+        attitudes(drawn, &drawn.reference_path(), &mut rng),
     ];
     let model = Model {
         motion: MotionSource::Reference,

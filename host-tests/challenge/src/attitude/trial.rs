@@ -43,6 +43,8 @@ pub struct Attitudes {
     pub course: Course,
     /// Its rotation.
     pub motion: Motion,
+    /// What the reference turns by instead, where it is none of this case's.
+    pub of_another_case: Option<Motion>,
     /// Its acceleration along body axes, as rates \[m/s²\].
     pub acceleration: Motion,
     /// Rows a second \[Hz\].
@@ -79,6 +81,19 @@ impl Attitudes {
         shown(&planted.name(), || Self::attempt(planted, rng))
     }
 
+    /// Draws gyros of one motion and the attitudes of another of the same kind.
+    ///
+    /// # Errors
+    /// As [`Attitudes::draw`].
+    pub fn of_two_motions(rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
+        let planted = Planted::None;
+        let mut drawn = shown(&planted.name(), || Self::attempt(planted, rng))?;
+        let length_s = drawn.rows as f64 * drawn.period_s();
+        let another = drawn.course.draw((drawn.rate_hz, length_s), rng);
+        drawn.of_another_case = Some(another);
+        Ok(drawn)
+    }
+
     fn attempt(planted: Planted, rng: &mut ChaCha8Rng) -> Option<Self> {
         let course = one_of(rng, &COURSES);
         let rate_hz = one_of(rng, &RATES_HZ);
@@ -91,6 +106,7 @@ impl Attitudes {
             planted,
             course,
             motion: course.draw((rate_hz, length_s), rng),
+            of_another_case: None,
             acceleration: course.acceleration(rng),
             rate_hz,
             rows,
@@ -151,6 +167,12 @@ impl Attitudes {
     /// Integrates the attitude, from before the first row on.
     pub fn path(&self) -> Path<'_> {
         integrated(&self.motion, self.rate_hz, self.rows)
+    }
+
+    /// The same of the case that the reference is on.
+    pub fn reference_path(&self) -> Path<'_> {
+        let motion = self.of_another_case.as_ref().unwrap_or(&self.motion);
+        integrated(motion, self.rate_hz, self.rows)
     }
 
     /// Returns what the instruments are exposed to.

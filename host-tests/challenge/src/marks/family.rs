@@ -49,6 +49,8 @@ pub enum Family {
     /// A recording of others beside attitudes: its own noise without its physics, or an effect more on its gyros, in turn; runs
     /// only by name and alone.
     Recorded,
+    /// Gyros of one motion and the reference of another, of rates and of attitudes in turn; runs only by name and alone.
+    Unrelated,
 }
 
 /// Families by the trial's number, again and again.
@@ -89,7 +91,12 @@ impl Family {
     pub fn is_alone(self) -> bool {
         matches!(
             self,
-            Self::Attitude | Self::Rest | Self::Force | Self::Positions | Self::Recorded
+            Self::Attitude
+                | Self::Rest
+                | Self::Force
+                | Self::Positions
+                | Self::Recorded
+                | Self::Unrelated
         )
     }
 
@@ -101,6 +108,7 @@ impl Family {
             Self::Recorded => 3 << 40,
             Self::Force => 4 << 40,
             Self::Positions => 5 << 40,
+            Self::Unrelated => 6 << 40,
             _ => 0,
         }
     }

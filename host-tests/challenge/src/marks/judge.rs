@@ -216,7 +216,10 @@ pub fn judge(answer: &Answer, outcome: &Outcome) -> Judgement {
         .partition(|claim| faults.iter().any(|fault| claim.tells(fault)));
     let matched = matching(&effects, &others);
     let is_silent = telling.is_empty() && faults.iter().any(|fault| fault.kind != MISSING);
-    let mut judged = score(said, &effects, &others, &matched);
+    let mut judged = match answer.family {
+        Family::Unrelated => of_two_motions(said, &all),
+        _ => score(said, &effects, &others, &matched),
+    };
     if judged == Score::Right && is_silent {
         judged = Score::Missed;
     }
@@ -304,13 +307,24 @@ fn matching(concealed: &[Concealed], claims: &[&FoundEffect]) -> Vec<Option<usiz
     best(concealed, claims, &mut Vec::new()).1
 }
 
+/// The verdict where nothing can be said.
+const UNUSABLE: &str = "unusable";
+
+/// Whether nothing is said of gyros and a reference that do not belong together.
+fn of_two_motions(said: &DiagnosisSummary, claims: &[FoundEffect]) -> Score {
+    match said.verdict == UNUSABLE && claims.is_empty() {
+        true => Score::Right,
+        false => Score::Wrong,
+    }
+}
+
 fn score(
     said: &DiagnosisSummary,
     concealed: &[Concealed],
     claims: &[&FoundEffect],
     matched: &[Option<usize>],
 ) -> Score {
-    if said.verdict == "unusable" {
+    if said.verdict == UNUSABLE {
         return Score::Unanswered;
     }
     let is_matched = |place: usize| matched.contains(&Some(place));

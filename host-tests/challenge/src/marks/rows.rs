@@ -27,6 +27,8 @@ pub struct Rows {
     pub setting: Setting,
     /// Motion of the case.
     pub motion: Motion,
+    /// What the reference turns by instead, where it is none of this case's.
+    pub of_another_case: Option<Motion>,
     /// Warming of the blocks, where thermometers are recorded.
     pub warming: Option<[Warming; 3]>,
     /// Constants that the model knows.
@@ -71,6 +73,7 @@ impl Rows {
             std::array::from_fn(|_| Warming::draw(length_s, rng))
         });
         let mut drawn = Self {
+            of_another_case: (family == Family::Unrelated).then(|| courses::draw(&setting, rng)),
             setting,
             motion,
             warming,
@@ -125,6 +128,14 @@ impl Rows {
     /// Returns what the instruments are exposed to.
     pub fn case(&self) -> Case {
         Case::new(&self.setting, &self.motion, self.warming)
+    }
+
+    /// Returns what the reference turns by \[rad\].
+    pub fn reference_rad(&self, case: &Case) -> [Vec<f64>; 3] {
+        match &self.of_another_case {
+            Some(motion) => Case::new(&self.setting, motion, None).increments_rad,
+            None => case.increments_rad.clone(),
+        }
     }
 
     /// Returns the DCTs of what an effect leaves in the three residuals.

@@ -237,7 +237,8 @@ const NULLS: [(&str, Family); 10] = [
 ];
 
 /// Marks of trials that conceal something.
-const POSITIVES: [(&str, Family); 10] = [
+const POSITIVES: [(&str, Family); 11] = [
+    ("two motions: nothing is said of them", Family::Unrelated),
     (
         "one bias, scale error or delay: right name or class",
         Family::Basic,

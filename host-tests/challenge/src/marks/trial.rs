@@ -74,6 +74,10 @@ impl Trial {
                 let drawn = Stood::draw(number, limits, rng)?;
                 Ok(Source::Positions(Box::new(drawn)))
             }
+            Family::Unrelated if !number.is_multiple_of(2) => {
+                let drawn = Attitudes::of_two_motions(rng)?;
+                Ok(Source::Attitude(Box::new(drawn)))
+            }
             Family::Recorded => Err(InputError::new("--family", "needs a recording")),
             _ => Ok(Source::Rows(Box::new(Rows::draw(family, limits, rng)))),
         })
