@@ -54,7 +54,7 @@ low_hz = 10.0
 high_hz = 200.0
 rate_rms_rad_s = [0.20, 0.16, 0.20]
 axis_phase_rad = [0.0, 0.8, 1.7]
-duration_s = 140.0
+duration_s = 60.0
 ramp_s = 0.5
 
 [[motion]]
@@ -71,7 +71,7 @@ pub enum Setting {
     LongBench,
     /// The same in a coil's magnetic field.
     InCoil,
-    /// Vibrated for two minutes, across the reach of a suspension's mode.
+    /// Vibrated for a minute, across the reach of a suspension's mode.
     Vibrated,
     /// Vibrated and at rest, its pulses resampled.
     Dithered,
