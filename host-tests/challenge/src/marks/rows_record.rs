@@ -29,13 +29,12 @@ pub fn record_rows(rows: &Rows, noise_seed: u64) -> (Recording, Model) {
     let noise = (&levels, setting.pulse_rad);
     let sensed = sensed_rad(&case, &rows.unit, &added.gyro_rad, noise, &mut rng);
     let mut channels = gyros(sensed, None);
-    let reference_rad = rows.reference_rad(&case);
-    for axis in 0..3 {
+    for (axis, turned_rad) in rows.reference_rad(&case).iter().enumerate() {
         let mut read = setting
             .reference_levels()
             .series_rad(count, period_s, &mut rng);
         for (row, value) in read.iter_mut().enumerate() {
-            *value += reference_rad[axis][row] + added.reference_rad[axis][row];
+            *value += turned_rad[row] + added.reference_rad[axis][row];
         }
         channels.push(channel("r", axis, Quantity::ReferenceIncrement, read));
     }
