@@ -2,8 +2,7 @@
 
 use rlg_catalogue::moves::{Kind, Move};
 use rlg_catalogue::signals::AXES;
-use rlg_findings::names::capital;
-use rlg_findings::names::plain;
+use rlg_findings::names::{capital, plain};
 use rlg_findings::result::{ExperimentEntry, MoveEntry, PrecisionEntry, SeparationEntry};
 
 use super::entries_of_findings::DRIFT;

@@ -63,7 +63,7 @@ impl Line {
     }
 }
 
-/// What generalised least squares gives at one ratio q/R.
+/// Slope and weight by generalised least squares at one ratio q/R.
 struct Fit {
     slope: f64,
     variance: f64,
@@ -74,10 +74,12 @@ struct Fit {
 pub fn slope<'a>(runs: impl IntoIterator<Item = &'a [f64]>) -> Option<Slope> {
     let mut lines = Vec::new();
     let (mut periods, mut sum) = (0, 0.0);
+    // A planner keeps what it has planned: most runs have one length.
+    let mut planner = RealFftPlanner::new();
     for run in runs {
         periods += run.len();
         sum += run.iter().sum::<f64>();
-        lines.extend(transform(run));
+        lines.extend(transform(run, &mut planner));
     }
     if periods == 0 {
         return None;
@@ -112,7 +114,7 @@ pub fn slope<'a>(runs: impl IntoIterator<Item = &'a [f64]>) -> Option<Slope> {
 }
 
 /// The sines' coefficients of the increments between the angle's means over blocks.
-fn transform(increments: &[f64]) -> Vec<Line> {
+fn transform(increments: &[f64], planner: &mut RealFftPlanner<f64>) -> Vec<Line> {
     let readings = increments.len() + 1;
     let block = readings.div_ceil(BLOCKS);
     let mut means = vec![0.0; readings / block];
@@ -131,7 +133,8 @@ fn transform(increments: &[f64]) -> Vec<Line> {
         return Vec::new();
     }
     let block = block as f64;
-    let (data, units) = (sines(&steps), sines(&vec![block; steps.len()]));
+    let data = sines(&steps, planner);
+    let units = sines(&vec![block; steps.len()], planner);
     let line = |(at, (data, unit))| {
         let cosine = (PI * f64::from(at) / (steps.len() + 1) as f64).cos();
         Line {
@@ -148,9 +151,9 @@ fn transform(increments: &[f64]) -> Vec<Line> {
 }
 
 /// The orthonormal sine transform (DST-I): the Fourier transform of the values and their mirror image with the other sign.
-fn sines(values: &[f64]) -> Vec<f64> {
+fn sines(values: &[f64], planner: &mut RealFftPlanner<f64>) -> Vec<f64> {
     let length = 2 * (values.len() + 1);
-    let fourier = RealFftPlanner::new().plan_fft_forward(length);
+    let fourier = planner.plan_fft_forward(length);
     let mut odd = fourier.make_input_vec();
     for (at, value) in (1..).zip(values) {
         odd[at] = *value;

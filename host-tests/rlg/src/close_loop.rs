@@ -67,7 +67,7 @@ duration_s = 4.0
 pub enum Setting {
     /// On the bench: at rest, turned, shaken, vibrated, coned, warming up.
     Bench,
-    /// The same motion three times, for kinds that one time tells too weakly.
+    /// On the bench, its motion three times: for kinds whose σ is too large after one.
     LongBench,
     /// The same in a coil's magnetic field.
     InCoil,

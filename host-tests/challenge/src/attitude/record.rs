@@ -27,9 +27,10 @@ pub fn record(drawn: &Attitudes, noise_seed: u64) -> (Recording, Model) {
     let sensed = sensed_rad(&case, &drawn.unit, &added_rad, noise, &mut rng);
     let read = (sensed, case.force_m_s2.as_ref());
     let channels = graded(drawn.grade, drawn.rate_hz, read, &mut rng);
+    let other = drawn.other_path();
     let tables = vec![
         table("samples.parquet", drawn.rate_hz, channels),
-        attitudes(drawn, &drawn.reference_path(), &mut rng),
+        attitudes(drawn, other.as_ref().unwrap_or(&path), &mut rng),
     ];
     let model = Model {
         motion: MotionSource::Reference,

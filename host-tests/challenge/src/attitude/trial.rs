@@ -43,7 +43,7 @@ pub struct Attitudes {
     pub course: Course,
     /// Its rotation.
     pub motion: Motion,
-    /// What the reference turns by instead, where it is none of this case's.
+    /// Rotation of the case that the reference is on, where that is another one.
     pub of_another_case: Option<Motion>,
     /// Its acceleration along body axes, as rates \[m/s²\].
     pub acceleration: Motion,
@@ -169,10 +169,10 @@ impl Attitudes {
         integrated(&self.motion, self.rate_hz, self.rows)
     }
 
-    /// The same of the case that the reference is on.
-    pub fn reference_path(&self) -> Path<'_> {
-        let motion = self.of_another_case.as_ref().unwrap_or(&self.motion);
-        integrated(motion, self.rate_hz, self.rows)
+    /// Integrates the attitude of the case that the reference is on, where that is another one.
+    pub fn other_path(&self) -> Option<Path<'_>> {
+        let motion = self.of_another_case.as_ref()?;
+        Some(integrated(motion, self.rate_hz, self.rows))
     }
 
     /// Returns what the instruments are exposed to.

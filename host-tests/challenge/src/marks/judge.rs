@@ -310,7 +310,7 @@ fn matching(concealed: &[Concealed], claims: &[&FoundEffect]) -> Vec<Option<usiz
 /// The verdict where nothing can be said.
 const UNUSABLE: &str = "unusable";
 
-/// Whether nothing is said of gyros and a reference that do not belong together.
+/// Scores the diagnosis of gyros and a reference that do not belong together: right if unusable and without a name.
 fn of_two_motions(said: &DiagnosisSummary, claims: &[FoundEffect]) -> Score {
     match said.verdict == UNUSABLE && claims.is_empty() {
         true => Score::Right,

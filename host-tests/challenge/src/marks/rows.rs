@@ -27,7 +27,7 @@ pub struct Rows {
     pub setting: Setting,
     /// Motion of the case.
     pub motion: Motion,
-    /// What the reference turns by instead, where it is none of this case's.
+    /// Motion of the case that the reference is on, where that is another one.
     pub of_another_case: Option<Motion>,
     /// Warming of the blocks, where thermometers are recorded.
     pub warming: Option<[Warming; 3]>,
@@ -130,12 +130,10 @@ impl Rows {
         Case::new(&self.setting, &self.motion, self.warming)
     }
 
-    /// Returns what the reference turns by \[rad\].
-    pub fn reference_rad(&self, case: &Case) -> [Vec<f64>; 3] {
-        match &self.of_another_case {
-            Some(motion) => Case::new(&self.setting, motion, None).increments_rad,
-            None => case.increments_rad.clone(),
-        }
+    /// Returns the case that the reference is on, where that is another one.
+    pub fn other_case(&self) -> Option<Case> {
+        let motion = self.of_another_case.as_ref()?;
+        Some(Case::new(&self.setting, motion, None))
     }
 
     /// Returns the DCTs of what an effect leaves in the three residuals.

@@ -29,7 +29,9 @@ pub fn record_rows(rows: &Rows, noise_seed: u64) -> (Recording, Model) {
     let noise = (&levels, setting.pulse_rad);
     let sensed = sensed_rad(&case, &rows.unit, &added.gyro_rad, noise, &mut rng);
     let mut channels = gyros(sensed, None);
-    for (axis, turned_rad) in rows.reference_rad(&case).iter().enumerate() {
+    let other = rows.other_case();
+    let of_reference = other.as_ref().unwrap_or(&case);
+    for (axis, turned_rad) in of_reference.increments_rad.iter().enumerate() {
         let mut read = setting
             .reference_levels()
             .series_rad(count, period_s, &mut rng);

@@ -193,12 +193,10 @@ fn concealed_flexure_put_into_the_model_leaves_no_drift_in_either_number_system(
             let segment = segments.find(|segment| segment.name == name).unwrap();
             let range = periods_in(segment, &input, periods);
             assert_eq!(range.len(), 6800);
-            let before = drift(&before.rotations_rad, &truth, range.clone(), &input)
-                .unwrap()
-                .deg_h;
-            let after = drift(&after.rotations_rad, &truth, range, &input)
-                .unwrap()
-                .deg_h;
+            let [before, after] = [&before, &after].map(|run| {
+                let found = drift(&run.rotations_rad, &truth, range.clone(), &input);
+                found.unwrap().deg_h
+            });
             // 17 s of both random walks, and the white angles (pulse, pickoff, reference) at both ends
             let walk = 5.8e-7_f64.hypot(8.7e-8) / 17.0_f64.sqrt();
             let white =
@@ -660,12 +658,10 @@ fn bench_recordings_replay_within_the_marks() {
             let mut segments = recording.segments.iter();
             let segment = segments.find(|segment| segment.name == name).unwrap();
             let range = periods_in(segment, &input, periods);
-            let before = drift(&before.rotations_rad, &truth, range.clone(), &input)
-                .unwrap()
-                .deg_h;
-            let after = drift(&after.rotations_rad, &truth, range, &input)
-                .unwrap()
-                .deg_h;
+            let [before, after] = [&before, &after].map(|run| {
+                let found = drift(&run.rotations_rad, &truth, range.clone(), &input);
+                found.unwrap().deg_h
+            });
             assert!(
                 before[axis].abs() > 10.0 * after[axis].abs(),
                 "{core:?} {name}: {before:?} {after:?}"

@@ -86,7 +86,7 @@ fn without_a_walk_the_slope_is_that_of_the_straight_line_and_its_standard_deviat
         let [one, two, ratio] = coverage(3, 1.0, 0.0, split);
         println!("white: 1 σ {one:.3}, 2 σ {two:.3}, rms {ratio:.3} σ");
         assert!(one > 0.683 && two > 0.954);
-        // As short as the recording is for it, a walk cannot be excluded: σ says so, but not without measure.
+        // The recording is too short to exclude a walk: σ is wide for that, within measure.
         assert!(ratio > 0.2, "{ratio}");
     }
     // A straight line's own error: 12/n³; the difference of the ends: 2/n².

@@ -197,14 +197,14 @@ fn the_written_model_adds_no_drift_to_its_unit_in_phase() {
     let of_unit = rlg::parameters::Unit::at(4000.0);
     let found = rlg::parameters::unchecked_parameters(&outcome.model, &of_unit);
     let (found, _) = found.expect("parameters");
+    let nothing = unit.chain_parameters(&Flexure::default());
+    let known = nothing.with(|p| {
+        p.flexure_s2 = found.flexure_s2;
+        p.flexure_response = found.flexure_response;
+    });
     for frequency_hz in [100.061_8, 200.123_6] {
         let motion = Motion::in_phase(frequency_hz, [0.6, 0.6, -0.6]);
         let played = Played::new(&motion, &[unit, stiff], 4000.0, 20_000);
-        let known = unit.chain_parameters(&Flexure::default()).with(|p| {
-            p.flexure_s2 = found.flexure_s2;
-            p.flexure_response = found.flexure_response;
-        });
-        let nothing = unit.chain_parameters(&Flexure::default());
         let drift = |parameters: &trueaxis::Parameters, of| {
             let f32 = attitude_error::<trueaxis::F32>(parameters, &played, of);
             let fixed = attitude_error::<trueaxis::Fixed>(parameters, &played, of);
