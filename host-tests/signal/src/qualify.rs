@@ -31,8 +31,9 @@ const CLIPPED_OVER_NEXT: usize = 6;
 /// What comes to its limit so often is no channel that is stuck there.
 const CLIPPED_TIMES: usize = 5;
 
-/// Clipped rows this close belong to one stretch: a dither cycle has ten rows, a slew thousands.
-const TOGETHER_ROWS: usize = 1000;
+/// Clipped rows this close belong to one stretch \[s\]: a dither comes back to its stop in hundredths of that, a slew of the
+/// case seldom.
+const TOGETHER_S: f64 = 0.25;
 
 /// Rows on either side of a fault that may hold its edges.
 const GUARD_ROWS: usize = 2;
@@ -47,7 +48,9 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
     let repeated = data_faults::repeated(streams);
     out_of_use(streams, &repeated);
     let mut faults = Vec::new();
+    let together = ((TOGETHER_S * streams.rate_hz) as usize).max(2);
     for axis in 0..3 {
+        let measured = (&streams.measured[..], together);
         let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
         let gyro = &streams.sensed_rad[axis];
         let counts_freely = streams.pickoff_rad.is_none();
@@ -59,7 +62,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
                         && (is_dead_band(fault, gyro, case_rad)
                             || outliers::agrees(fault, gyro, case_rad)))
         };
-        let mut of_gyro = of_channel(&name("gyro"), gyro, &streams.measured, &is_fault);
+        let mut of_gyro = of_channel(&name("gyro"), gyro, measured, &is_fault);
         let is_cut = |fault: &Fault| match has_reference {
             true => outliers::falls_short(streams, axis, &fault.rows),
             false => outliers::dips(streams, axis, &fault.rows),
@@ -73,7 +76,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             faults.extend(of_channel(
                 &name("reference"),
                 &streams.case_rad[axis],
-                &streams.measured,
+                measured,
                 &|_| true,
             ));
         }
@@ -81,7 +84,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             faults.extend(of_channel(
                 &name("dither"),
                 &pickoff[axis][1..],
-                &streams.measured,
+                measured,
                 &|_| true,
             ));
         }
@@ -219,10 +222,13 @@ fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
 }
 
 /// Faults of one channel; runs of repeats only where `is_fault` says so.
+///
+/// # Inputs
+/// `together`: rows between two clipped ones that belong to one stretch.
 fn of_channel(
     channel: &str,
     values: &[f64],
-    measured: &[bool],
+    (measured, together): (&[bool], usize),
     is_fault: &dyn Fn(&Fault) -> bool,
 ) -> Vec<Fault> {
     let mut faults = Vec::new();
@@ -285,39 +291,37 @@ fn of_channel(
     let repeats_nothing = faults.is_empty();
     faults.retain(is_fault);
     // What is stuck at its extreme comes to it once, what clips again and again.
-    let clipped = clipped_rows(values, measured);
+    let clipped = clipped_rows(values, (measured, together));
     let comes = clipped.windows(2).filter(|two| two[1] > two[0] + 1).count();
     let limits: Vec<f64> = clipped.iter().map(|&row| values[row].abs()).collect();
     let at_limit = |fault: &Fault| limits.contains(&values[fault.rows.start].abs());
     if repeats_nothing || (comes >= CLIPPED_TIMES && faults.iter().any(at_limit)) {
         faults.retain(|fault| !at_limit(fault));
-        faults.extend(stretches(channel, clipped));
+        faults.extend(stretches(channel, clipped, together));
     }
     faults
 }
 
 /// The rows in which a channel stands at one of its own extremes again and again.
-fn clipped_rows(values: &[f64], measured: &[bool]) -> Vec<usize> {
-    let on_both_sides = |rows: fn(&[f64], &[bool], f64) -> Vec<usize>| -> Vec<usize> {
-        let sides = [1.0, -1.0].into_iter();
-        sides
-            .flat_map(|side| rows(values, measured, side))
-            .collect()
+fn clipped_rows(values: &[f64], (measured, together): (&[bool], usize)) -> Vec<usize> {
+    let on_both_sides = |rows: &dyn Fn(f64) -> Vec<usize>| -> Vec<usize> {
+        [1.0, -1.0].into_iter().flat_map(rows).collect()
     };
-    let mut at_extreme = on_both_sides(rows_at_extreme);
+    let mut at_extreme = on_both_sides(&|side| rows_at_extreme(values, measured, side));
     if at_extreme.is_empty() {
-        at_extreme = on_both_sides(rows_clipped_for_a_while);
+        at_extreme =
+            on_both_sides(&|side| rows_clipped_for_a_while(values, (measured, together), side));
     }
     at_extreme.sort_unstable();
     at_extreme
 }
 
 /// Clipped rows as stretches.
-fn stretches(channel: &str, at_extreme: Vec<usize>) -> Vec<Fault> {
+fn stretches(channel: &str, at_extreme: Vec<usize>, together: usize) -> Vec<Fault> {
     let mut faults: Vec<Fault> = Vec::new();
     for row in at_extreme {
         match faults.last_mut() {
-            Some(fault) if row <= fault.rows.end + TOGETHER_ROWS => fault.rows.end = row + 1,
+            Some(fault) if row <= fault.rows.end + together => fault.rows.end = row + 1,
             _ => faults.push(Fault {
                 kind: "saturation",
                 indistinguishable_from: &[],
@@ -359,14 +363,18 @@ fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
 
 /// The rows at a level that a channel does not pass for a while, and passes at other times: cycle after cycle of a dither
 /// ends there. One that is held at a level comes to it once.
-fn rows_clipped_for_a_while(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
+fn rows_clipped_for_a_while(
+    values: &[f64],
+    (measured, together): (&[bool], usize),
+    side: f64,
+) -> Vec<usize> {
     /// Cycles that end at the level in as many rows.
     const CYCLES: usize = 20;
     // Overlapping by half: one lies inside whatever lasts one and a half.
-    let windows = (0..values.len().saturating_sub(TOGETHER_ROWS)).step_by(TOGETHER_ROWS / 2);
+    let windows = (0..values.len().saturating_sub(together)).step_by(together / 2);
     let ends: Vec<(Range<usize>, f64)> = windows
         .filter_map(|begin| {
-            let window = begin..begin + TOGETHER_ROWS;
+            let window = begin..begin + together;
             let own = &values[window.clone()];
             let found = rows_at_extreme(own, &measured[window.clone()], side);
             let comes = found.windows(2).filter(|pair| pair[1] > pair[0] + 1);
@@ -463,8 +471,9 @@ mod tests {
         }
         let mut held: Vec<f64> = (0..20_000).map(|row| (row as f64).min(9_000.0)).collect();
         held[15_000] = 9_500.0;
-        let measured = vec![true; 20_000];
-        let found = stretches("gyro_x", clipped_rows(&cut, &measured));
+        let all = vec![true; 20_000];
+        let measured = (&all[..], 1000);
+        let found = stretches("gyro_x", clipped_rows(&cut, measured), 1000);
         assert_eq!(found.len(), 1);
         assert!(
             found[0].rows.start.abs_diff(span.start) < 20,
@@ -476,8 +485,8 @@ mod tests {
             "{:?}",
             found[0].rows
         );
-        assert!(clipped_rows(&whole, &measured).is_empty());
-        assert!(clipped_rows(&held, &measured).is_empty());
+        assert!(clipped_rows(&whole, measured).is_empty());
+        assert!(clipped_rows(&held, measured).is_empty());
     }
 
     #[test]
