@@ -2,9 +2,11 @@
 //! rates between the attitudes.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
-use rlg_model::ModelEffect;
 use rlg_model::catalogue::NINE;
-use rlg_signal::attitude_samples::SlowSample;
+use rlg_model::{Model, ModelEffect};
+use rlg_recording::Recording;
+use rlg_recording::error::InputError;
+use rlg_signal::attitude_samples::{SlowSample, slow_samples};
 use rlg_signal::axes::Triad;
 use rlg_signal::known_channels::KINDS;
 use rlg_signal::streams::Streams;
@@ -21,11 +23,15 @@ pub(crate) struct ReferenceRows {
 /// A turn differs where its size is so many times further from the gyros' than in nine tenths of the others.
 const APART: f64 = 6.0;
 
+/// Over longer than so many usual steps nothing is known of single rows.
+const GAP_PERIODS: f64 = 3.5;
+
 /// Reads the reference on the gyros' rows.
 pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> ReferenceRows {
     let mut increments_rad: Triad = std::array::from_fn(|_| vec![0.0; streams.rows]);
     let mut parted: Vec<(std::ops::Range<usize>, f64)> = Vec::new();
     let mut doubtful = vec![false; streams.rows];
+    let longest_s = readings_hz(samples).map_or(f64::INFINITY, |hz| GAP_PERIODS / hz);
     for pair in samples.windows(2) {
         let [from, to] = [0, 1].map(|k: usize| {
             ((pair[k].time_s - streams.start_s) * streams.rate_hz).clamp(0.0, streams.rows as f64)
@@ -34,7 +40,8 @@ pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> Refer
             continue;
         }
         let between = from as usize..(to.ceil() as usize).min(streams.rows);
-        if pair[1].after_gap {
+        let is_gap = pair[1].time_s - pair[0].time_s > longest_s;
+        if is_gap || pair[1].after_gap {
             doubtful[between].fill(true);
             continue;
         }
@@ -63,6 +70,26 @@ pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> Refer
         increments_rad,
         doubtful,
     }
+}
+
+/// Readings a second: by the median of the times between them \[Hz\].
+pub(crate) fn readings_hz(samples: &[SlowSample]) -> Option<f64> {
+    let pairs = samples.windows(2);
+    let mut lasts_s: Vec<f64> = pairs.map(|pair| pair[1].time_s - pair[0].time_s).collect();
+    lasts_s.sort_unstable_by(f64::total_cmp);
+    let median_s = lasts_s.get(lasts_s.len() / 2)?;
+    (*median_s > 0.0).then(|| 1.0 / median_s)
+}
+
+/// Gyros beside the rates between attitudes, on the gyros' rows.
+///
+/// # Errors
+/// As of the alignment of both.
+pub fn beside_gyros(recording: &Recording, model: &Model) -> Result<Streams, InputError> {
+    let samples = slow_samples(recording)?;
+    let mut streams = Streams::align_without_reference(recording, model)?;
+    streams.case_rad = reference_rows(&samples, &streams).increments_rad;
+    Ok(streams)
 }
 
 /// What gyros read of the reference by the effects of a model.

@@ -5,7 +5,7 @@ use std::path::Path;
 use nalgebra::Vector3;
 use rlg_catalogue::Pool;
 use rlg_diagnosis::Outcome;
-use rlg_diagnosis::put_right::{self, PutRight};
+use rlg_diagnosis::put_right::{self, PutRight, Stopped};
 use rlg_model::{Model, MotionSource};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Quantity, Recording};
@@ -105,7 +105,20 @@ pub fn diagnose(
     let mut put_right = None;
     if !observed.is_few {
         read_otherwise = conventions::check(&mut observed, &of_model, settings.anyway)?;
-        put_right = check_channels(settings, &mut observed, (model, model_file))?;
+        put_right = match check_channels(settings, &mut observed, (model, model_file)) {
+            Err(Stopped::Apart(why, _)) => {
+                let diagnosis = put_right::of_two_motions(&recording.name, settings.seed, &why);
+                return Ok(Some(Diagnosed {
+                    outcome: Outcome {
+                        diagnosis,
+                        model: model.clone(),
+                        pictures: None,
+                    },
+                    corrected: Err(why),
+                }));
+            }
+            checked => checked?,
+        };
     }
     let fit = if observed.is_few { of_few } else { of_many };
     let Some(fitted) = fit(settings, &mut observed, (&of_model, model_file), progress)? else {
@@ -398,16 +411,19 @@ fn few_columns(
 /// Puts gyros and reference on the same axes where they are not.
 ///
 /// # Errors
-/// Axes are reversed or exchanged, or a factor is gross, and the settings do not say to put it right.
+/// As of [`put_right::put_right`].
 fn check_channels(
     settings: &Settings,
     observed: &mut Observed,
     (model, model_file): (&Model, &Path),
-) -> Result<Option<PutRight>, InputError> {
-    let asked = rlg_diagnosis::Settings {
+) -> Result<Option<PutRight>, Stopped> {
+    let mut asked = rlg_diagnosis::Settings {
         anyway: settings.anyway,
         ..Default::default()
     };
+    if let Some(plan) = &mut asked.channels.same_motion {
+        plan.reference_hz = channels::readings_hz(&observed.samples);
+    }
     let streams = &mut observed.streams;
     let rows = channels::reference_rows(&observed.samples, streams);
     let own_rad = std::mem::replace(&mut streams.case_rad, rows.increments_rad);

@@ -5,9 +5,10 @@ use std::collections::BTreeMap;
 use rlg_catalogue::entries;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::data_words;
-use rlg_diagnosis::entries_of_rows::fault_entry;
+use rlg_diagnosis::entries_of_rows::{fault_effect, fault_entry};
 use rlg_diagnosis::next_experiment::NONE_NEEDED;
 use rlg_diagnosis::summary::no_channel;
+use rlg_findings::absolute;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, ExperimentEntry, FitEntry, NoiseEntry,
@@ -79,7 +80,12 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         switch_on(&mut model, model_effect(said, one, numbers));
     }
     let faults = spans.iter().map(Span::effect);
-    for effect in faults.chain(jumps.iter().flat_map(JumpSeen::effects)) {
+    let of_data = observed.faults.iter();
+    let of_data = of_data.map(|fault| fault_effect(fault, streams));
+    for effect in faults
+        .chain(jumps.iter().flat_map(JumpSeen::effects))
+        .chain(of_data)
+    {
         switch_on(&mut model, effect);
     }
     let experiment = promise::promised(said);
@@ -106,6 +112,13 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         self_test: None,
     };
     diagnosis.tell(found.tested.clone());
+    let in_step = tested.as_ref().and_then(|tested| tested.in_step);
+    if let Some(found) = in_step {
+        diagnosis.is_left(vec![absolute::in_step(
+            found.share,
+            found.moving_over_still,
+        )]);
+    }
     Outcome {
         diagnosis,
         model,
@@ -278,6 +291,7 @@ fn summary(
         &said.observed.faults,
     ));
     if let Some(tested) = tested {
+        lines.extend(tested.share_left.map(absolute::beside_motion));
         lines.push(tested.sentence());
     }
     lines

@@ -5,6 +5,7 @@ use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::FiguresEntry;
 use rlg_findings::sentences::DEG_H;
 use rlg_signal::axes::{Triad, add};
+use rlg_signal::in_step::{self, Block, InStep, InStepPlan};
 use rlg_signal::transforms::mean_periodogram;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -23,6 +24,10 @@ pub(crate) struct HeldOut {
     pub(crate) after: [FiguresEntry; 3],
     /// Power of what is left over what the noise predicts, all axes.
     pub(crate) power_after: f64,
+    /// Whether what is left of all sound stamps moves with the motion.
+    pub(crate) in_step: Option<InStep>,
+    /// What is left of them over the motion, root mean squares of a tenth of a second \[1\].
+    pub(crate) share_left: Option<f64>,
     pub(crate) pictures: Pictures,
 }
 
@@ -126,14 +131,30 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     let all_before = residual(said, &sound, said.of_model, false)?;
     let all_after = residual(said, &sound, now, true)?;
     let span_s = [times[0], times[times.len() - 1]];
+    let left = blocks(&all_after);
     Some(HeldOut {
         span_s,
         band_hz: [0.0, 0.5 / period_s],
         before: before_figures,
         after: after_figures,
         power_after,
+        in_step: in_step::in_step(&left, &InStepPlan::default()),
+        share_left: in_step::share_left(&left),
         pictures: pictures(said, &all_before, &all_after, span_s),
     })
+}
+
+/// Powers of what is left and of the motion, by blocks of time.
+fn blocks(one: &Residual) -> Vec<Block> {
+    let increments = &one.about.increments;
+    let turned_rad = one.about.conditioned_rad.each_ref().map(|motion_rad| {
+        let pairs = increments.places().windows(2);
+        pairs
+            .map(|pair| motion_rad[pair[0].row..pair[1].row].iter().sum())
+            .collect()
+    });
+    let is_used = |row: usize| !increments.is_free(row);
+    in_step::blocks(&one.left_rad, &turned_rad, is_used, increments.period_s)
 }
 
 fn body_rows(one: &Residual) -> Triad {

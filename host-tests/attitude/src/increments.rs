@@ -112,7 +112,10 @@ impl Increments {
         lost_before: &[usize],
     ) -> Option<Self> {
         let end_rows = if samples.len() > SHORT { END_ROWS } else { 0 };
-        let inside = |place: &Place| place.row >= end_rows && place.row + end_rows < motion.rows();
+        let inside = |place: &Place| {
+            let is_within = place.row >= end_rows && place.row + end_rows < motion.rows();
+            is_within && !is_in_gap(place.row, lost_before)
+        };
         let mut used: Vec<(usize, f64, Place)> = samples
             .iter()
             .enumerate()
@@ -251,11 +254,22 @@ fn typical_period_s(times_s: &[f64]) -> f64 {
     if median < 0.5 * mean { mean } else { median }
 }
 
+/// A straight line across so many gyro rows is as good as they are.
+const BRIDGED: usize = 2;
+
+/// Whether a row of the gyros is one of too many unmeasured ones: stamps within have no motion of the gyros beside them.
+fn is_in_gap(row: usize, lost_before: &[usize]) -> bool {
+    let is_lost = |row: &usize| lost_before[row + 1] > lost_before[*row];
+    let last = lost_before.len() - 2;
+    let back = (0..=row).rev().take(BRIDGED + 1).take_while(is_lost);
+    let back = back.count();
+    let ahead = (row + 1..=last).take(BRIDGED).take_while(is_lost);
+    back > 0 && back + ahead.count() > BRIDGED
+}
+
 /// # Inputs
 /// `lost`: unmeasured gyro rows within a row.
 fn free_rows(times_s: &[f64], period_s: f64, lost: &dyn Fn(usize) -> usize) -> Vec<usize> {
-    /// A straight line across so many gyro rows is as good as they are.
-    const BRIDGED: usize = 2;
     let last = times_s.len() - 2;
     let lasts_s = |row: usize| times_s[row + 1] - times_s[row];
     let mut gaps: Vec<usize> = (1..last)

@@ -101,4 +101,5 @@ mod diagnose;
 mod align;
 
 pub use align::align;
+pub use channels::beside_gyros;
 pub use diagnose::{Diagnosed, Settings, diagnose, serves};

@@ -2,6 +2,7 @@
 
 use rlg_signal::channel_check::Crossing;
 use rlg_signal::channel_map::Lead;
+use rlg_signal::same_motion::Apart;
 use rlg_signal::streams::AXES;
 
 /// What the gyros follow, in words.
@@ -10,6 +11,26 @@ fn name(lead: Lead) -> &'static str {
         Lead::Reference => "the reference",
         Lead::Pickoff => "the pickoffs",
     }
+}
+
+/// Gyros and reference of two motions.
+pub fn apart(found: &Apart) -> String {
+    /// Share that says that another piece of the same motion is meant.
+    const FOLLOWS: f64 = 0.8;
+    let elsewhere = match found.by_chance >= FOLLOWS && found.share < 0.5 * found.by_chance {
+        true => format!(
+            "; it follows them where its stamps are put {:.2} s later: do the two begin at different times?",
+            found.at_lag_s
+        ),
+        false => format!(
+            ", and {:.0} % is what lags beyond any delay give by chance",
+            100.0 * found.by_chance
+        ),
+    };
+    format!(
+        "the gyros and the reference do not show the same motion: at no delay up to half a second does the reference explain more than {:.0} % of the gyros' power{elsewhere}",
+        100.0 * found.share,
+    )
 }
 
 /// Factors that units and counters make, with what they suggest.

@@ -1,6 +1,9 @@
 //! Faults of the data and figures on held-out time as entries of `diagnosis.json`.
 
+use std::collections::BTreeMap;
+
 use rlg_findings::result::{ChannelEntry, EffectEntry, FiguresEntry, ParameterEntry};
+use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::{Detail, Fault};
 use rlg_signal::streams::{AXES, Streams};
 
@@ -73,6 +76,22 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         what_was_left_out: said,
         expression: None,
         regimes: Vec::new(),
+    }
+}
+
+/// What the model says of it from then on.
+pub fn fault_effect(fault: &Fault, streams: &Streams) -> ModelEffect {
+    let [start_s, end_s] = streams.span_of(&fault.rows);
+    ModelEffect {
+        kind: fault.kind.to_string(),
+        parameters: BTreeMap::from([
+            (
+                "channel".to_string(),
+                EffectValue::Text(fault.channel.clone()),
+            ),
+            ("start_s".to_string(), EffectValue::Number(start_s)),
+            ("end_s".to_string(), EffectValue::Number(end_s)),
+        ]),
     }
 }
 

@@ -1,10 +1,11 @@
 //! Findings in the terms of `diagnosis.json`, the report and the updated model.
 
-use std::collections::{BTreeMap, BTreeSet};
+use std::collections::BTreeSet;
 use std::ops::Range;
 
 use rlg_catalogue::signals::AXES;
 use rlg_catalogue::{Column, Signals};
+use rlg_findings::absolute;
 use rlg_findings::entries::noise as noise_entry;
 use rlg_findings::excess::{Excess, WALK};
 use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, LocationEntry, NoiseEntry, Verdict};
@@ -14,6 +15,7 @@ use rlg_inference::normal_equations::Transform;
 use rlg_inference::{Drift, Fit, NoiseLevels};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::Fault;
+use rlg_signal::in_step::{self, Block, InStepPlan, in_step, share_left};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Streams, Triad};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -21,7 +23,7 @@ use statrs::distribution::{ContinuousCDF, Normal};
 use super::confirm::{Confirmed, Final};
 use super::data::Data;
 use super::entries_of_findings::{effect_of, entry};
-use super::entries_of_rows::{channel, fault_entry};
+use super::entries_of_rows::{channel, fault_effect, fault_entry};
 use super::excess_noise::excess;
 use super::finding::{Finding, card, findings};
 use super::left::unexplained;
@@ -105,7 +107,9 @@ pub(super) fn written(
     let span =
         |rows: &std::ops::Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
     let next = next_experiment((data, found), confirmed, &findings, plan);
-    let diagnosis = Diagnosis {
+    let motion_rad = &found.motion.signals.independent.case_rad;
+    let beside_motion = blocks_of_time(data, (&seen.after_rad, motion_rad));
+    let mut diagnosis = Diagnosis {
         format: 1,
         recording: streams.piece.recording.clone(),
         version: env!("CARGO_PKG_VERSION").to_string(),
@@ -118,6 +122,7 @@ pub(super) fn written(
                     .iter()
                     .filter_map(|&gyro| unlike_noise(gyro, misfits, streams.rate_hz)),
             )
+            .chain(share_left(&beside_motion).map(absolute::beside_motion))
             .collect(),
         locations: places
             .locations
@@ -144,6 +149,12 @@ pub(super) fn written(
         control: None,
         self_test: None,
     };
+    if let Some(found) = in_step(&beside_motion, &InStepPlan::default()) {
+        diagnosis.is_left(vec![absolute::in_step(
+            found.share,
+            found.moving_over_still,
+        )]);
+    }
     let mut model = data.model.clone();
     let added = added(
         (&findings, fit),
@@ -168,6 +179,17 @@ pub(super) fn written(
         pictures: Some(pictures),
     };
     (outcome, added)
+}
+
+/// Powers of what is left and of the motion by blocks of time; none of a unit at rest.
+fn blocks_of_time(data: &Data, (after_rad, motion_rad): (&Triad, &Triad)) -> Vec<Block> {
+    let streams = data.streams;
+    if streams.at_rest.is_some() {
+        return Vec::new();
+    }
+    let is_used = data.rows_of(&[Use::Train, Use::Confirm, Use::Test]);
+    let period_s = 1.0 / streams.rate_hz;
+    in_step::blocks(after_rad, motion_rad, |row| is_used[row], period_s)
 }
 
 /// Residuals and noise of a set.
@@ -305,21 +327,6 @@ fn noise_effect(excess: &Excess) -> ModelEffect {
         parameters: values
             .map(|(axis, value)| ((*axis).to_string(), EffectValue::Number(value)))
             .collect(),
-    }
-}
-
-fn fault_effect(fault: &Fault, streams: &Streams) -> ModelEffect {
-    let [start_s, end_s] = streams.span_of(&fault.rows);
-    ModelEffect {
-        kind: fault.kind.to_string(),
-        parameters: BTreeMap::from([
-            (
-                "channel".to_string(),
-                EffectValue::Text(fault.channel.clone()),
-            ),
-            ("start_s".to_string(), EffectValue::Number(start_s)),
-            ("end_s".to_string(), EffectValue::Number(end_s)),
-        ]),
     }
 }
 

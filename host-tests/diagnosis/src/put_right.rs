@@ -8,17 +8,17 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
-use rlg_findings::result::{EffectEntry, ParameterEntry, Verdict};
+use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg_findings::sentences::opening;
 use rlg_model::catalogue::NINE;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
-use rlg_signal::channel_check::Crossing;
+use rlg_signal::channel_check::{ChannelPlan, Crossing};
 use rlg_signal::channel_map::{Lead, crossings};
 use rlg_signal::known_channels;
 use rlg_signal::streams::{AXES, Streams};
 
-use super::channel_words::{cause, is_unit, refusal, sentence};
+use super::channel_words::{apart, cause, is_unit, refusal, sentence};
 use super::outcome::Outcome;
 use super::settings::Settings;
 
@@ -28,20 +28,57 @@ pub struct PutRight {
     crossings: Vec<(Lead, Crossing)>,
 }
 
+/// Why nothing is diagnosed.
+#[derive(Debug)]
+pub enum Stopped {
+    /// The axes are reversed or exchanged, or a factor is gross, and the settings do not say to put it right.
+    Refused(InputError),
+    /// Gyros and reference do not show the same motion: in words, and as an error of the recording.
+    Apart(String, InputError),
+}
+
+/// What is written of gyros and a reference that do not show the same motion, for the reason that is said.
+pub fn of_two_motions(recording: &str, seed: u64, why: &str) -> Diagnosis {
+    Diagnosis {
+        next_experiment: "The reference that was recorded with these gyros, on one clock: a file of another run, or another unit's, shows another motion."
+            .to_string(),
+        ..Diagnosis::unusable(recording, seed, why)
+    }
+}
+
+impl From<Stopped> for InputError {
+    fn from(stopped: Stopped) -> Self {
+        match stopped {
+            Stopped::Refused(error) | Stopped::Apart(_, error) => error,
+        }
+    }
+}
+
 /// Checks the channels, and turns the reference where that is all there is to it.
 ///
 /// # Returns
 /// `None` where only ordinary errors are seen.
 ///
 /// # Errors
-/// The axes are reversed or exchanged, or a factor is gross, and the settings do not say to put it right.
+/// As [`Stopped`] says. Nothing stops where the settings say to take the channels anyway.
 pub fn put_right(
     settings: &Settings,
     streams: &mut Streams,
     model: &Model,
     model_file: &Path,
-) -> Result<Option<PutRight>, InputError> {
-    let crossings = crossings(streams, model, &settings.plan.partition, &settings.channels);
+) -> Result<Option<PutRight>, Stopped> {
+    let plan = ChannelPlan {
+        same_motion: settings.channels.same_motion.filter(|_| !settings.anyway),
+        ..settings.channels
+    };
+    let crossings =
+        crossings(streams, model, &settings.plan.partition, &plan).map_err(|found| {
+            let why = apart(&found);
+            let error = InputError::new(&streams.piece.recording, why.clone()).expected(
+                "gyros and reference of one recording; --anyway diagnoses them as they are",
+            );
+            Stopped::Apart(why, error)
+        })?;
     if crossings.is_empty() {
         return Ok(None);
     }
@@ -50,9 +87,9 @@ pub fn put_right(
         .all(|(lead, crossing)| *lead == Lead::Reference && crossing.is_registration());
     if !is_registration && !settings.anyway {
         let problem = refusal(&crossings, &streams.piece.recording, streams.rate_hz);
-        return Err(InputError::new(model_file, problem).expected(
+        return Err(Stopped::Refused(InputError::new(model_file, problem).expected(
             "each gyro to read once what the reference says of its own axis; --anyway puts it right and reports it",
-        ));
+        )));
     }
     let found = PutRight { crossings };
     found.apply(streams);

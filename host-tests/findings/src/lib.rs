@@ -1,10 +1,12 @@
 //! What a diagnosis found, in the terms of `diagnosis.json`, of people and of the updated model.
 //!
-//! [`result`] holds the types of `diagnosis.json`; [`excess`] noise beyond the model's; [`entries`] makes entries of
+//! [`result`] holds the types of `diagnosis.json`; [`absolute`] whether what is left is noise at all; [`excess`] noise beyond the model's; [`entries`] makes entries of
 //! findings, [`combinations`] what of their numbers is fixed; [`own_mode`] which rivals are one physics; [`sentences`] says them, in the [`names`] and [`numbers`] that people read; [`updated_model`] adds them to
 //! a model.
 
 pub mod result;
+
+pub mod absolute;
 
 pub mod combinations;
 

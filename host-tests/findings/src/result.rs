@@ -89,6 +89,12 @@ impl Diagnosis {
         }
     }
 
+    /// Adds sentences to the summary, right behind the verdict's.
+    pub fn say_first(&mut self, sentences: Vec<String>) {
+        let at = self.summary.len().min(1);
+        self.summary.splice(at..at, sentences);
+    }
+
     /// What is written of a recording of which nothing can be said, with the reason `why`.
     pub fn unusable(recording: &str, seed: u64, why: &str) -> Self {
         Self {

@@ -11,7 +11,8 @@ use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::streams::Streams;
 
-use crate::{Outcome, Settings, force_plan, unusable};
+use crate::result::Verdict;
+use crate::{Outcome, Settings, force_plan, lost_rows, unusable};
 
 /// Diagnoses gyros beside attitudes, and the accelerometers that the model describes.
 ///
@@ -30,7 +31,9 @@ pub(super) fn diagnose(
         ..Default::default()
     };
     let of = (model, model_file);
-    let diagnosed = rlg_attitude::diagnose(&asked, recording, of, progress)?;
+    progress("aligning the channels");
+    let whole = lost_rows::put_back(recording, model, rlg_attitude::beside_gyros)?;
+    let diagnosed = rlg_attitude::diagnose(&asked, &whole.recording, of, progress)?;
     let Some(Diagnosed {
         mut outcome,
         corrected,
@@ -39,7 +42,7 @@ pub(super) fn diagnose(
         let why = "fewer than two attitudes lie within the gyros' record";
         return Ok(unusable(&recording.name, settings, why, model));
     };
-    if model.accelerometer.is_some() {
+    if model.accelerometer.is_some() && outcome.diagnosis.verdict != Verdict::Unusable {
         let found = corrected
             .and_then(|streams| accelerometers(settings, &streams, (model, &outcome), progress));
         match found {
@@ -47,6 +50,7 @@ pub(super) fn diagnose(
             Err(reason) => rlg_force::say_why_not(&reason, &mut outcome),
         }
     }
+    outcome.diagnosis.say_first(whole.said);
     Ok(outcome)
 }
 

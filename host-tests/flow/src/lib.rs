@@ -19,6 +19,8 @@ mod attitudes;
 
 mod long;
 
+mod lost_rows;
+
 mod together;
 
 pub use long::{LongRecording, MOST_ROWS};
@@ -31,8 +33,10 @@ pub use together::diagnose_together;
 
 use std::path::Path;
 
+use rlg_diagnosis::put_right::Stopped;
 use rlg_diagnosis::read_by_gyros::read_by_gyros;
 use rlg_diagnosis::{data_words, put_right};
+use rlg_findings::absolute::NoiseBounds;
 use rlg_force::{ForcePlan, Part};
 use rlg_model::Model;
 use rlg_recording::Recording;
@@ -97,11 +101,15 @@ pub fn diagnose_under(
         return rlg_force::positions::diagnose(settings, recording, model, progress);
     }
     if is_slow(recording, model) {
-        return attitudes::diagnose(settings, recording, of, progress);
+        let mut outcome = attitudes::diagnose(settings, recording, of, progress)?;
+        outcome.diagnosis.judge_noise(&NoiseBounds::default());
+        return Ok(outcome);
     }
     progress("aligning the channels");
-    let streams = Streams::align(recording, model)?;
-    diagnose_streams(settings, streams, of, progress)
+    let whole = lost_rows::put_back(recording, model, Streams::align)?;
+    let mut outcome = diagnose_streams(settings, whole.streams, of, progress)?;
+    outcome.diagnosis.say_first(whole.said);
+    Ok(outcome)
 }
 
 /// The same on aligned channels, so that the recording's own tables need not stay in memory.
@@ -115,9 +123,16 @@ pub fn diagnose_streams(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     let (model, model_file) = of;
-    let put_right = put_right::put_right(settings, &mut streams, model, model_file)?;
-    rlg_diagnosis::data::is_predictable(model, model_file)?;
     let name = streams.piece.recording.clone();
+    let put_right = match put_right::put_right(settings, &mut streams, model, model_file) {
+        Err(Stopped::Apart(why, _)) => {
+            let mut outcome = unusable(&name, settings, &why, model);
+            outcome.diagnosis = put_right::of_two_motions(&name, settings.seed, &why);
+            return Ok(outcome);
+        }
+        checked => checked?,
+    };
+    rlg_diagnosis::data::is_predictable(model, model_file)?;
     let found = if streams.at_rest.is_some() {
         at_rest::diagnose(settings, &mut streams, of, progress)?
     } else {
@@ -129,6 +144,7 @@ pub fn diagnose_streams(
     if let Some(put_right) = put_right {
         put_right.report(&mut outcome);
     }
+    outcome.diagnosis.judge_noise(&NoiseBounds::default());
     Ok(outcome)
 }
 

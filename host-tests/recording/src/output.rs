@@ -101,6 +101,8 @@ pub struct OutputFolder {
     // Dropped after the folder is gone.
     _unfinished: Unfinished,
     names: Vec<PathBuf>,
+    /// Files of earlier runs that go.
+    without: Vec<String>,
 }
 
 impl OutputFolder {
@@ -128,6 +130,7 @@ impl OutputFolder {
             staging,
             _unfinished: unfinished,
             names: Vec::new(),
+            without: Vec::new(),
         })
     }
 
@@ -161,6 +164,11 @@ impl OutputFolder {
         Ok(file)
     }
 
+    /// Takes away a file of an earlier run, when the others come to their place.
+    pub fn without(&mut self, name: &str) {
+        self.without.push(name.to_owned());
+    }
+
     /// Moves all files to their place.
     pub fn commit(self) -> Result<(), InputError> {
         let held = unfinished();
@@ -181,6 +189,12 @@ impl OutputFolder {
     }
 
     fn replace_files(&self) -> io::Result<()> {
+        for name in &self.without {
+            match fs::remove_file(self.target.join(name)) {
+                Err(error) if error.kind() != io::ErrorKind::NotFound => return Err(error),
+                _ => {}
+            }
+        }
         for name in &self.names {
             let place = self.target.join(name);
             if place.is_dir() {

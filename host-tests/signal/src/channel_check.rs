@@ -8,10 +8,13 @@ use nalgebra::{Matrix3, Vector3};
 
 use crate::coherent_map::{CoherentMap, measure};
 use crate::map_plan::MapPlan;
+use crate::same_motion::SameMotionPlan;
 
 /// Numbers of the judgement.
 #[derive(Debug, Clone, Copy)]
 pub struct ChannelPlan {
+    /// Whether both show one motion; `None`: not asked.
+    pub same_motion: Option<SameMotionPlan>,
     /// How the map is measured.
     pub map: MapPlan,
     /// Rotation \[rad\] up to which it is an ordinary tilt: installations and misalignments are sought to 0.3 rad.
@@ -30,6 +33,7 @@ pub struct ChannelPlan {
 impl Default for ChannelPlan {
     fn default() -> Self {
         Self {
+            same_motion: Some(SameMotionPlan::default()),
             map: MapPlan::default(),
             tilt_rad: 0.35,
             scale: [0.5, 2.0],

@@ -10,6 +10,7 @@ use super::channel_check::{ChannelPlan, Crossing, check};
 use super::map_plan::MapPlan;
 use super::partition::{Partition, PartitionPlan, Use};
 use super::qualify;
+use super::same_motion::{Apart, apart};
 use super::streams::Streams;
 
 /// What the gyros follow.
@@ -25,26 +26,45 @@ pub enum Lead {
 /// reference on their rows.
 ///
 /// # Inputs
-/// `partition`: which rows test the findings; they are not looked at.
+/// `partition`: which rows test the findings; only whether both show one motion is asked of them, too.
+///
+/// # Errors
+/// Gyros and reference do not show the same motion.
 pub fn crossings(
     streams: &mut Streams,
     model: &Model,
     partition: &PartitionPlan,
     plan: &ChannelPlan,
-) -> Vec<(Lead, Crossing)> {
+) -> Result<Vec<(Lead, Crossing)>, Apart> {
     let has_reference = !streams.own_motion && streams.at_rest.is_none() && !streams.piece.held_out;
     if !has_reference {
-        return Vec::new();
+        return Ok(Vec::new());
     }
-    let seen = seen(streams, partition);
-    of_rows(streams, model, &seen, plan)
+    let sound = sound(streams);
+    let found = plan.same_motion.as_ref().and_then(|plan| {
+        let gyros = without_dither(streams, model);
+        apart(&gyros, &streams.case_rad, &sound, streams.rate_hz, plan)
+    });
+    match found {
+        Some(apart) => Err(apart),
+        None => Ok(of_rows(
+            streams,
+            model,
+            &seen(streams, partition, &sound),
+            plan,
+        )),
+    }
+}
+
+/// Rows without a fault.
+fn sound(streams: &mut Streams) -> Vec<bool> {
+    let usable = streams.usable.clone();
+    qualify::qualify(streams);
+    std::mem::replace(&mut streams.usable, usable)
 }
 
 /// Rows that are sound, those that test the findings left out.
-fn seen(streams: &mut Streams, partition: &PartitionPlan) -> Vec<bool> {
-    let usable = streams.usable.clone();
-    qualify::qualify(streams);
-    let sound = std::mem::replace(&mut streams.usable, usable);
+fn seen(streams: &Streams, partition: &PartitionPlan, sound: &[bool]) -> Vec<bool> {
     let segments: Vec<_> = streams
         .piece
         .segments
@@ -52,7 +72,26 @@ fn seen(streams: &mut Streams, partition: &PartitionPlan) -> Vec<bool> {
         .map(|segment| streams.row_at(segment.start_s)..streams.row_at(segment.end_s))
         .collect();
     Partition::new(streams.rows, streams.rate_hz, &segments, partition)
-        .rows_of(&[Use::Train, Use::Confirm], &sound)
+        .rows_of(&[Use::Train, Use::Confirm], sound)
+}
+
+/// What the gyros sensed, less their blocks' dither as the pickoffs show it \[rad\].
+pub fn without_dither(streams: &Streams, model: &Model) -> Triad {
+    let mut gyros = streams.sensed_rad.clone();
+    for (axis, dither) in dither_rad(streams).iter().flatten().enumerate() {
+        add(&mut gyros[axis], dither, -model.pickoff_gain(axis));
+    }
+    gyros
+}
+
+/// Turns of the pickoffs over each row \[rad\].
+fn dither_rad(streams: &Streams) -> Option<Triad> {
+    streams.pickoff_rad.as_ref().map(|pickoff| {
+        [0, 1, 2].map(|axis: usize| {
+            let pairs = pickoff[axis].windows(2);
+            pairs.map(|pair| pair[1] - pair[0]).collect()
+        })
+    })
 }
 
 /// What the gyros read of the reference, and of their pickoffs, where it is no ordinary error.
@@ -62,29 +101,20 @@ fn of_rows(
     seen: &[bool],
     plan: &ChannelPlan,
 ) -> Vec<(Lead, Crossing)> {
-    let dither_rad: Option<Triad> = streams.pickoff_rad.as_ref().map(|pickoff| {
-        [0, 1, 2].map(|axis: usize| {
-            let pairs = pickoff[axis].windows(2);
-            pairs.map(|pair| pair[1] - pair[0]).collect()
-        })
-    });
-    let mut gyros = streams.sensed_rad.clone();
     let mut found = Vec::new();
     let rows = (seen, streams.rate_hz);
-    if let Some(dither_rad) = &dither_rad {
+    if let Some(dither_rad) = dither_rad(streams) {
         let gains = [0, 1, 2].map(|axis| model.pickoff_gain(axis));
         let crossing = check(
-            each(&gyros),
-            each(dither_rad),
+            each(&streams.sensed_rad),
+            each(&dither_rad),
             gains,
             rows,
             &of_pickoffs(plan),
         );
         found.extend(crossing.map(|crossing| (Lead::Pickoff, crossing)));
-        for (axis, gyro) in gyros.iter_mut().enumerate() {
-            add(gyro, &dither_rad[axis], -gains[axis]);
-        }
     }
+    let gyros = without_dither(streams, model);
     let known = |axis: usize| {
         let scales = model.effects.iter().filter(|one| one.kind == "gyro_scale");
         let sum: f64 = scales.map(|one| one.number(AXES[axis])).sum();

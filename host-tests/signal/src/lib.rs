@@ -7,9 +7,11 @@
 //! delays it in the frequency domain. [`partition`] says which rows are fitted, confirmed and tested.
 //!
 //! Before it stand the channels themselves: [`streams`] puts a recording on the gyros' rows; [`channel_map`] says whether
-//! gyros and reference mean the same axes, by the [`channel_check`] of the [`coherent_map`] between them; [`read_once`]
+//! gyros and reference mean the same axes, by the [`channel_check`] of the [`coherent_map`] between them, after
+//! [`same_motion`] says whether they show one motion at all, and [`lost_rows`] whether they do so at one delay; [`read_once`]
 //! takes one row a reading; [`qualify`] finds faults of the data ([`held`], [`stops`], [`repeated`]) and takes their rows
-//! out of use; [`piece`] says what rows are of; [`residual`] takes away what a model predicts.
+//! out of use; [`piece`] says what rows are of; [`residual`] takes away what a model predicts. What is left at the end is
+//! noise only if it is not [`in_step`] with the motion.
 
 pub mod axes;
 
@@ -46,6 +48,12 @@ pub mod qualify;
 pub mod read_once;
 
 pub mod channel_map;
+
+pub mod same_motion;
+
+pub mod lost_rows;
+
+pub mod in_step;
 
 pub mod piece;
 

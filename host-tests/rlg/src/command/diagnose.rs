@@ -58,7 +58,7 @@ const FAILED: u8 = 1;
 /// Prints the answer: the verdict, what was left out with sizes and standard deviations, where, what it could also be,
 /// and what to record next. With --out it writes OUT/diagnosis.json (every number), OUT/report.html (one page with the
 /// plots), OUT/residual.svg (the residual of the three gyros before and after, a picture for a document) and
-/// OUT/model.toml (the model with the found effects switched on: diagnosed again, it matches).
+/// OUT/model.toml (the model with the found effects switched on: diagnosed again, it matches; none where nothing can be said).
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  rlg diagnose recordings/bench-17 -m recordings/bench-17/model.toml -o out/bench-17\n  rlg diagnose monday tuesday friday --model unit.toml --hold-out friday --out out/unit\n\nExit code 0: done, whatever the verdict; 1: a verdict that --fail-on names; 2: an input that cannot be used."
@@ -401,7 +401,10 @@ fn write(
     })?;
     json.push('\n');
     out.write("diagnosis.json", json.as_bytes())?;
-    out.write("model.toml", outcome.model.to_toml().as_bytes())?;
+    match diagnosis.verdict {
+        Verdict::Unusable => out.without("model.toml"),
+        _ => out.write("model.toml", outcome.model.to_toml().as_bytes())?,
+    }
     let report = page_beside(diagnosis, outcome.pictures.as_ref(), beside);
     out.write("report.html", report.as_bytes())?;
     let residual = figure::residuals(diagnosis, outcome.pictures.as_ref());

@@ -1,0 +1,107 @@
+//! An absolute judgement: a noise that was fitted explains any residual, so what is left is noise only where it is like some
+//! instrument's, and does not move with the motion.
+
+use crate::numbers::number;
+use crate::result::{Diagnosis, NoiseEntry, Verdict};
+use crate::sentences::opening;
+
+/// Noise that no instrument of the kind exceeds.
+#[derive(Debug, Clone, Copy)]
+pub struct NoiseBounds {
+    /// Angle random walk of a gyro \[rad/√s\]: 10 °/√h. A telephone has a fiftieth, the poorest vibrating gyros a third.
+    pub most_walk_rad_sqrt_s: f64,
+    /// White noise of an angle or attitude, of gyro and reference together \[rad\]: 6°, three times a compass's.
+    pub most_angle_rad: f64,
+}
+
+impl Default for NoiseBounds {
+    fn default() -> Self {
+        Self {
+            most_walk_rad_sqrt_s: 2.9e-3,
+            most_angle_rad: 0.1,
+        }
+    }
+}
+
+/// °/√h of a walk of 1 rad/√s.
+pub const DEG_SQRT_H: f64 = 60.0 * 180.0 / std::f64::consts::PI;
+
+impl Diagnosis {
+    /// Says of noise beyond the bounds that it is none.
+    pub fn judge_noise(&mut self, bounds: &NoiseBounds) {
+        let said: Vec<String> = self
+            .noise
+            .iter()
+            .filter_map(|one| beyond(one, bounds))
+            .collect();
+        if !said.is_empty() {
+            self.is_left(said);
+        }
+    }
+
+    /// What is left is not explained, for the reasons that are said.
+    pub fn is_left(&mut self, said: Vec<String>) {
+        let was = opening(self.verdict);
+        self.verdict = match self.verdict {
+            Verdict::Matches => Verdict::Unexplained,
+            Verdict::Explained => Verdict::PartlyExplained,
+            other => other,
+        };
+        if let Some(first) = self.summary.iter_mut().find(|line| *line == was) {
+            *first = opening(self.verdict).to_string();
+        }
+        self.summary.extend(said);
+    }
+}
+
+/// Why the noise of a channel is no instrument's.
+fn beyond(noise: &NoiseEntry, bounds: &NoiseBounds) -> Option<String> {
+    let walk = noise.angle_random_walk_rad_sqrt_s;
+    let angle = noise.angle_noise_rad;
+    let what = if walk > bounds.most_walk_rad_sqrt_s {
+        format!(
+            "an angle random walk of {} \u{b0}/\u{221a}h, and no gyro has more than {}",
+            number(walk * DEG_SQRT_H),
+            number(bounds.most_walk_rad_sqrt_s * DEG_SQRT_H)
+        )
+    } else if angle > bounds.most_angle_rad {
+        format!(
+            "white noise of {} rad in every angle, and no gyro or reference has more than {}",
+            number(angle),
+            number(bounds.most_angle_rad)
+        )
+    } else {
+        return None;
+    };
+    Some(format!(
+        "What is left of {} would be {what}: it is a mismatch of unknown form, not noise.",
+        noise.channel
+    ))
+}
+
+/// What is left moves with the motion, in words.
+///
+/// # Inputs
+/// `share`: of the motion; `moving_over_still`: power of what is left while the unit moves most over that while it moves least.
+pub fn in_step(share: f64, moving_over_still: f64) -> String {
+    format!(
+        "What is left moves with the motion: it is {} % of it, and has {:.0} times the power while the unit moves most of that while it moves least. That is a mismatch of unknown form, not noise; a reference that is computed from these gyros leaves one.",
+        share_percent(share),
+        moving_over_still
+    )
+}
+
+/// What is left beside the motion, in words.
+pub fn beside_motion(share: f64) -> String {
+    format!(
+        "What is left is {} % of the motion (root mean squares of turns over 0.1 s).",
+        share_percent(share)
+    )
+}
+
+/// Per cent with two significant digits.
+fn share_percent(share: f64) -> String {
+    let percent = 100.0 * share;
+    let digits = (1.0 - percent.max(1e-6).log10().floor()).clamp(0.0, 8.0) as usize;
+    format!("{percent:.digits$}")
+}

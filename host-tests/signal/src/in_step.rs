@@ -1,0 +1,230 @@
+//! Whether what is left moves with the motion: noise does not know how fast a unit turns.
+//!
+//! Enter: mean squares of what is left and of the motion, by blocks of time. Leaves: [`InStep`], where what is left is louder
+//! while the unit moves, with its size as a share of the motion.
+//!
+//! # Measure
+//! What is left has the power a + b m in a block whose motion has the power m, a and b ≥ 0: the likeliest of a gamma law. Blocks
+//! are as many as their neighbours make them, so chance is what the same record shows where the motion is turned against it in a
+//! circle (a surrogate test: Theiler et al., Physica D 58, 1992).
+
+use std::ops::Range;
+
+use crate::axes::Triad;
+
+/// Numbers of the test.
+#[derive(Debug, Clone, Copy)]
+pub struct InStepPlan {
+    /// Fewer blocks tell nothing.
+    pub least_blocks: usize,
+    /// Part of what is left that moves with the motion, at least \[1\]: less is the ordinary unevenness of noise.
+    pub least_part: f64,
+    /// Least share of the motion \[1\]: less is what a search of the catalogue's effects sees better.
+    pub least_share: f64,
+    /// Share of the turns by chance that gain as much, at most \[1\].
+    pub chance: f64,
+    /// Most turns that are tried.
+    pub most_turns: usize,
+}
+
+impl Default for InStepPlan {
+    fn default() -> Self {
+        Self {
+            least_blocks: 16,
+            least_part: 0.5,
+            least_share: 1e-3,
+            chance: 0.02,
+            most_turns: 200,
+        }
+    }
+}
+
+/// Powers of a block of time.
+#[derive(Debug, Clone, Copy)]
+pub struct Block {
+    /// Mean square of what is left \[rad²\].
+    pub left: f64,
+    /// Mean square of the motion over the same time \[rad²\].
+    pub motion: f64,
+}
+
+/// Powers by blocks of a second or so, of sums over a tenth: what single rows err by is small beside what they turn.
+///
+/// # Inputs
+/// `left_rad`, `motion_rad`: by row of `period_s`, the motion without noise that is also in what is left; `is_used`: rows that both are known of.
+pub fn blocks(
+    left_rad: &Triad,
+    motion_rad: &Triad,
+    is_used: impl Fn(usize) -> bool,
+    period_s: f64,
+) -> Vec<Block> {
+    /// Time of a sum, and of a block \[s\]; least sums of one, and most blocks.
+    const SUMMED_S: f64 = 0.1;
+    const BLOCK_S: f64 = 1.0;
+    const LEAST_SUMS: usize = 4;
+    const MOST_BLOCKS: usize = 512;
+    let rows = left_rad[0].len();
+    let summed = ((SUMMED_S / period_s).round() as usize).max(1);
+    let square = |of: &Triad, rows: &Range<usize>| -> f64 {
+        let sums = of.iter().map(|axis| axis[rows.clone()].iter().sum::<f64>());
+        sums.map(|sum| sum * sum).sum()
+    };
+    let sums: Vec<Block> = (0..rows / summed)
+        .map(|sum| sum * summed..(sum + 1) * summed)
+        .filter(|rows| rows.clone().all(&is_used))
+        .map(|rows| Block {
+            left: square(left_rad, &rows),
+            motion: square(motion_rad, &rows),
+        })
+        .collect();
+    let joined = ((BLOCK_S / (period_s * summed as f64)) as usize)
+        .max(LEAST_SUMS)
+        .max(sums.len() / MOST_BLOCKS);
+    let blocks = sums.chunks_exact(joined).map(|block| {
+        let mean = |of: fn(&Block) -> f64| block.iter().map(of).sum::<f64>() / joined as f64;
+        Block {
+            left: mean(|one| one.left),
+            motion: mean(|one| one.motion),
+        }
+    });
+    blocks.collect()
+}
+
+/// What is left over the motion, both root mean squares \[1\]; `None` where the motion is less.
+pub fn share_left(blocks: &[Block]) -> Option<f64> {
+    let sum = |of: fn(&Block) -> f64| blocks.iter().map(of).sum::<f64>();
+    let (left, motion) = (sum(|one| one.left), sum(|one| one.motion));
+    (motion > left).then(|| (left / motion).sqrt())
+}
+
+/// What is left moves with the motion.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct InStep {
+    /// Root mean square of what moves with the motion over that of the motion \[1\].
+    pub share: f64,
+    /// Its part of the power of what is left \[1\].
+    pub part: f64,
+    /// Power of what is left in the quarter of the blocks that move most over that in the quarter that move least \[1\].
+    pub moving_over_still: f64,
+}
+
+/// Compares both.
+pub fn in_step(blocks: &[Block], plan: &InStepPlan) -> Option<InStep> {
+    let count = blocks.len();
+    let mean = |of: fn(&Block) -> f64| blocks.iter().map(of).sum::<f64>() / count as f64;
+    let (left, motion) = (mean(|one| one.left), mean(|one| one.motion));
+    if count < plan.least_blocks || left <= 0.0 || motion <= 0.0 {
+        return None;
+    }
+    let of_left: Vec<f64> = blocks.iter().map(|one| one.left / left).collect();
+    let of_motion: Vec<f64> = blocks.iter().map(|one| one.motion / motion).collect();
+    let (part, gain) = likeliest(&of_left, &of_motion);
+    let share = (part * left / motion).sqrt();
+    if part < plan.least_part || share < plan.least_share {
+        return None;
+    }
+    // Turns by less than a twentieth of the record are nearly none.
+    let apart = (count / 20).max(1);
+    let turns = (apart..=count - apart).step_by(count.div_ceil(plan.most_turns));
+    let tried = turns.clone().count() as f64;
+    let as_much = turns.filter(|turn| {
+        let mut turned = of_motion.clone();
+        turned.rotate_left(*turn);
+        likeliest(&of_left, &turned).1 >= gain
+    });
+    if as_much.count() as f64 > plan.chance * tried {
+        return None;
+    }
+    let mut by_motion: Vec<&Block> = blocks.iter().collect();
+    by_motion.sort_by(|a, b| a.motion.total_cmp(&b.motion));
+    let quarter = count / 4;
+    let sum = |of: &[&Block]| of.iter().map(|one| one.left).sum::<f64>();
+    let still = sum(&by_motion[..quarter]).max(f64::MIN_POSITIVE);
+    Some(InStep {
+        share,
+        part,
+        moving_over_still: sum(&by_motion[count - quarter..]) / still,
+    })
+}
+
+/// The part of the power that moves with the motion, and what log likelihood that gains over one level; both of mean 1.
+fn likeliest(left: &[f64], motion: &[f64]) -> (f64, f64) {
+    /// Steps that multiply: each gains, from anywhere.
+    const STEPS: usize = 40;
+    let [mut level, mut slope] = [0.5, 0.5];
+    let pairs = || left.iter().zip(motion);
+    let power = |level: f64, slope: f64, motion: f64| level + slope * motion;
+    for _ in 0..STEPS {
+        let [mut of_level, mut of_slope] = [[0.0; 2]; 2];
+        for (left, motion) in pairs() {
+            let power = power(level, slope, *motion).max(f64::MIN_POSITIVE);
+            let excess = left / (power * power);
+            of_level = [of_level[0] + excess, of_level[1] + 1.0 / power];
+            of_slope = [of_slope[0] + motion * excess, of_slope[1] + motion / power];
+        }
+        level *= of_level[0] / of_level[1];
+        slope *= of_slope[0] / of_slope[1];
+    }
+    let each = pairs().map(|(left, motion)| {
+        let power = power(level, slope, *motion).max(f64::MIN_POSITIVE);
+        1.0 - power.ln() - left / power
+    });
+    (slope / (level + slope), each.sum())
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Block, InStepPlan, in_step};
+
+    /// χ² of six numbers over six, by a congruential generator.
+    fn scatter(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        let mut even = move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            (state >> 33) as f64 / f64::from(1_u32 << 31)
+        };
+        move || (0..6).map(|_| (even() - 0.5).powi(2) * 2.0).sum()
+    }
+
+    /// Blocks of a unit that moves for 5 of every 12 s, the more the later.
+    fn blocks(level: f64, share: f64, seed: u64) -> Vec<Block> {
+        let mut scatter = scatter(seed);
+        let block = |second: u32| {
+            let moves = if second % 12 < 5 {
+                f64::from(second)
+            } else {
+                0.01
+            };
+            let motion = moves * scatter();
+            Block {
+                motion,
+                left: (level + share * share * motion) * scatter(),
+            }
+        };
+        (0..120).map(block).collect()
+    }
+
+    #[test]
+    fn what_moves_with_the_motion_is_found_with_its_share() {
+        for seed in 0..20 {
+            let found = in_step(&blocks(1e-4, 0.03, seed), &InStepPlan::default());
+            let found = found.expect("in step");
+            assert!((0.6..1.5).contains(&(found.share / 0.03)), "{found:?}");
+            assert!(found.moving_over_still > 10.0, "{found:?}");
+        }
+    }
+
+    #[test]
+    fn noise_of_its_own_is_in_step_with_nothing() {
+        let found =
+            (0..200).filter_map(|seed| in_step(&blocks(1e-4, 0.0, seed), &InStepPlan::default()));
+        assert_eq!(found.count(), 0);
+        let steady: Vec<Block> = blocks(1e-4, 0.0, 7)
+            .into_iter()
+            .map(|one| Block { motion: 1.0, ..one })
+            .collect();
+        assert_eq!(in_step(&steady, &InStepPlan::default()), None);
+    }
+}

@@ -1,0 +1,508 @@
+//! Rows that a recorder lost without a trace: a file without stamps has no gap, but one side runs ahead of the other from there on.
+//!
+//! Enter: increments of gyros and reference on the same rows \[rad\]. Leaves: the first [`LostRows`], where there are any.
+//!
+//! # Measure
+//! In short stretches, what is left of the gyros' variance beside the best real 3 × 3 map of the reference, at every lag; by sums of
+//! products at all lags at once. A stretch tells its lag where the lags that leave less than twice the least are neighbours: a
+//! periodic motion, a slow one and noise tell none. Rows are lost where the lags of the stretches before agree, those after agree,
+//! and both differ by more than any of them is uncertain. A clock that drifts has no such place.
+
+use std::ops::Range;
+
+use nalgebra::{Matrix3, Vector3};
+use realfft::num_complex::Complex64;
+
+use crate::axes::Triad;
+use crate::transforms;
+
+/// Numbers of the search.
+#[derive(Debug, Clone, Copy)]
+pub struct LostRowsPlan {
+    /// Largest lag that is looked for \[s\].
+    pub reach_s: f64,
+    /// Length of a stretch \[s\].
+    pub stretch_s: f64,
+    /// Least stretches, and most.
+    pub stretches: [usize; 2],
+    /// Rows to which a record is averaged at first.
+    pub most_rows: usize,
+    /// Share of the variance that the best lag of a stretch leaves at most \[1\].
+    pub most_left: f64,
+    /// Lags that leave so many times the least are others \[1\].
+    pub other: f64,
+    /// Stretches on either side that must agree.
+    pub agreeing: usize,
+    /// Share of the difference by which they may differ \[1\].
+    pub spread: f64,
+}
+
+impl Default for LostRowsPlan {
+    fn default() -> Self {
+        Self {
+            reach_s: 2.5,
+            stretch_s: 3.0,
+            stretches: [8, 64],
+            most_rows: 1 << 15,
+            most_left: 0.5,
+            other: 2.0,
+            agreeing: 2,
+            spread: 0.2,
+        }
+    }
+}
+
+/// Whose rows are lost.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Loser {
+    /// The gyros'.
+    Gyros,
+    /// The reference's.
+    Reference,
+}
+
+/// Rows that are lost in one place.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct LostRows {
+    /// Of whom.
+    pub of: Loser,
+    /// The row of its own that is the first after them.
+    pub before_row: usize,
+    /// How many.
+    pub rows: usize,
+}
+
+/// A stretch that tells its lag.
+struct Stretch {
+    rows: Range<usize>,
+    /// By how many rows the gyros are behind the reference.
+    lag: i64,
+    /// Lags within which the true one is.
+    within: i64,
+}
+
+/// Both sides on the same rows; nothing where they were not measured.
+struct Sides {
+    gyros: Vec<Vector3<f64>>,
+    reference: Vec<Vector3<f64>>,
+}
+
+/// Looks for the first rows that are lost.
+pub fn find(
+    gyros_rad: &Triad,
+    reference_rad: &Triad,
+    seen: &[bool],
+    rate_hz: f64,
+    plan: &LostRowsPlan,
+) -> Option<LostRows> {
+    let full = Sides::new(gyros_rad, reference_rad, seen);
+    let block = seen.len().div_ceil(plan.most_rows).max(1);
+    let coarse = full.averaged(block);
+    let stretches = coarse.stretches(rate_hz / block as f64, plan);
+    let at = change(&stretches, plan)?;
+    let (before, after) = stretches.split_at(at);
+    let near = |side: &[Stretch]| -> Option<(f64, Vec<Range<usize>>)> {
+        let rows: Vec<Range<usize>> = side
+            .iter()
+            .map(|one| one.rows.start * block..one.rows.end * block)
+            .collect();
+        let middle = side[side.len() / 2].lag * block as i64;
+        Some((full.fine_lag(&rows, middle, block as i64 + 1)?, rows))
+    };
+    let first = at.saturating_sub(plan.agreeing);
+    let last = (plan.agreeing).min(after.len());
+    let ((lag, rows), (later_lag, later_rows)) = (near(&before[first..])?, near(&after[..last])?);
+    let rows_lost = (later_lag - lag).round() as i64;
+    let lag = lag.round() as i64;
+    let later_lag = lag + rows_lost;
+    let maps = (full.map(&rows, lag)?, full.map(&later_rows, later_lag)?);
+    let span = rows[rows.len() - 1].start..later_rows[0].end;
+    let (of, before_row) = full.place(span, (lag, later_lag), maps)?;
+    Some(LostRows {
+        of,
+        before_row,
+        rows: rows_lost.unsigned_abs() as usize,
+    })
+}
+
+/// The first stretch of another lag than those before.
+fn change(stretches: &[Stretch], plan: &LostRowsPlan) -> Option<usize> {
+    let sides = plan.agreeing;
+    let middle = |side: &[Stretch]| {
+        let mut lags: Vec<i64> = side.iter().map(|one| one.lag).collect();
+        lags.sort_unstable();
+        lags[lags.len() / 2]
+    };
+    (sides..=stretches.len().checked_sub(sides)?).find(|at| {
+        let both = [&stretches[at - sides..*at], &stretches[*at..at + sides]];
+        let lags = both.map(middle);
+        let apart = (lags[1] - lags[0]).abs();
+        let agrees = |(side, lag): (&[Stretch], i64)| {
+            side.iter().all(|one| {
+                one.within < apart && (one.lag - lag).abs() as f64 <= plan.spread * apart as f64
+            })
+        };
+        apart > 0 && both.into_iter().zip(lags).all(agrees)
+    })
+}
+
+impl Sides {
+    fn new(gyros_rad: &Triad, reference_rad: &Triad, seen: &[bool]) -> Self {
+        let rows = |of: &Triad| {
+            let each = seen.iter().enumerate();
+            each.map(|(row, seen)| match seen {
+                true => Vector3::from_fn(|axis, _| of[axis][row]),
+                false => Vector3::zeros(),
+            })
+            .collect()
+        };
+        Self {
+            gyros: rows(gyros_rad),
+            reference: rows(reference_rad),
+        }
+    }
+
+    fn averaged(&self, block: usize) -> Self {
+        let sums = |of: &[Vector3<f64>]| {
+            let blocks = of.chunks_exact(block);
+            blocks.map(|rows| rows.iter().sum()).collect()
+        };
+        Self {
+            gyros: sums(&self.gyros),
+            reference: sums(&self.reference),
+        }
+    }
+
+    fn stretches(&self, rate_hz: f64, plan: &LostRowsPlan) -> Vec<Stretch> {
+        let rows = self.gyros.len();
+        let [least, most] = plan.stretches;
+        let count = (rows as f64 / rate_hz / plan.stretch_s) as usize;
+        let long = rows / count.clamp(least, most);
+        let reach = ((plan.reach_s * rate_hz) as usize).min(long);
+        if long < 16 {
+            return Vec::new();
+        }
+        let sums = Sums::new(&self.reference);
+        (0..rows / long)
+            .filter_map(|place| {
+                let rows = place * long..(place + 1) * long;
+                let left = self.left_by_lag(rows.clone(), reach, &sums)?;
+                let best = (0..left.len()).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
+                let is_as_good = |at: &usize| left[*at] < plan.other * left[best];
+                let alike: Vec<usize> = (0..left.len()).filter(is_as_good).collect();
+                let (from, to) = (alike[0], alike[alike.len() - 1]);
+                let is_one = to - from + 1 == alike.len() && from > 0 && to + 1 < left.len();
+                (is_one && left[best] < plan.most_left).then(|| Stretch {
+                    rows,
+                    lag: best as i64 - reach as i64,
+                    within: (to - from) as i64 / 2,
+                })
+            })
+            .collect()
+    }
+
+    /// Share of the gyros' variance that is left at each lag from −`reach` to `reach`; `None` where they do not move.
+    fn left_by_lag(&self, rows: Range<usize>, reach: usize, sums: &Sums) -> Option<Vec<f64>> {
+        let count = rows.len() as f64;
+        let own = &self.gyros[rows.clone()];
+        let mean = own.iter().sum::<Vector3<f64>>() / count;
+        let whole: f64 = own.iter().map(|row| (row - mean).norm_squared()).sum();
+        if whole <= 0.0 {
+            return None;
+        }
+        let length = transforms::smooth_length(rows.len() + 2 * reach);
+        let forward = transforms::forward(length);
+        let spectrum = |value: &dyn Fn(usize) -> f64| {
+            let mut input: Vec<f64> = (0..length).map(value).collect();
+            let mut output = forward.make_output_vec();
+            if forward.process(&mut input, &mut output).is_err() {
+                unreachable!("both buffers are as long as planned");
+            }
+            output
+        };
+        let gyros = [0, 1, 2].map(|axis: usize| {
+            spectrum(&|row| own.get(row).map_or(0.0, |own| own[axis] - mean[axis]))
+        });
+        // The reference begins `reach` rows before the stretch.
+        let beside = |row: usize| {
+            let row = (rows.start + row).checked_sub(reach);
+            row.and_then(|row| self.reference.get(row))
+        };
+        let reference = [0, 1, 2].map(|axis: usize| {
+            spectrum(&|row| match row < own.len() + 2 * reach {
+                true => beside(row).map_or(0.0, |beside| beside[axis]),
+                false => 0.0,
+            })
+        });
+        let back = transforms::inverse(length);
+        let products = |gyro: &[Complex64], reference: &[Complex64]| {
+            let pairs = gyro.iter().zip(reference);
+            let mut input: Vec<Complex64> = pairs
+                .map(|(gyro, reference)| gyro.conj() * reference / length as f64)
+                .collect();
+            // What rounding leaves of parts that are real.
+            input[0].im = 0.0;
+            if length.is_multiple_of(2) {
+                input[length / 2].im = 0.0;
+            }
+            let mut output = back.make_output_vec();
+            if back.process(&mut input, &mut output).is_err() {
+                unreachable!("both buffers are as long as planned");
+            }
+            output
+        };
+        let across = gyros.each_ref().map(|gyro| {
+            reference
+                .each_ref()
+                .map(|reference| products(gyro, reference))
+        });
+        let left = (0..=2 * reach).map(|at| {
+            // At this lag the stretch stands beside the reference's rows from `start − lag` on.
+            let lag = at as i64 - reach as i64;
+            let begins = 2 * reach - at;
+            let across = Matrix3::from_fn(|gyro, axis| across[gyro][axis][begins]);
+            let own = sums.centred(rows.start as i64 - lag, rows.len());
+            let ridge = Matrix3::identity() * (1e-9 * own.trace().max(f64::MIN_POSITIVE));
+            let inverse = (own + ridge).try_inverse().unwrap_or_default();
+            1.0 - (across * inverse * across.transpose()).trace() / whole
+        });
+        Some(left.collect())
+    }
+
+    /// Pairs of rows at a lag.
+    fn pairs<'a>(
+        &'a self,
+        rows: &'a [Range<usize>],
+        lag: i64,
+    ) -> impl Iterator<Item = (&'a Vector3<f64>, &'a Vector3<f64>)> {
+        rows.iter()
+            .cloned()
+            .flatten()
+            .filter_map(move |row| Some((&self.gyros[row], self.beside(row, lag)?)))
+    }
+
+    fn beside(&self, row: usize, lag: i64) -> Option<&Vector3<f64>> {
+        let row = usize::try_from(row as i64 - lag).ok()?;
+        self.reference.get(row)
+    }
+
+    /// The map of the reference at a lag, and what it leaves of the gyros' squares \[rad²\].
+    fn fitted(&self, rows: &[Range<usize>], lag: i64) -> Option<(Map, f64)> {
+        let (mut count, mut gyro_mean, mut mean) = (0.0, Vector3::zeros(), Vector3::zeros());
+        for (gyro, reference) in self.pairs(rows, lag) {
+            count += 1.0;
+            gyro_mean += gyro;
+            mean += reference;
+        }
+        (gyro_mean, mean) = (gyro_mean / count, mean / count);
+        let (mut across, mut own, mut whole) = (Matrix3::zeros(), Matrix3::zeros(), 0.0);
+        for (gyro, reference) in self.pairs(rows, lag) {
+            let (gyro, reference) = (gyro - gyro_mean, reference - mean);
+            across += gyro * reference.transpose();
+            own += reference * reference.transpose();
+            whole += gyro.norm_squared();
+        }
+        let ridge = Matrix3::identity() * (1e-9 * own.trace());
+        let gyros_from_reference = across * (own + ridge).try_inverse()?;
+        let left = whole - (gyros_from_reference * across.transpose()).trace();
+        let map = Map {
+            gyros_from_reference,
+            offset_rad: gyro_mean - gyros_from_reference * mean,
+        };
+        Some((map, left / count))
+    }
+
+    fn map(&self, rows: &[Range<usize>], lag: i64) -> Option<Map> {
+        self.fitted(rows, lag).map(|(map, _)| map)
+    }
+
+    /// The lag that leaves least, between rows: the top of a parabola.
+    fn fine_lag(&self, rows: &[Range<usize>], near: i64, reach: i64) -> Option<f64> {
+        let left = |lag: i64| self.fitted(rows, lag).map(|(_, left)| left);
+        let tried: Option<Vec<(i64, f64)>> = (near - reach..=near + reach)
+            .map(|lag| Some((lag, left(lag)?)))
+            .collect();
+        let (lag, least) = tried?.into_iter().min_by(|a, b| a.1.total_cmp(&b.1))?;
+        let [before, after] = [left(lag - 1)?, left(lag + 1)?];
+        let bent = before - 2.0 * least + after;
+        Some(lag as f64 + 0.5 * (before - after) / bent.max(f64::MIN_POSITIVE))
+    }
+
+    /// Whose rows are lost, and before which of them, between two lags.
+    fn place(
+        &self,
+        span: Range<usize>,
+        (lag, later_lag): (i64, i64),
+        (map, later_map): (Map, Map),
+    ) -> Option<(Loser, usize)> {
+        let misfit = |row: usize, lag: i64, map: &Map| {
+            let reference = self.beside(row, lag);
+            reference.map_or(0.0, |reference| {
+                let expected = map.gyros_from_reference * reference + map.offset_rad;
+                (self.gyros[row] - expected).norm_squared()
+            })
+        };
+        let cumulated = |lag: i64, map: &Map| {
+            let mut sums = vec![0.0];
+            for row in span.clone() {
+                sums.push(sums[sums.len() - 1] + misfit(row, lag, map));
+            }
+            sums
+        };
+        let (earlier, later) = (cumulated(lag, &map), cumulated(later_lag, &later_map));
+        let last = span.len();
+        // Rows of the gyros that no row of the reference shows, where that lost some.
+        let hidden = usize::try_from(later_lag - lag).unwrap_or(0);
+        let left = |at: &usize| earlier[*at] + later[last] - later[at + hidden];
+        let places = 0..=last.checked_sub(hidden)?;
+        let at = places.min_by(|a, b| left(a).total_cmp(&left(b)))?;
+        let row = span.start + at;
+        Some(match later_lag < lag {
+            true => (Loser::Gyros, row),
+            false => (
+                Loser::Reference,
+                usize::try_from(row as i64 - lag).unwrap_or(0),
+            ),
+        })
+    }
+}
+
+/// What the gyros read of the reference.
+struct Map {
+    gyros_from_reference: Matrix3<f64>,
+    offset_rad: Vector3<f64>,
+}
+
+/// Sums of the reference and of its products up to each row.
+struct Sums {
+    values: Vec<Vector3<f64>>,
+    products: Vec<Matrix3<f64>>,
+}
+
+impl Sums {
+    fn new(rows: &[Vector3<f64>]) -> Self {
+        let mut sums = Self {
+            values: vec![Vector3::zeros()],
+            products: vec![Matrix3::zeros()],
+        };
+        for row in rows {
+            sums.values.push(sums.values[sums.values.len() - 1] + row);
+            let product = row * row.transpose();
+            sums.products
+                .push(sums.products[sums.products.len() - 1] + product);
+        }
+        sums
+    }
+
+    /// Products of `count` rows from `start` on, about their mean; rows beyond the record are nothing.
+    fn centred(&self, start: i64, count: usize) -> Matrix3<f64> {
+        let last = self.values.len() - 1;
+        let within = |row: i64| usize::try_from(row).unwrap_or(0).min(last);
+        let (from, to) = (within(start), within(start + count as i64));
+        let sum = self.values[to] - self.values[from];
+        self.products[to] - self.products[from] - sum * sum.transpose() / count as f64
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Loser, LostRows, LostRowsPlan, find};
+    use crate::axes::Triad;
+
+    const RATE_HZ: f64 = 100.0;
+
+    /// Evenly distributed with unit variance, by a congruential generator.
+    fn noise(seed: u64) -> impl FnMut() -> f64 {
+        let mut state = seed;
+        move || {
+            state = state
+                .wrapping_mul(6_364_136_223_846_793_005)
+                .wrapping_add(1_442_695_040_888_963_407);
+            ((state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 12.0_f64.sqrt()
+        }
+    }
+
+    /// A motion of the band below `cut_hz` by a second-order filter of noise, and what gyros turned against it read \[rad\].
+    fn record(rows: usize, cut_hz: f64, seed: u64) -> (Triad, Triad) {
+        let mut noise = noise(seed);
+        let kept = (-std::f64::consts::TAU * cut_hz / RATE_HZ).exp();
+        let mut reference = Triad::default();
+        for axis in &mut reference {
+            let (mut first, mut second) = (0.0, 0.0);
+            for _ in 0..rows {
+                first = kept * first + (1.0 - kept) * noise();
+                second = kept * second + (1.0 - kept) * first;
+                axis.push(second * 1e-2);
+            }
+        }
+        let mut gyros = Triad::default();
+        for row in 0..rows {
+            for (axis, gyro) in gyros.iter_mut().enumerate() {
+                let own = reference[axis][row] + 0.2 * reference[(axis + 1) % 3][row];
+                gyro.push(own + 1e-5 * noise() + 1e-4);
+            }
+        }
+        (gyros, reference)
+    }
+
+    fn without(of: &Triad, from: usize, rows: usize) -> Triad {
+        of.each_ref().map(|axis| {
+            let kept = (0..axis.len()).filter(|row| !(from..from + rows).contains(row));
+            kept.map(|row| axis[row]).collect()
+        })
+    }
+
+    fn found(gyros: &Triad, reference: &Triad) -> Option<LostRows> {
+        let rows = gyros[0].len().min(reference[0].len());
+        let cut = |of: &Triad| of.each_ref().map(|axis| axis[..rows].to_vec());
+        let plan = LostRowsPlan::default();
+        find(
+            &cut(gyros),
+            &cut(reference),
+            &vec![true; rows],
+            RATE_HZ,
+            &plan,
+        )
+    }
+
+    #[test]
+    fn lost_rows_are_found_with_their_place_and_number() {
+        for (seed, from, rows) in [(1, 1500, 50), (2, 900, 3), (3, 2100, 130), (4, 777, 9)] {
+            let (gyros, reference) = record(3000, 1.0, seed);
+            let lost = found(&without(&gyros, from, rows), &reference).expect("rows are lost");
+            assert_eq!((lost.of, lost.rows), (Loser::Gyros, rows));
+            assert!(lost.before_row.abs_diff(from) <= 2, "{lost:?} {from}");
+            let lost = found(&gyros, &without(&reference, from, rows)).expect("rows are lost");
+            assert_eq!((lost.of, lost.rows), (Loser::Reference, rows));
+            assert!(lost.before_row.abs_diff(from) <= 2, "{lost:?} {from}");
+        }
+    }
+
+    #[test]
+    fn whole_records_and_clocks_that_drift_lose_nothing() {
+        for seed in 10..20 {
+            let (gyros, reference) = record(6000, 1.0, seed);
+            assert_eq!(found(&gyros, &reference), None);
+            // 0.2 % of the clock: 12 rows by the end.
+            let slow = reference.each_ref().map(|axis| {
+                (0..axis.len())
+                    .map(|row| axis[row * 998 / 1000])
+                    .collect::<Vec<f64>>()
+            });
+            assert_eq!(found(&gyros, &slow), None);
+        }
+    }
+
+    #[test]
+    fn a_tone_tells_no_lag() {
+        let rows = 3000;
+        let tone = |phase: f64| -> Vec<f64> {
+            (0..rows)
+                .map(|row| 1e-3 * (0.3 * f64::from(row) + phase).sin())
+                .collect()
+        };
+        let reference: Triad = [tone(0.0), tone(1.0), tone(2.0)];
+        let lost = without(&reference, 1500, 40);
+        assert_eq!(found(&lost, &reference), None);
+    }
+}
