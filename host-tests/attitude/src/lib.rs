@@ -4,7 +4,7 @@
 //! units) → `coarse` (delay and rotation far off) →
 //! `gyro_motion` (the gyros' own attitude, `dither` taken out) → `increments` (rows of the likelihood, between stamps) →
 //! `growth` of the `registration` (what aligns two instruments, always beside; on `equations` with the `noise` at its best, whose
-//! level has a `modulation` in each of the `octaves`, columns of `conditioned` motion, without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude) →
+//! level has a `modulation` in each of the `octaves`, columns of `conditioned` motion, without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude; among them a reference that is pulled to the `vertical`) →
 //! `search` (the `choice` by what `blocks` of rows, made white by the `whitener`, agree on, by their `block_sums` alone; `steps` of a bias; a `self_test` of
 //! both) → `held_out`, `promise` and `findings`. What is left of the gyros' own motion is handed on (`case_motion`): it carries gravity past accelerometers.
 //!
@@ -55,6 +55,8 @@ mod channels;
 mod held;
 
 mod observed;
+
+mod vertical;
 
 mod coarse;
 

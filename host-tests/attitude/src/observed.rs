@@ -26,6 +26,7 @@ use crate::noise::declared_walk_rad_sqrt_s;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
 use crate::registration::Records;
+use crate::vertical;
 
 /// A recording, ready.
 pub(crate) struct Observed<'a> {
@@ -56,8 +57,9 @@ impl Observed<'_> {
     /// # Errors
     /// The model's installation matrix has no inverse.
     pub(crate) fn gyro(&self, about: &About, model_file: &Path) -> Result<Gyro, InputError> {
-        Gyro::new(&self.streams, self.model, &about.conditioned_rad)
-            .ok_or_else(|| no_inverse(model_file))
+        let off_vertical = vertical::off_vertical(&self.samples, &self.streams);
+        let motion = (&about.conditioned_rad, off_vertical.as_ref());
+        Gyro::new(&self.streams, self.model, motion).ok_or_else(|| no_inverse(model_file))
     }
 
     /// Takes what the model knows out of what the gyros sensed \[rad\]; whether there was any.

@@ -35,8 +35,12 @@ pub struct Gyro {
 
 impl Gyro {
     /// # Inputs
-    /// `case_rad`: motion in the gyros' case \[rad by row\].
-    pub fn new(streams: &Streams, model: &Model, case_rad: &Triad) -> Option<Self> {
+    /// `case_rad`: motion in the gyros' case \[rad by row\]; `off_vertical`: where accelerometers tell it.
+    pub fn new(
+        streams: &Streams,
+        model: &Model,
+        (case_rad, off_vertical): (&Triad, Option<&Triad>),
+    ) -> Option<Self> {
         let from_sensing = body_from_sensing(&model.gyro.installation_rad);
         let sensing_from_body = from_sensing.try_inverse()?;
         let scale = model.gyro.scale_error;
@@ -47,6 +51,7 @@ impl Gyro {
         );
         let inputs = Inputs {
             others: &[],
+            off_vertical,
             ..Inputs::of(streams)
         };
         let sensing = (sensing_from_body, sensing_from_body);

@@ -1,7 +1,7 @@
 //! Which effects of physics stand beside the registration, and which numbers of the registration the record supports.
 
 use rlg_catalogue::Pool;
-use rlg_catalogue::entries::{CATALOGUE, STEP};
+use rlg_catalogue::entries::{CATALOGUE, PULL, STEP};
 use rlg_diagnosis::self_test::Trials;
 use rlg_findings::result::Tested;
 use rlg_signal::axes::{Triad, add_triad};
@@ -124,7 +124,12 @@ pub fn search(
             break;
         };
         set.extend(&named.places);
+        let is_filter = named.kind == PULL;
         physics.push(named);
+        // An attitude that was computed from these gyros shares their errors: it is no witness of more.
+        if is_filter {
+            break;
+        }
     }
     let kinds: Vec<&'static str> = physics.iter().map(|one| one.kind).collect();
     for named in physics.iter_mut().filter(|one| one.step.is_none()) {

@@ -49,6 +49,8 @@ pub enum Column {
     WarmingTimesIncrement(usize, usize),
     /// B T.
     Magnetic(usize),
+    /// (f/|f|) × up · T.
+    OffVertical(usize),
     /// The block's increment \[rad\].
     Dither(usize),
     /// Its derivative where the pickoff shows the block late \[s\] \[rad/s\].
@@ -234,7 +236,8 @@ impl Column {
     pub fn is_available(self, signals: &Signals) -> bool {
         use Column::{
             Dither, DitherBeyond, DitherCube, DitherDelay, Force, ForceRate, ForceSquare,
-            ForceTimesIncrement, Magnetic, Warming, WarmingRate, WarmingTimesIncrement,
+            ForceTimesIncrement, Magnetic, OffVertical, Warming, WarmingRate,
+            WarmingTimesIncrement,
         };
         let varies = |triad: &Option<Triad>, axis: usize| {
             triad
@@ -251,6 +254,7 @@ impl Column {
                 varies(&signals.warming_k, axis)
             }
             Magnetic(axis) => varies(&signals.magnetic_t, axis),
+            OffVertical(axis) => varies(&signals.off_vertical, axis),
             Dither(_) | DitherDelay(..) | DitherBeyond(..) | DitherCube(_) => {
                 signals.dither_rad.is_some()
             }
@@ -409,6 +413,9 @@ impl Column {
             ),
             Self::Magnetic(axis) => {
                 channel(&signals.magnetic_t, &|field| scaled(field, period), axis)
+            }
+            Self::OffVertical(axis) => {
+                channel(&signals.off_vertical, &|off| scaled(off, period), axis)
             }
             Self::Dither(axis) => channel(&signals.dither_rad, &<[f64]>::to_vec, axis),
             Self::DitherDelay(axis, late_s) => channel(

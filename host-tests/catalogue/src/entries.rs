@@ -390,6 +390,16 @@ pub static CATALOGUE: &[Entry] = &[
         experiment: "Oscillate at two frequencies against a reference of known bandwidth.",
     },
     Entry {
+        kind: PULL,
+        equation: "reference rate += k (f/|f| x up)",
+        unit: "1/s",
+        size: Size::positive(1e-2, 10.0),
+        law: Law::Common(|i| vec![(Column::OffVertical(i), -1.0)]),
+        everyday: true,
+        meaning: "The reference is an attitude filter that is pulled towards the force that the accelerometers feel, which is the vertical only while the unit does not accelerate. Was this attitude computed from these gyros? Then it is no witness of their errors.",
+        experiment: "Swing the unit about a level axis through its accelerometers and beside them: only what feels the swing pulls the filter.",
+    },
+    Entry {
         kind: "earth_rate",
         equation: "omega += C(t)^T omega_earth(start)",
         unit: "rad/s",
@@ -463,6 +473,9 @@ pub const BANDWIDTH: &str = "gyro_bandwidth";
 
 /// A pickoff that is read late.
 pub const LATE_PICKOFF: &str = "dither_delay";
+
+/// An attitude filter as reference, pulled towards felt force.
+pub const PULL: &str = "reference_pull";
 
 /// A dead band about rest, of gyros that are not dithered.
 pub const LOCK_IN: &str = "lock_in";

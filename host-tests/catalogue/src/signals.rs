@@ -31,6 +31,8 @@ pub struct Inputs<'a> {
     pub temperature_k: Option<&'a Triad>,
     /// Magnetic flux density \[T\].
     pub magnetic_t: Option<&'a Triad>,
+    /// Turn from the felt force to the reference's vertical, by body axis \[1\].
+    pub off_vertical: Option<&'a Triad>,
     /// Block relative to case at row ends \[rad\], one entry more than rows.
     pub pickoff_rad: Option<&'a Triad>,
     /// Channels of unknown quantity, by name.
@@ -129,6 +131,7 @@ impl<'a> Inputs<'a> {
             force_m_s2: streams.force_m_s2.as_ref(),
             temperature_k: streams.temperature_k.as_ref(),
             magnetic_t: streams.magnetic_t.as_ref(),
+            off_vertical: None,
             pickoff_rad: streams.pickoff_rad.as_ref(),
             others: &streams.others,
             start_s: streams.start_s,
@@ -161,6 +164,8 @@ pub struct Signals {
     pub warming_k: Option<Triad>,
     /// Magnetic flux density \[T\].
     pub magnetic_t: Option<Triad>,
+    /// Turn from the felt force to the reference's vertical, by body axis: (f/|f|) × up \[1\]. Known beside attitudes alone.
+    pub off_vertical: Option<Triad>,
     /// Increments of block against case \[rad\], conditioned like the motion.
     pub dither_rad: Option<Triad>,
     /// Pickoff angle at row ends \[rad\].
@@ -206,6 +211,7 @@ impl Signals {
                 .map(|triad| std::array::from_fn(|axis| triad[axis][1..].to_vec())),
             force_m_s2: inputs.force_m_s2.cloned(),
             magnetic_t: inputs.magnetic_t.cloned(),
+            off_vertical: inputs.off_vertical.cloned(),
             attitude: attitude(
                 &independent.case_rad,
                 inputs

@@ -127,7 +127,11 @@ pub(crate) fn unlike_noise(gyro: usize, misfits: &[Misfit], rate_hz: f64) -> Opt
 
 /// The channel without which a kind cannot show, if the recording lacks it.
 pub fn no_channel(kind: &str, streams: &Streams) -> Option<&'static str> {
-    if kind.contains("temperature") && streams.temperature_k.is_none() {
+    if kind == entries::PULL && !streams.own_motion {
+        Some("no attitudes as the reference")
+    } else if kind == entries::PULL && streams.force_m_s2.is_none() {
+        Some("no specific force channel")
+    } else if kind.contains("temperature") && streams.temperature_k.is_none() {
         Some("no temperature channel")
     } else if kind.contains("magnetic") && streams.magnetic_t.is_none() {
         Some("no magnetic field channel")

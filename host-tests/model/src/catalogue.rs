@@ -215,6 +215,11 @@ pub const CATALOGUE: &[Kind] = &[
     kind("reference_misalignment", &[of(XYZ, "rad")]),
     kind("reference_delay", &[needed(&["all"], "s", Value::Number)]),
     kind("reference_scale", &[of(XYZ, "1")]),
+    // Of an attitude filter, towards the force that the accelerometers feel.
+    kind(
+        "reference_pull",
+        &[needed(&["all"], "1/s", Value::NotNegative)],
+    ),
     kind(
         "reference_harmonic",
         &[

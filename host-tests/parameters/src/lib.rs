@@ -70,6 +70,7 @@ const OF_THE_RECORDING: &[&str] = &[
     "reference_delay",
     "reference_scale",
     "reference_harmonic",
+    "reference_pull",
     "isolator_mode",
     "earth_rate",
 ];
