@@ -4,6 +4,7 @@ use std::path::Path;
 
 use nalgebra::Vector3;
 use rlg_catalogue::Pool;
+use rlg_catalogue::entries::PULL;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::put_right::{self, PutRight, Stopped};
 use rlg_model::{Model, MotionSource};
@@ -207,10 +208,16 @@ fn of_many(
     }
     let (pool, effects) = gyro.candidates(settings.left_out);
     let candidates = Candidates::new(effects);
+    let mut plan = settings.plan;
+    let mut known = observed.model.effects.iter();
+    if known.any(|effect| effect.kind == PULL) {
+        // No witness of more than that.
+        plan.most_effects = 0;
+    }
     let searched = |registered: Registration, gyro: &Gyro, observed: &Observed| {
         progress("searching for physics");
         let physics = (gyro, &pool, &candidates);
-        let told = (&settings.plan, settings.seed);
+        let told = (&plan, settings.seed);
         searched((&observed.gyros, registered), of_model, physics, told)
     };
     let mut found;

@@ -280,6 +280,7 @@ fn summary(
             numbers.sentence()
         ));
     }
+    lines.extend(sampled_at_instants(said, named));
     let has_as_many = said.found.named_set.len() >= 3 * said.registered.about.increments.rows();
     if !named.is_empty() && said.few.is_some() && has_as_many {
         lines.push("What was found has as many numbers as the attitudes, which alone cannot tell it from other things: another turn, about another axis or of another length, would show whether it holds.".to_string());
@@ -295,6 +296,32 @@ fn summary(
         lines.push(tested.sentence());
     }
     lines
+}
+
+/// Rates sampled at the end of each row and read as means over it are late by half a row, and less smooth by h²/12, all alike.
+fn sampled_at_instants(said: &Said, named: &[(&Named, Numbers)]) -> Option<String> {
+    /// Share of a row by which the delay may differ: an instant is half a row late only where the motion is slow.
+    const NEAR: f64 = 0.03;
+    /// Standard deviations of what smooths less.
+    const WITHIN: f64 = 3.0;
+    let of = |kind: &str| named.iter().find(|(one, _)| one.kind == kind);
+    let (delay, smoothing) = (of("reference_delay")?, of("reference_bandwidth")?);
+    let row_s = 1.0 / said.observed.gyros.rate_hz;
+    let less_smooth_s2 = row_s * row_s / 12.0;
+    let late_s = *delay.1.values.first()?;
+    let is_half = (late_s - 0.5 * row_s).abs() < NEAR * row_s;
+    let mut each = smoothing.1.values.iter().enumerate();
+    let is_square = each.all(|(axis, value)| {
+        let std = smoothing.1.covariance[(axis, axis)].max(0.0).sqrt();
+        (value - less_smooth_s2).abs() < WITHIN * std
+    });
+    (is_half && is_square).then(|| {
+        format!(
+            "Both are one cause: gyros that were sampled at the instant of each row's end ({:.4} s long) and are read as means over it are late by half of it, {:.4} s, and less smooth by its square over 12, {less_smooth_s2:.3e} s^2. Import them with --sampling instant.",
+            row_s,
+            0.5 * row_s
+        )
+    })
 }
 
 fn fit(said: &Said, tested: Option<&HeldOut>) -> FitEntry {

@@ -506,6 +506,39 @@ fn gyros_and_a_reference_of_two_motions_are_unusable_and_nothing_is_named() {
     });
 }
 
+/// The command leaves no model, not even one of an earlier run.
+#[test]
+fn of_two_motions_no_model_is_written() {
+    let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
+        return;
+    };
+    let folder = folder.join("outside").join("unrelated");
+    let out = tempfile::tempdir().expect("a folder");
+    std::fs::write(out.path().join("model.toml"), "of an earlier run").expect("written");
+    std::fs::write(out.path().join("diagnosis.json"), "{}").expect("written");
+    let mut command = assert_cmd::Command::cargo_bin("rlg").expect("the command is built");
+    command
+        .args(["diagnose", "--quiet", "--model"])
+        .arg(folder.join("model.toml"))
+        .arg("--out")
+        .arg(out.path())
+        .arg(&folder)
+        .assert()
+        .success();
+    assert!(!out.path().join("model.toml").exists());
+    let written = std::fs::read_to_string(out.path().join("diagnosis.json")).expect("read");
+    assert!(written.contains("do not show the same motion"), "{written}");
+}
+
+#[test]
+fn rates_sampled_at_instants_are_one_cause() {
+    accepted("instant-25hz", false, |diagnosis| {
+        is_explained(diagnosis);
+        assert!(says(diagnosis, "Both are one cause"));
+        assert!(says(diagnosis, "--sampling instant"));
+    });
+}
+
 #[test]
 fn half_a_second_that_a_recorder_lost_is_put_back() {
     accepted("lost-block", false, |diagnosis| {
