@@ -114,14 +114,13 @@ fn the_command_leaves_all_of_its_results_or_none() {
         let words = String::from_utf8_lossy(&output.stderr);
         match output.status.code() {
             Some(0) => {
-                for name in [
-                    "diagnosis.json",
-                    "model.toml",
-                    "report.html",
-                    "residual.svg",
-                ] {
+                for name in ["diagnosis.json", "report.html", "residual.svg"] {
                     assert!(out.join(name).exists(), "seed {seed}: no {name}");
                 }
+                let json = std::fs::read_to_string(out.join("diagnosis.json")).expect("written");
+                let is_unusable = json.contains("\"verdict\": \"unusable\"");
+                let has_model = out.join("model.toml").exists();
+                assert_eq!(has_model, !is_unusable, "seed {seed}: a model");
                 assert_eq!(left, 2, "seed {seed}: something beside the results");
             }
             Some(2) => {
