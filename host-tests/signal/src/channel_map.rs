@@ -78,20 +78,10 @@ fn seen(streams: &Streams, partition: &PartitionPlan, sound: &[bool]) -> Vec<boo
 /// What the gyros sensed, less their blocks' dither as the pickoffs show it \[rad\].
 pub fn without_dither(streams: &Streams, model: &Model) -> Triad {
     let mut gyros = streams.sensed_rad.clone();
-    for (axis, dither) in dither_rad(streams).iter().flatten().enumerate() {
+    for (axis, dither) in streams.dither_rad().iter().flatten().enumerate() {
         add(&mut gyros[axis], dither, -model.pickoff_gain(axis));
     }
     gyros
-}
-
-/// Turns of the pickoffs over each row \[rad\].
-fn dither_rad(streams: &Streams) -> Option<Triad> {
-    streams.pickoff_rad.as_ref().map(|pickoff| {
-        [0, 1, 2].map(|axis: usize| {
-            let pairs = pickoff[axis].windows(2);
-            pairs.map(|pair| pair[1] - pair[0]).collect()
-        })
-    })
 }
 
 /// What the gyros read of the reference, and of their pickoffs, where it is no ordinary error.
@@ -103,7 +93,7 @@ fn of_rows(
 ) -> Vec<(Lead, Crossing)> {
     let mut found = Vec::new();
     let rows = (seen, streams.rate_hz);
-    if let Some(dither_rad) = dither_rad(streams) {
+    if let Some(dither_rad) = streams.dither_rad() {
         let gains = [0, 1, 2].map(|axis| model.pickoff_gain(axis));
         let crossing = check(
             each(&streams.sensed_rad),
