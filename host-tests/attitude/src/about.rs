@@ -14,6 +14,7 @@ use crate::increments::{Increments, ReferenceClock, Stamps};
 use crate::noise::Alike;
 
 /// What the gyros sensed.
+#[derive(Clone)]
 pub struct Gyros {
     /// When the first row begins \[s\].
     pub start_s: f64,

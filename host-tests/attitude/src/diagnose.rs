@@ -29,6 +29,7 @@ use crate::findings;
 use crate::fitting::priced;
 use crate::growth::Growth;
 use crate::observed::{Observed, observe};
+use crate::own_lines;
 use crate::physics::{self, Gyro};
 use crate::plan::AttitudePlan;
 use crate::registration::{self, Registration};
@@ -120,6 +121,10 @@ pub fn diagnose(
             }
             checked => checked?,
         };
+    }
+    if !observed.is_few {
+        let lines = own_lines::of(&observed, &settings.plan.lines);
+        observed.take_lines(lines);
     }
     let fit = if observed.is_few { of_few } else { of_many };
     let Some(fitted) = fit(settings, &mut observed, (&of_model, model_file), progress)? else {

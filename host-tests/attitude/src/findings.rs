@@ -7,6 +7,7 @@ use rlg_diagnosis::Outcome;
 use rlg_diagnosis::data_words;
 use rlg_diagnosis::entries_of_rows::{fault_effect, fault_entry};
 use rlg_diagnosis::next_experiment::NONE_NEEDED;
+use rlg_diagnosis::own_lines;
 use rlg_diagnosis::summary::no_channel;
 use rlg_findings::absolute;
 use rlg_findings::combinations::identifiable;
@@ -57,6 +58,9 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         .iter()
         .map(|(one, numbers)| entry(said, one, numbers))
         .collect();
+    let clock = (streams.rows, streams.rate_hz);
+    let lines = own_lines::entries(&observed.lines, clock, observed.model);
+    effects.extend(lines.iter().map(|(entry, _)| entry.clone()));
     effects.extend(spans.iter().map(Span::entry));
     effects.extend(jumps.iter().map(JumpSeen::entry));
     effects.extend(
@@ -79,6 +83,9 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     for (one, numbers) in &named {
         switch_on(&mut model, model_effect(said, one, numbers));
     }
+    for (_, effect) in &lines {
+        switch_on(&mut model, effect.clone());
+    }
     let faults = spans.iter().map(Span::effect);
     let of_data = observed.faults.iter();
     let of_data = of_data.map(|fault| fault_effect(fault, streams));
@@ -95,7 +102,12 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed: said.seed,
         verdict,
-        summary: summary(said, (verdict, &named), (&spans, &jumps), tested.as_ref()),
+        summary: summary(
+            said,
+            (verdict, &named, &lines),
+            (&spans, &jumps),
+            tested.as_ref(),
+        ),
         locations: Vec::new(),
         effects,
         registration: registration(said),
@@ -263,7 +275,7 @@ fn reference_line(said: &Said) -> String {
 
 fn summary(
     said: &Said,
-    (verdict, named): (Verdict, &[(&Named, Numbers)]),
+    (verdict, named, own): (Verdict, &[(&Named, Numbers)], &[(EffectEntry, ModelEffect)]),
     (spans, jumps): (&[Span], &[JumpSeen]),
     tested: Option<&HeldOut>,
 ) -> Vec<String> {
@@ -281,6 +293,7 @@ fn summary(
         ));
     }
     lines.extend(sampled_at_instants(said, named));
+    lines.extend(own.iter().map(|(entry, _)| own_lines::sentence(entry)));
     let has_as_many = said.found.named_set.len() >= 3 * said.registered.about.increments.rows();
     if !named.is_empty() && said.few.is_some() && has_as_many {
         lines.push("What was found has as many numbers as the attitudes, which alone cannot tell it from other things: another turn, about another axis or of another length, would show whether it holds.".to_string());

@@ -1,5 +1,7 @@
 //! Figures on stamps that served nothing else, and what the report draws.
 
+use std::borrow::Cow;
+
 use nalgebra::Vector3;
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::FiguresEntry;
@@ -75,7 +77,11 @@ fn residual(
     with_effects: bool,
 ) -> Option<Residual> {
     let observed = said.observed;
-    let about = About::new(&observed.gyros, &observed.samples, known, alignment)?;
+    let gyros = match with_effects {
+        true => Cow::Borrowed(&observed.gyros),
+        false => observed.gyros_with_lines(),
+    };
+    let about = About::new(&gyros, &observed.samples, known, alignment)?;
     let mut left_rad = about.increments.rows_rad.clone();
     if with_effects {
         let mut columns = about.columns(observed.gyros.rate_hz);

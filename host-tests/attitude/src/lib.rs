@@ -58,6 +58,8 @@ mod observed;
 
 mod vertical;
 
+mod own_lines;
+
 mod coarse;
 
 mod conventions;

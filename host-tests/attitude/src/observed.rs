@@ -10,6 +10,7 @@ use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::{SlowSample, slow_samples};
 use rlg_signal::axes::Triad;
 use rlg_signal::fault::Fault;
+use rlg_signal::own_lines::OwnLine;
 use rlg_signal::own_motion::take_own_motion;
 use rlg_signal::qualify;
 use rlg_signal::residual::body_from_sensing;
@@ -44,6 +45,8 @@ pub(crate) struct Observed<'a> {
     /// Whether the attitudes are so few that only the model knows their noise.
     pub(crate) is_few: bool,
     pub(crate) gyros: Gyros,
+    /// Lines that were taken out of them.
+    pub(crate) lines: Vec<OwnLine>,
 }
 
 impl Observed<'_> {
@@ -142,6 +145,7 @@ pub(crate) fn observe<'a>(
         stamps,
         is_few,
         gyros,
+        lines: Vec::new(),
     }))
 }
 

@@ -1,6 +1,8 @@
 //! Numbers that decide what is named. Calibrated by `cargo test -p rlg --test diagnose attitude` and on rotated blocks of
 //! real recordings (inference.md, B6).
 
+use rlg_signal::own_lines::OwnLinesPlan;
+
 /// See the page above.
 #[derive(Debug, Clone, Copy)]
 pub struct AttitudePlan {
@@ -25,6 +27,8 @@ pub struct AttitudePlan {
     pub most_effects: usize,
     /// What is left is not explained where its power on unseen rows exceeds what the noise predicts so many times.
     pub most_power: f64,
+    /// Search for lines of the gyros alone.
+    pub lines: OwnLinesPlan,
 }
 
 impl Default for AttitudePlan {
@@ -40,6 +44,7 @@ impl Default for AttitudePlan {
             nearly: 0.5,
             most_effects: 6,
             most_power: 10.0,
+            lines: OwnLinesPlan::default(),
         }
     }
 }

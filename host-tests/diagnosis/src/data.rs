@@ -17,6 +17,7 @@ use rlg_catalogue::{Column, Expression, Pool, Sensed};
 use rlg_inference::Observations;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
+use rlg_signal::own_lines::OwnLine;
 use rlg_signal::partition::{Partition, Use};
 
 use super::aside::Aside;
@@ -37,6 +38,8 @@ pub struct Data<'a> {
     pub residual_rad: Triad,
     /// What was taken out of the residual before the search.
     pub aside: Aside,
+    /// Lines of the gyros alone among those.
+    pub own_lines: Vec<OwnLine>,
     /// Delays, low passes and mounts that the model holds.
     known_path: Path,
     /// Increments of the reference \[rad\] behind the model's delays, low passes and mounts.
@@ -135,6 +138,7 @@ impl<'a> Data<'a> {
         Ok(Self {
             residual_rad,
             aside: Aside::default(),
+            own_lines: Vec::new(),
             known_path: path,
             reference_rad: Arc::new(reference_rad),
             partition,

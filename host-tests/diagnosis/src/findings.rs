@@ -33,6 +33,7 @@ use super::next_experiment::next_experiment;
 use super::noise_levels::reported;
 use super::noise_spectrum::Noise;
 use super::outcome::Outcome;
+use super::own_lines;
 use super::pictures;
 use super::plan::AnalysisPlan;
 use super::regimes::{Regime, regimes_of};
@@ -94,6 +95,9 @@ pub(super) fn written(
         entry.what_was_left_out.extend(lock_in.flatten());
         entry
     }));
+    let clock = (streams.rows, streams.rate_hz);
+    let own = own_lines::entries(&data.own_lines, clock, data.model);
+    effects.extend(own.iter().map(|(entry, _)| entry.clone()));
     effects.extend(unexplained(&places.left, streams));
     // What fits some rows and not others is not explained, whatever it is.
     let is_consistent = confirmed.unconfirmed.is_empty()
@@ -101,7 +105,8 @@ pub(super) fn written(
         && places.left.is_empty()
         && misfits.is_empty()
         && !has_event(data, fit, left_rad, plan);
-    let is_explained = !findings.is_empty() || !noise_found.is_empty() || !faults.is_empty();
+    let is_explained =
+        !findings.is_empty() || !own.is_empty() || !noise_found.is_empty() || !faults.is_empty();
     let verdict = verdict(is_explained, is_consistent);
     effects.extend(faults.iter().map(|fault| fault_entry(streams, fault)));
     let span =
@@ -117,6 +122,7 @@ pub(super) fn written(
         verdict,
         summary: summary(verdict, &findings, confirmed, found)
             .into_iter()
+            .chain(own.iter().map(|(entry, _)| own_lines::sentence(entry)))
             .chain(
                 unlike
                     .iter()
@@ -156,12 +162,13 @@ pub(super) fn written(
         )]);
     }
     let mut model = data.model.clone();
-    let added = added(
+    let mut added = added(
         (&findings, fit),
         &noise_found,
         faults,
         (streams, &found.motion.signals),
     );
+    added.extend(own.into_iter().map(|(_, effect)| effect));
     for effect in &added {
         switch_on(&mut model, effect.clone());
     }

@@ -107,6 +107,8 @@ pub mod next_experiment;
 
 pub mod findings;
 
+pub mod own_lines;
+
 pub mod self_test;
 
 pub mod registration;

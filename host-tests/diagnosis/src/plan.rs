@@ -3,6 +3,7 @@
 use std::ops::Range;
 
 use rlg_inference::SearchPlan;
+use rlg_signal::own_lines::OwnLinesPlan;
 use rlg_signal::partition::PartitionPlan;
 use rlg_signal::shrinkage::Gate;
 
@@ -183,6 +184,8 @@ pub struct AnalysisPlan {
     pub coarse: CoarsePlan,
     /// Lines of a unit at rest.
     pub lines: LinePlan,
+    /// Search for lines of the gyros alone.
+    pub own_lines: OwnLinesPlan,
     /// Prices of the search.
     pub search: SearchPlan,
     /// Prices of how recordings share effects.
@@ -231,6 +234,7 @@ impl Default for AnalysisPlan {
             blocks: BlockPlan::default(),
             coarse: CoarsePlan::default(),
             lines: LinePlan::default(),
+            own_lines: OwnLinesPlan::default(),
             search: SearchPlan::default(),
             several: SeveralPlan::default(),
             long: LongPlan::default(),

@@ -8,7 +8,7 @@
 //!
 //! Before it stand the channels themselves: [`streams`] puts a recording on the gyros' rows; [`channel_map`] says whether
 //! gyros and reference mean the same axes, by the [`channel_check`] of the [`coherent_map`] between them, after
-//! [`same_motion`] says whether they show one motion at all, and [`lost_rows`] whether they do so at one delay; [`read_once`]
+//! [`same_motion`] says whether they show one motion at all, and [`lost_rows`] whether they do so at one delay; [`own_lines`] are the gyros' alone; [`read_once`]
 //! takes one row a reading; [`qualify`] finds faults of the data ([`held`], [`stops`], [`repeated`]) and takes their rows
 //! out of use; [`piece`] says what rows are of; [`residual`] takes away what a model predicts. What is left at the end is
 //! noise only if it is not [`in_step`] with the motion.
@@ -52,6 +52,11 @@ pub mod channel_map;
 pub mod same_motion;
 
 pub mod lost_rows;
+
+#[cfg(test)]
+mod test_noise;
+
+pub mod own_lines;
 
 pub mod in_step;
 

@@ -443,20 +443,11 @@ impl Sums {
 mod tests {
     use super::{Loser, LostRows, LostRowsPlan, find};
     use crate::axes::Triad;
+    use crate::test_noise::noise;
 
     const RATE_HZ: f64 = 100.0;
 
     /// Evenly distributed with unit variance, by a congruential generator.
-    fn noise(seed: u64) -> impl FnMut() -> f64 {
-        let mut state = seed;
-        move || {
-            state = state
-                .wrapping_mul(6_364_136_223_846_793_005)
-                .wrapping_add(1_442_695_040_888_963_407);
-            ((state >> 33) as f64 / f64::from(1_u32 << 31) - 0.5) * 12.0_f64.sqrt()
-        }
-    }
-
     /// A motion of the band below `cut_hz` by a second-order filter of noise, and what gyros turned against it read \[rad\].
     fn record(rows: usize, cut_hz: f64, seed: u64) -> (Triad, Triad) {
         let mut noise = noise(seed);

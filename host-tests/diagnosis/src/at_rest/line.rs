@@ -8,23 +8,23 @@ use rlg_signal::streams::{Triad, each_axis};
 
 /// The phase of a line of its own: 2π f t and a course in Legendre's polynomials from the second on \[rad\].
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Phase {
+pub(crate) struct Phase {
     /// Frequency \[Hz\], the slope of the phase over the record.
-    pub(super) hz: f64,
+    pub(crate) hz: f64,
     /// Its standard deviation \[Hz\].
-    pub(super) hz_std: f64,
+    pub(crate) hz_std: f64,
     /// Coefficients from the second degree on \[rad\]; none where the frequency keeps its value.
-    pub(super) course_rad: Vec<f64>,
+    pub(crate) course_rad: Vec<f64>,
     /// Root mean square of the frequency about its mean, and its standard deviation \[Hz\].
-    pub(super) wander_hz: [f64; 2],
+    pub(crate) wander_hz: [f64; 2],
 }
 
 /// Lines by their places, each as often as it counts: 2, −1 is twice the first less the second.
-pub(super) type Orders = Vec<(usize, i32)>;
+pub(crate) type Orders = Vec<(usize, i32)>;
 
 /// What a line's phase is made of.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) enum Origin {
+pub(crate) enum Origin {
     /// Of its own.
     Own(Phase),
     /// A product of others, which it follows.
@@ -33,37 +33,37 @@ pub(super) enum Origin {
 
 /// A line.
 #[derive(Debug, Clone, PartialEq)]
-pub(super) struct Line {
-    pub(super) origin: Origin,
+pub(crate) struct Line {
+    pub(crate) origin: Origin,
     /// Frequency that the rows show \[Hz\].
-    pub(super) shown_hz: f64,
+    pub(crate) shown_hz: f64,
     /// Amplitude and phase on each gyro \[rad a row\]; 0 where a gyro does not show it.
-    pub(super) amplitude_rad: [Complex64; 3],
+    pub(crate) amplitude_rad: [Complex64; 3],
     /// The same as it was measured on each gyro \[rad a row\].
-    pub(super) measured_rad: [Complex64; 3],
+    pub(crate) measured_rad: [Complex64; 3],
     /// Standard deviation of either part \[rad\].
-    pub(super) std_rad: [f64; 3],
+    pub(crate) std_rad: [f64; 3],
     /// 2 Δ ln L when it was last fitted, of the gyros that show it.
-    pub(super) gain: f64,
+    pub(crate) gain: f64,
     /// ln of its chance, trials counted.
-    pub(super) ln_chance: f64,
+    pub(crate) ln_chance: f64,
 }
 
 /// Rows and their rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
-pub(super) struct Clock {
-    pub(super) rows: usize,
-    pub(super) rate_hz: f64,
+pub(crate) struct Clock {
+    pub(crate) rows: usize,
+    pub(crate) rate_hz: f64,
 }
 
 impl Clock {
     /// The inverse of the record's length \[Hz\].
-    pub(super) fn resolution_hz(self) -> f64 {
+    pub(crate) fn resolution_hz(self) -> f64 {
         self.rate_hz / self.rows as f64
     }
 
     /// Folds a frequency to the one that rows show \[Hz\].
-    pub(super) fn folded_hz(self, hz: f64) -> f64 {
+    pub(crate) fn folded_hz(self, hz: f64) -> f64 {
         let rest = hz.rem_euclid(self.rate_hz);
         rest.min(self.rate_hz - rest)
     }
@@ -85,7 +85,7 @@ impl Phase {
 }
 
 /// Phase of a row of a line \[rad\]: that of a product follows the lines that it is made of.
-pub(super) fn phase_rad<'a>(
+pub(crate) fn phase_rad<'a>(
     origin: &'a Origin,
     lines: &'a [Line],
     clock: Clock,
@@ -111,17 +111,17 @@ pub(super) fn phase_rad<'a>(
 
 impl Line {
     /// Whether a gyro shows it.
-    pub(super) fn is_on(&self, gyro: usize) -> bool {
+    pub(crate) fn is_on(&self, gyro: usize) -> bool {
         self.amplitude_rad[gyro] != Complex64::ZERO
     }
 
     /// Whether any gyro shows it: one whose angle pulses hide is none.
-    pub(super) fn is_any(&self) -> bool {
+    pub(crate) fn is_any(&self) -> bool {
         (0..3).any(|gyro| self.is_on(gyro))
     }
 
     /// What it adds to every row of the gyros \[rad\].
-    pub(super) fn rows_rad(&self, lines: &[Line], clock: Clock) -> Triad {
+    pub(crate) fn rows_rad(&self, lines: &[Line], clock: Clock) -> Triad {
         let phase_rad = phase_rad(&self.origin, lines, clock);
         let turns: Vec<Complex64> = (0..clock.rows)
             .map(|row| Complex64::cis(phase_rad(row)))
@@ -136,7 +136,7 @@ impl Line {
     }
 
     /// Amplitude of a gyro without what its noise adds, and its standard deviation \[rad\].
-    pub(super) fn size_rad(&self, gyro: usize) -> [f64; 2] {
+    pub(crate) fn size_rad(&self, gyro: usize) -> [f64; 2] {
         let (square, std) = (self.measured_rad[gyro].norm_sqr(), self.std_rad[gyro]);
         [(square - std * std).max(0.0).sqrt(), std]
     }

@@ -9,7 +9,7 @@ use super::line::{Clock, Line, Origin};
 use super::products::{expression, words};
 
 /// Entries of lines that the model does not hold, the strongest first.
-pub(super) fn entries(lines: &[Line], clock: Clock, model: &Model) -> Vec<EffectEntry> {
+pub(crate) fn entries(lines: &[Line], clock: Clock, model: &Model) -> Vec<EffectEntry> {
     let mut news: Vec<&Line> = lines
         .iter()
         .filter(|line| line.is_any() && !is_known(line, clock, model))
@@ -20,7 +20,7 @@ pub(super) fn entries(lines: &[Line], clock: Clock, model: &Model) -> Vec<Effect
 }
 
 /// Whether a model has a line of this frequency: its phase is that of each recording.
-pub(super) fn is_known(line: &Line, clock: Clock, model: &Model) -> bool {
+pub(crate) fn is_known(line: &Line, clock: Clock, model: &Model) -> bool {
     let frequency_hz = |effect: &ModelEffect| {
         let is_line = matches!(
             effect.parameters.get("expression"),

@@ -26,15 +26,15 @@ mod row_rate;
 
 mod noise_cycle;
 
-mod rows;
+pub(crate) mod rows;
 
-mod line;
+pub(crate) mod line;
 
-mod products;
+pub(crate) mod products;
 
 mod lines;
 
-mod line_words;
+pub(crate) mod line_words;
 
 mod slow_words;
 

@@ -149,7 +149,7 @@ fn has_expression(model: &Model, stem: &str) -> bool {
 }
 
 /// The same as an effect of a model: no prediction, but no news when diagnosed again.
-pub(super) fn of_model(entry: &EffectEntry) -> ModelEffect {
+pub(crate) fn of_model(entry: &EffectEntry) -> ModelEffect {
     let expression = entry.expression.clone().unwrap_or_default();
     let mut parameters =
         BTreeMap::from([("expression".to_string(), EffectValue::Text(expression))]);

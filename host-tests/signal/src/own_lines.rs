@@ -1,0 +1,541 @@
+//! Lines of the gyros that no other channel has: a vibration that aliased, a converter's tone.
+//!
+//! Enter: increments of gyros and reference on the same rows \[rad\]. Leaves: [`OwnLine`]s, by frequency and complex amplitude.
+//!
+//! # Method
+//! In every block of the spectrum the gyros are predicted from the reference by one complex 3 × 3 transfer function, which holds
+//! delay, filter, scale and axes whatever they are; bins that it does not predict, twenty times the median power of the block, are
+//! no part of its fit. A line is a peak of that residual. It is the gyros' own where they have a peak of their own there and the
+//! reference has none. Frequency and amplitudes are those of largest likelihood under white noise of the block's power.
+//!
+//! # Assumptions
+//! A line that nonlinearity makes of the motion stands at a sum or a difference of the motion's own lines: there none is sought.
+
+use std::f64::consts::TAU;
+use std::ops::Range;
+
+use nalgebra::{Matrix3, Vector3};
+use realfft::num_complex::Complex64;
+
+use crate::axes::{Triad, add};
+use crate::transforms;
+
+/// Thresholds of the search: `rlg challenge --marks --family attitude` shows false and missed ones.
+#[derive(Debug, Clone, Copy)]
+pub struct OwnLinesPlan {
+    /// Bins of a block with one transfer function and one noise.
+    pub block: usize,
+    /// First bin of the spectrum: a line of fewer periods is a drift.
+    pub first: usize,
+    /// Peaks stand above the median power of their block by this factor at least \[1\].
+    pub peak: f64,
+    /// A reference with a peak above its own median by this factor has the line, too \[1\].
+    pub shared: f64,
+    /// Share of the reference's samples a second up to which it shows a line \[1\].
+    pub of_reference_rate: f64,
+    /// Least share of a peak's power that one frequency and amplitude explain: a resonance that the motion drives has less \[1\].
+    pub coherent: f64,
+    /// An amplitude within so many standard deviations of zero is none \[σ\].
+    pub least_deviations: f64,
+    /// Half width about a line and about a product of the motion's lines, in bins.
+    pub about: usize,
+    /// Most lines.
+    pub most: usize,
+}
+
+impl Default for OwnLinesPlan {
+    fn default() -> Self {
+        Self {
+            block: 64,
+            first: 16,
+            peak: 100.0,
+            shared: 10.0,
+            of_reference_rate: 0.4,
+            coherent: 0.9,
+            least_deviations: 4.0,
+            about: 3,
+            most: 6,
+        }
+    }
+}
+
+/// A line of the gyros.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct OwnLine {
+    /// Frequency and its standard deviation \[Hz\].
+    pub hz: [f64; 2],
+    /// Increment of each row: the real part of this times e^(iφ), φ = 2π hz t in the middle of the row, t from the first row's
+    /// begin \[rad\].
+    pub amplitude_rad: [Complex64; 3],
+    /// Standard deviation of either part \[rad\].
+    pub std_rad: f64,
+    /// 2 Δ ln L.
+    pub gain: f64,
+}
+
+impl OwnLine {
+    /// Its increments on every row of each gyro \[rad\].
+    pub fn rows_rad(&self, rows: usize, rate_hz: f64) -> Triad {
+        let turn = |row: usize| Complex64::cis(phase_rad(self.hz[0] / rate_hz, row));
+        self.amplitude_rad
+            .map(|amplitude| (0..rows).map(|row| (amplitude * turn(row)).re).collect())
+    }
+}
+
+/// Phase in the middle of a row of a line at a share of the row rate \[rad\].
+fn phase_rad(share: f64, row: usize) -> f64 {
+    TAU * (share * (row as f64 + 0.5)).fract()
+}
+
+/// Finds lines.
+///
+/// # Inputs
+/// `others`: the reference's increments \[rad\], then other channels of the unit; `seen`: rows of all; `reference_hz`: the
+/// reference's samples a second.
+pub fn find(
+    gyros_rad: &Triad,
+    others: &[&Triad],
+    seen: &[bool],
+    (rate_hz, reference_hz): (f64, f64),
+    plan: &OwnLinesPlan,
+) -> Vec<OwnLine> {
+    let rows = seen.len();
+    let shown = plan.of_reference_rate * reference_hz.min(rate_hz) / rate_hz;
+    let shown = (shown * rows as f64) as usize;
+    let window = Window::new(seen);
+    let mut others = others
+        .iter()
+        .map(|other| other.each_ref().map(|axis| window.spectrum(axis)));
+    let Some(reference) = others.next() else {
+        return Vec::new();
+    };
+    let blocks: Vec<Range<usize>> = (plan.first..shown)
+        .step_by(plan.block)
+        .map(|first| first..first + plan.block)
+        .take_while(|block| block.end <= shown)
+        .collect();
+    let lines_of = |spectra: &Spectra| -> Vec<Peak> {
+        let each = blocks.iter();
+        each.flat_map(|block| peaks(spectra, block, plan.shared))
+            .collect()
+    };
+    let mut excluded = products(lines_of(&reference));
+    excluded.extend(others.flat_map(|other| products(lines_of(&other))));
+    let mut search = Search {
+        gyros_rad,
+        reference,
+        window,
+        rate_hz,
+        plan,
+        lines: Vec::new(),
+    };
+    let about = |bin: usize| bin.saturating_sub(plan.about)..=bin + plan.about;
+    while search.lines.len() < plan.most {
+        let left = search.spectra_beside(None);
+        let is_free = |bin: usize| excluded.iter().all(|known| !about(bin).contains(known));
+        let best = blocks
+            .iter()
+            .flat_map(|block| search.own_peaks(&left, block))
+            .filter(|peak| is_free(peak.bin))
+            .max_by(|a, b| a.ratio.total_cmp(&b.ratio));
+        let Some(peak) = best else {
+            break;
+        };
+        excluded.push(peak.bin);
+        if let Some(line) = search.fit(peak.bin, None) {
+            search.lines.push(line);
+            search.settle();
+        }
+    }
+    search.lines
+}
+
+/// Spectra of three channels.
+type Spectra = [Vec<Complex64>; 3];
+
+struct Search<'a> {
+    gyros_rad: &'a Triad,
+    reference: Spectra,
+    window: Window,
+    rate_hz: f64,
+    plan: &'a OwnLinesPlan,
+    lines: Vec<OwnLine>,
+}
+
+impl Search<'_> {
+    /// Spectra of the gyros without the lines, but for the one at a place.
+    fn spectra_beside(&self, place: Option<usize>) -> Spectra {
+        let mut gyros_rad = self.gyros_rad.clone();
+        let lines = self.lines.iter().enumerate();
+        for (_, line) in lines.filter(|(own, _)| Some(*own) != place) {
+            let rows_rad = line.rows_rad(gyros_rad[0].len(), self.rate_hz);
+            for (gyro, own) in gyros_rad.iter_mut().zip(&rows_rad) {
+                add(gyro, own, -1.0);
+            }
+        }
+        gyros_rad.each_ref().map(|axis| self.window.spectrum(axis))
+    }
+
+    /// Peaks of a block that the gyros have and the reference, which would show them, has not.
+    fn own_peaks(&self, gyros: &Spectra, block: &Range<usize>) -> Vec<Peak> {
+        let left = residual((gyros, gyros), &self.reference, block);
+        let own = peaks(gyros, block, self.plan.shared);
+        let noise = self.plan.shared * median(&powers(&self.reference, block));
+        let of_gyros = |peak: &Peak| {
+            let mut own = own.iter();
+            own.any(|own| own.bin.abs_diff(peak.bin) <= 1 && own.power() > noise)
+        };
+        peaks(&left, &(0..block.len()), self.plan.peak)
+            .into_iter()
+            .map(|peak| Peak {
+                bin: peak.bin + block.start,
+                ..peak
+            })
+            .filter(of_gyros)
+            .collect()
+    }
+
+    /// Fits a line about a bin; beside all but the one `again`, which it stands for. `None` of one that has not one frequency
+    /// and amplitude.
+    fn fit(&self, bin: usize, again: Option<usize>) -> Option<OwnLine> {
+        let half = self.plan.block / 2;
+        let end = (bin + half).min(self.reference[0].len());
+        let block = bin.saturating_sub(half)..end;
+        let (clean, with) = (self.spectra_beside(None), self.spectra_beside(again));
+        let left = residual((&clean, &with), &self.reference, &block);
+        let (mut line, coherence) =
+            self.window
+                .fit(&left, bin - block.start, block.start, self.rate_hz);
+        for amplitude in &mut line.amplitude_rad {
+            if amplitude.norm() < self.plan.least_deviations * line.std_rad {
+                *amplitude = Complex64::ZERO;
+            }
+        }
+        (coherence >= self.plan.coherent).then_some(line)
+    }
+
+    /// Fits every line anew, for a strong one spoils the transfer function about it, until none moves by a standard deviation.
+    fn settle(&mut self) {
+        /// Most rounds.
+        const ROUNDS: usize = 6;
+        let rows = self.rows() as f64;
+        for _ in 0..ROUNDS {
+            let mut is_settled = true;
+            for place in 0..self.lines.len() {
+                let before = self.lines[place];
+                let bin = (before.hz[0] / self.rate_hz * rows).round() as usize;
+                let Some(after) = self.fit(bin, Some(place)) else {
+                    continue;
+                };
+                let pairs = before.amplitude_rad.iter().zip(&after.amplitude_rad);
+                let moved = pairs.map(|(before, after)| (after - before).norm());
+                is_settled &= moved.fold(0.0, f64::max) < after.std_rad;
+                self.lines[place] = after;
+            }
+            if is_settled {
+                break;
+            }
+        }
+    }
+
+    fn rows(&self) -> usize {
+        self.gyros_rad[0].len()
+    }
+}
+
+/// A bin above its neighbours.
+#[derive(Debug, Clone, Copy)]
+struct Peak {
+    bin: usize,
+    /// Power over the block's median \[1\].
+    ratio: f64,
+    /// Median power of the block, of three channels.
+    median: f64,
+}
+
+impl Peak {
+    fn power(&self) -> f64 {
+        self.ratio * self.median
+    }
+}
+
+/// Power of three channels by bin.
+fn powers(spectra: &Spectra, bins: &Range<usize>) -> Vec<f64> {
+    let power = |bin: usize| spectra.iter().map(|axis| axis[bin].norm_sqr()).sum();
+    bins.clone().map(power).collect()
+}
+
+fn median(values: &[f64]) -> f64 {
+    let mut values = values.to_vec();
+    let middle = values.len() / 2;
+    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+}
+
+/// Bins that stand above the median of their block and above both neighbours.
+fn peaks(spectra: &Spectra, block: &Range<usize>, least: f64) -> Vec<Peak> {
+    let powers = powers(spectra, block);
+    let median = median(&powers);
+    let beside = |at: usize| {
+        let before = at.checked_sub(1).map_or(0.0, |at| powers[at]);
+        before.max(powers.get(at + 1).copied().unwrap_or(0.0))
+    };
+    (0..powers.len())
+        .filter(|&at| powers[at] > least * median && powers[at] >= beside(at))
+        .map(|at| Peak {
+            bin: block.start + at,
+            ratio: powers[at] / median,
+            median,
+        })
+        .collect()
+}
+
+/// Bins of lines of the motion, and of sums and differences, to the third order, of the strongest.
+fn products(lines: Vec<Peak>) -> Vec<usize> {
+    /// Strongest lines that are combined.
+    const STRONGEST: usize = 12;
+    let mut bins: Vec<usize> = lines.iter().map(|line| line.bin).collect();
+    let mut strongest = lines;
+    strongest.sort_by(|a, b| b.power().total_cmp(&a.power()));
+    strongest.truncate(STRONGEST);
+    let signed: Vec<i64> = std::iter::once(0)
+        .chain(strongest.iter().flat_map(|one| {
+            let bin = one.bin as i64;
+            [bin, -bin]
+        }))
+        .collect();
+    for a in &signed {
+        for b in &signed {
+            bins.extend(signed.iter().map(|c| (a + b + c).unsigned_abs() as usize));
+        }
+    }
+    bins.sort_unstable();
+    bins.dedup();
+    bins
+}
+
+/// Gyros less the motion by a transfer function of the block from the reference; bins from the block's first.
+///
+/// # Inputs
+/// The gyros that the transfer function is fitted to, and those that the motion is taken from.
+fn residual(
+    (fitted, gyros): (&Spectra, &Spectra),
+    reference: &Spectra,
+    block: &Range<usize>,
+) -> Spectra {
+    /// Rounds of the fit, and the power over the median from which a bin is no part of it.
+    const ROUNDS: usize = 3;
+    const OUTLYING: f64 = 20.0;
+    let at = |of: &Spectra, bin: usize| Vector3::from_fn(|axis, _| of[axis][bin]);
+    let mut bins: Vec<usize> = block.clone().collect();
+    let mut transfer = Matrix3::zeros();
+    let less = |of: &Spectra, transfer: &Matrix3<Complex64>| -> Spectra {
+        let of_bin = |bin: usize| at(of, bin) - transfer * at(reference, bin);
+        let left: Vec<Vector3<Complex64>> = block.clone().map(of_bin).collect();
+        std::array::from_fn(|axis| left.iter().map(|bin| bin[axis]).collect())
+    };
+    for _ in 0..ROUNDS {
+        let (mut crossed, mut own) = (Matrix3::zeros(), Matrix3::zeros());
+        for &bin in &bins {
+            let (gyros, reference) = (at(fitted, bin), at(reference, bin));
+            crossed += gyros * reference.adjoint();
+            own += reference * reference.adjoint();
+        }
+        transfer = match own.try_inverse() {
+            Some(inverse) => crossed * inverse,
+            None => Matrix3::zeros(),
+        };
+        let powers = powers(&less(fitted, &transfer), &(0..block.len()));
+        let most = OUTLYING * median(&powers);
+        bins = block
+            .clone()
+            .filter(|bin| powers[bin - block.start] <= most)
+            .collect();
+    }
+    less(gyros, &transfer)
+}
+
+/// Hann's window over the rows that are seen.
+struct Window {
+    weights: Vec<f64>,
+}
+
+impl Window {
+    fn new(seen: &[bool]) -> Self {
+        let rows = seen.len() as f64;
+        let weight = |(row, seen): (usize, &bool)| match seen {
+            true => 0.5 - 0.5 * (TAU * (row as f64 + 0.5) / rows).cos(),
+            false => 0.0,
+        };
+        Self {
+            weights: seen.iter().enumerate().map(weight).collect(),
+        }
+    }
+
+    fn spectrum(&self, values: &[f64]) -> Vec<Complex64> {
+        let fourier = transforms::forward(values.len());
+        let mut record = fourier.make_input_vec();
+        for ((slot, value), weight) in record.iter_mut().zip(values).zip(&self.weights) {
+            *slot = value * weight;
+        }
+        let mut spectrum = fourier.make_output_vec();
+        if fourier.process(&mut record, &mut spectrum).is_err() {
+            unreachable!("both buffers are as long as planned");
+        }
+        spectrum
+    }
+
+    /// Spectrum, in some bins, of the windowed e^(iφ) at a share of the row rate.
+    fn of_line(&self, share: f64, bins: &Range<usize>) -> Vec<Complex64> {
+        let rows = self.weights.len();
+        let one = |bin: usize| -> Complex64 {
+            let back = bin as f64 / rows as f64;
+            let each = self.weights.iter().enumerate();
+            each.map(|(row, weight)| {
+                let turn = phase_rad(share, row) - TAU * (back * row as f64).fract();
+                Complex64::cis(turn) * *weight
+            })
+            .sum()
+        };
+        bins.clone().map(one).collect()
+    }
+
+    /// Fits a line about a place of a residual, whose bins count from `first`.
+    ///
+    /// # Returns
+    /// The line, and the share of the peak's power that it explains.
+    fn fit(&self, left: &Spectra, at: usize, first: usize, rate_hz: f64) -> (OwnLine, f64) {
+        /// Bins on either side of the peak: Hann's window has two.
+        const ASIDE: usize = 3;
+        /// Variance of an amplitude under Hann's window over that of neighbours without correlation: N Σw⁴/(Σw²)².
+        const HANN: f64 = 35.0 / 18.0;
+        /// Golden sections: to 1e-6 of a bin.
+        const SECTIONS: usize = 32;
+        let rows = self.weights.len() as f64;
+        let count = left[0].len();
+        let own = at.saturating_sub(ASIDE)..(at + ASIDE + 1).min(count);
+        let bins = own.start + first..own.end + first;
+        // The likelihood is that of the power of three channels: their median is 2.67 times the mean of one.
+        let noise = median(&powers(left, &(0..count))) / 2.674 * HANN;
+        let at_share = |share: f64| {
+            let line = self.of_line(share, &bins);
+            let energy: f64 = line.iter().map(|value| value.norm_sqr()).sum();
+            let along = [0, 1, 2].map(|axis: usize| -> Complex64 {
+                let pairs = line.iter().zip(&left[axis][own.clone()]);
+                pairs.map(|(line, value)| line.conj() * value).sum()
+            });
+            (along, energy)
+        };
+        let log_likelihood = |bin: f64| {
+            let (along, energy) = at_share(bin / rows);
+            along.iter().map(|one| one.norm_sqr()).sum::<f64>() / energy / noise
+        };
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let (mut from, mut to) = ((first + at) as f64 - 1.0, (first + at) as f64 + 1.0);
+        for _ in 0..SECTIONS {
+            let [low, high] = [to - golden * (to - from), from + golden * (to - from)];
+            match log_likelihood(low) > log_likelihood(high) {
+                true => to = high,
+                false => from = low,
+            }
+        }
+        let bin = 0.5 * (from + to);
+        const STEP: f64 = 0.05;
+        let best = log_likelihood(bin);
+        let beside = log_likelihood(bin - STEP) + log_likelihood(bin + STEP);
+        let curvature = (2.0 * best - beside) / (STEP * STEP);
+        let (along, energy) = at_share(bin / rows);
+        let power: f64 = powers(left, &own).iter().sum();
+        let line = OwnLine {
+            hz: [bin, curvature.max(f64::MIN_POSITIVE).sqrt().recip()]
+                .map(|bin| bin * rate_hz / rows),
+            // Half of a cosine's power is at the negative frequency.
+            amplitude_rad: along.map(|one| 2.0 * one / energy),
+            std_rad: (2.0 * noise / energy).sqrt(),
+            gain: 2.0 * best,
+        };
+        (line, best * noise / power)
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::*;
+    use crate::test_noise::noise;
+
+    const RATE_HZ: f64 = 100.0;
+    const ROWS: usize = 6000;
+
+    /// Noise behind a second-order filter, and behind a delay of a row and a scale error of 20 % with noise of 1e-3.
+    fn moved(seed: u64) -> (Triad, Triad) {
+        let mut noise = noise(seed);
+        let (mut gyros, mut reference) = (Triad::default(), Triad::default());
+        for axis in 0..3 {
+            let (mut slow, mut value) = (0.0, 0.0);
+            for _ in 0..ROWS {
+                slow += 0.2 * (noise() - slow);
+                let before = value;
+                value += 0.2 * (slow - value);
+                reference[axis].push(value);
+                gyros[axis].push(1.2 * before + 1e-3 * noise());
+            }
+        }
+        (gyros, reference)
+    }
+
+    fn add_line(gyros: &mut Triad, hz: f64, sizes: [f64; 3]) {
+        for (axis, size) in gyros.iter_mut().zip(sizes) {
+            for (row, value) in axis.iter_mut().enumerate() {
+                *value += size * (phase_rad(hz / RATE_HZ, row) + 0.4).cos();
+            }
+        }
+    }
+
+    fn found(gyros: &Triad, reference: &Triad) -> Vec<OwnLine> {
+        // A tenth that only tests, and a gap.
+        let seen: Vec<bool> = (0..ROWS)
+            .map(|row| row < 5400 && !(2000..2060).contains(&row))
+            .collect();
+        let clocks = (RATE_HZ, RATE_HZ);
+        find(gyros, &[reference], &seen, clocks, &OwnLinesPlan::default())
+    }
+
+    #[test]
+    fn a_line_of_the_gyros_is_found_through_delay_scale_and_gaps() {
+        for seed in 0..10 {
+            let (mut gyros, reference) = moved(seed);
+            let hz = 3.0 + 3.31 * seed as f64;
+            add_line(&mut gyros, hz, [0.3, 0.05, 0.0]);
+            let lines = found(&gyros, &reference);
+            let [line] = lines[..] else {
+                panic!("{seed}: {lines:?}");
+            };
+            let off = (line.hz[0] - hz) / line.hz[1];
+            assert!(off.abs() < 4.0, "{seed}: {line:?}");
+            for (amplitude, size) in line.amplitude_rad.iter().zip([0.3, 0.05, 0.0]) {
+                let truth = Complex64::from_polar(size, 0.4);
+                let off = (amplitude - truth).norm() / line.std_rad;
+                assert!(off < 6.0, "{seed}: {line:?}");
+            }
+        }
+    }
+
+    #[test]
+    fn no_line_is_found_of_motion_or_where_the_reference_has_it() {
+        for seed in 0..12 {
+            let (mut gyros, mut reference) = moved(100 + seed);
+            assert_eq!(found(&gyros, &reference), []);
+            add_line(&mut gyros, 9.0, [0.3, 0.1, 0.0]);
+            add_line(&mut reference, 9.0, [0.1, 0.1, 0.0]);
+            assert_eq!(found(&gyros, &reference), []);
+        }
+    }
+
+    #[test]
+    fn a_harmonic_of_the_motion_is_left_to_the_search() {
+        let (mut gyros, mut reference) = moved(3);
+        add_line(&mut gyros, 4.0, [2.0, 0.0, 0.0]);
+        add_line(&mut reference, 4.0, [2.0, 0.0, 0.0]);
+        add_line(&mut gyros, 12.0, [0.3, 0.0, 0.0]);
+        assert_eq!(found(&gyros, &reference), []);
+    }
+}
