@@ -435,12 +435,13 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
 /// Whether the motion that a column is made of stands out of the reference's noise.
 fn moves(column: Column, is_moving: [bool; 3]) -> bool {
     use Column::{
-        Cube, CubicFlexure, Delay, Flexure, ForceTimesIncrement, Increment, Jerk, LowPass,
-        Magnitude, Square, WarmingTimesIncrement,
+        Cube, CubicFlexure, Delay, Flexure, ForceTimesIncrement, HighPass, Increment, Jerk,
+        LowPass, Magnitude, Square, WarmingTimesIncrement,
     };
     match column {
         Increment(axis)
         | LowPass(axis, ..)
+        | HighPass(axis, ..)
         | Delay(axis)
         | Jerk(axis)
         | Magnitude(axis)

@@ -7,6 +7,7 @@ use rlg_signal::axes::add;
 use rlg_signal::derivatives::{Spectrum, row_means};
 
 use crate::expression::Expression;
+use crate::high_pass::{self, HighPass};
 use crate::lock_in::{self, Threshold};
 use crate::low_pass::{self, LowPass};
 use crate::resonance::{self, Part, Resonance};
@@ -70,6 +71,8 @@ pub enum Column {
     Late(usize, f64),
     /// What a low pass on a gyro's path adds to its increment \[rad\]; or its derivative by the time constant.
     LowPass(usize, LowPass, low_pass::Part),
+    /// What a high pass behind a gyro adds to its increment \[rad\]; or its derivative by the time constant.
+    HighPass(usize, HighPass, high_pass::Part),
     /// What lock-in adds to a gyro's increment \[rad\]; or its derivative by the threshold.
     LockIn(usize, Threshold, lock_in::Part),
     /// Increment of the cosine (true) or sine of the table's angle times an order.
@@ -476,6 +479,10 @@ impl Column {
                     let before = on_path.map_or(Complex64::ONE, |one| one.whole(hz));
                     low_pass.beyond(hz, part) / before
                 })
+            }
+            Self::HighPass(gyro, high_pass, part) => {
+                let sensed_rad = sensed_behind(motion, gyro, signals, |_| Complex64::ONE);
+                high_pass.beyond(&sensed_rad, period, part)
             }
             Self::Late(gyro, delay_s) => {
                 sensed_behind(motion, gyro, signals, |hz| 1.0 - late(-delay_s, hz))

@@ -480,11 +480,14 @@ pub const PULL: &str = "reference_pull";
 /// A dead band about rest, of gyros that are not dithered.
 pub const LOCK_IN: &str = "lock_in";
 
+/// A high pass of first order behind a gyro: automatic zeroing.
+pub const HIGH_PASS: &str = "gyro_high_pass";
+
 /// Physics outside the catalogue, as an expression in measured channels.
 pub const UNLISTED: &str = "unlisted";
 
 /// Kinds that are found by going through rows, orders, frequencies or expressions.
-pub static SCANNED: [Card; 7] = [
+pub static SCANNED: [Card; 8] = [
     Card {
         kind: STEP,
         equation: "omega_i += size from time_s on",
@@ -519,6 +522,13 @@ pub static SCANNED: [Card; 7] = [
         unit: "1",
         meaning: "The case does not move as the reference says: it stands on a soft mount that amplifies vibration near its resonance and swallows it above.",
         experiment: "A sine sweep through the mount's resonance on each axis: amplitude and phase of gyro over reference draw the mount's response.",
+    },
+    Card {
+        kind: HIGH_PASS,
+        equation: "omega_i -= l_i, then l_i += T/tau (omega_i - l_i), l_i = 0 at the start",
+        unit: "s",
+        meaning: "The gyro forgets a constant rate with this time constant: automatic zeroing, or a coupling that passes no constant.",
+        experiment: "Turn at one constant rate for several time constants, then stop: the reading decays, and comes back with the other sign.",
     },
     Card {
         kind: LOCK_IN,

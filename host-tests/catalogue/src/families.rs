@@ -10,6 +10,7 @@ use crate::candidates::{Candidate, Pool, along};
 use crate::column::Column;
 use crate::entries::tilt;
 use crate::expression::{Expression, Factor, vocabulary};
+use crate::high_pass::{self, HighPass};
 use crate::low_pass::{self, LowPass};
 use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
 use crate::signals::Signals;
@@ -380,24 +381,66 @@ impl Columns for ExactLowPass<'_> {
     }
 }
 
-impl ExactLowPass<'_> {
-    /// A parameter for each column, on the gyro.
-    pub fn hypothesis(&self) -> Hypothesis {
-        self.of_first(self.count())
+/// One high pass behind a gyro by its exact columns: its full response, and its derivative by the time constant.
+pub struct ExactHighPass<'a> {
+    /// High pass.
+    pub high_pass: HighPass,
+    /// Motion.
+    pub signals: &'a Signals,
+    /// Behind which gyro.
+    pub gyro: usize,
+}
+
+impl Columns for ExactHighPass<'_> {
+    fn count(&self) -> usize {
+        2
     }
 
-    /// The response alone.
-    pub fn of_response(&self) -> Hypothesis {
-        self.of_first(1)
-    }
-
-    fn of_first(&self, count: usize) -> Hypothesis {
-        let mut whole = on_every_gyro(count, self.gyro, self.signals);
-        whole.terms.retain(|term| term.record == self.gyro);
-        whole
+    fn column(&self, place: usize) -> Vec<f64> {
+        let part = [high_pass::Part::Response, high_pass::Part::ByTime][place];
+        Column::HighPass(self.gyro, self.high_pass, part).values(self.signals)
     }
 }
 
+/// Exact columns of a filter of one gyro: a parameter for each, or for the response alone.
+pub trait OfOneGyro: Columns {
+    /// Which gyro, and its motion.
+    fn of(&self) -> (usize, &Signals);
+
+    /// A parameter for each column, on the gyro.
+    fn hypothesis(&self) -> Hypothesis {
+        first_on_gyro(self.of(), self.count())
+    }
+
+    /// The response alone.
+    fn of_response(&self) -> Hypothesis {
+        first_on_gyro(self.of(), 1)
+    }
+}
+
+impl OfOneGyro for ExactLowPass<'_> {
+    fn of(&self) -> (usize, &Signals) {
+        (self.gyro, self.signals)
+    }
+}
+
+impl OfOneGyro for ExactHighPass<'_> {
+    fn of(&self) -> (usize, &Signals) {
+        (self.gyro, self.signals)
+    }
+}
+
+/// A parameter for each of the first `count` columns of what a gyro senses, on that gyro.
+fn first_on_gyro((gyro, signals): (usize, &Signals), count: usize) -> Hypothesis {
+    let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
+    let terms = (0..count).map(|column| Term {
+        parameter: column,
+        record: gyro,
+        column,
+        coefficient: sensed,
+    });
+    Hypothesis::of_terms(count, terms.collect())
+}
 /// A parameter for each of `count` columns of what the case does about an axis.
 fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
     let terms = (0..count).flat_map(|column| {

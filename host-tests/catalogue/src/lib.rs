@@ -17,6 +17,8 @@ pub mod lock_in;
 
 pub mod low_pass;
 
+pub mod high_pass;
+
 pub mod column;
 
 pub mod entries;

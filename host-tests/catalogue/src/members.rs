@@ -5,8 +5,9 @@ use rlg_inference::{Bound, Fixed, Hypothesis, Term};
 
 use crate::candidates::{Candidate, Pool, Variant, along, of_one_term};
 use crate::column::{Column, Sensed};
-use crate::entries::{BANDWIDTH, HARMONIC, LOCK_IN, MODE, MOUNT, UNLISTED, tilt};
+use crate::entries::{BANDWIDTH, HARMONIC, HIGH_PASS, LOCK_IN, MODE, MOUNT, UNLISTED, tilt};
 use crate::expression::Expression;
+use crate::high_pass::{self, HighPass};
 use crate::lock_in::{self, Threshold};
 use crate::low_pass::{self, LowPass};
 use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
@@ -269,6 +270,29 @@ impl Pool {
         }
     }
 
+    /// High passes of first order, picked from `places`: on each gyro that has one its full response, and the time constant
+    /// about a first value.
+    pub fn high_pass(
+        &mut self,
+        high_passes: [Option<HighPass>; 3],
+        places: f64,
+        signals: &Signals,
+    ) -> Candidate {
+        let of_gyros = high_passes
+            .into_iter()
+            .enumerate()
+            .map(|(gyro, high_pass)| {
+                let part = |high_pass, part| Column::HighPass(gyro, high_pass, part);
+                high_pass.map(|high_pass: HighPass| AboutValue {
+                    name: AXES[gyro].to_string(),
+                    value: high_pass.time_s,
+                    whole: part(high_pass, high_pass::Part::Response),
+                    slope: part(high_pass, high_pass::Part::ByTime),
+                })
+            });
+        self.on_gyros(HIGH_PASS, of_gyros, places, signals)
+    }
+
     /// Lock-in, picked from `places`: of each gyro that has a threshold the dead band, and the threshold about a first value.
     pub fn lock_in(
         &mut self,
@@ -380,6 +404,12 @@ impl Pool {
             _ if candidate.kind == MOUNT => {
                 Some(self.mount(candidate.mounts(estimate), places, signals))
             }
+            _ if candidate.kind == HIGH_PASS => {
+                let high_passes = candidate
+                    .values(estimate)
+                    .map(|value| value.map(|time_s| HighPass { time_s }));
+                Some(self.high_pass(high_passes, places, signals))
+            }
             _ if candidate.kind == LOCK_IN => {
                 Some(self.lock_in(candidate.thresholds(estimate), places, signals))
             }
@@ -417,10 +447,15 @@ impl Candidate {
 
     /// The thresholds of the gyros, if it is lock-in, moved by an estimate as far as it is to be trusted.
     pub fn thresholds(&self, estimate: &[f64]) -> [Option<Threshold>; 3] {
+        self.values(estimate)
+            .map(|value| value.map(|rad_s| Threshold { rad_s }))
+    }
+
+    /// The numbers of the gyros that have one, moved by an estimate as far as it is to be trusted.
+    fn values(&self, estimate: &[f64]) -> [Option<f64>; 3] {
         std::array::from_fn(|gyro| {
             let place = self.names.iter().position(|name| name == AXES[gyro])?;
-            let rad_s = moved(self.base[place], estimate[place]);
-            Some(Threshold { rad_s })
+            Some(moved(self.base[place], estimate[place]))
         })
     }
 

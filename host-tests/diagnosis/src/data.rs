@@ -6,8 +6,9 @@ use std::sync::Arc;
 use nalgebra::{Matrix3, Vector3};
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::entries::{
-    self, BANDWIDTH, HARMONIC, LATE_PICKOFF, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED,
+    self, BANDWIDTH, HARMONIC, HIGH_PASS, LATE_PICKOFF, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED,
 };
+use rlg_catalogue::high_pass::{self, HighPass};
 use rlg_catalogue::lock_in::Threshold;
 use rlg_catalogue::low_pass::LowPass;
 use rlg_catalogue::resonance::Resonance;
@@ -484,6 +485,16 @@ fn known(
         let one = pool.suspension(resonance, [0.0; 6], 1.0, signals);
         let values: Vec<f64> = one.names.iter().map(|name| number(effect, name)).collect();
         of_pool(&pool, &one.hypothesis, &values);
+    } else if kind == HIGH_PASS {
+        let sensed = |axis: usize| 1.0 / (1.0 - signals.scale_error[axis]);
+        for (axis, name) in AXES.iter().enumerate() {
+            let time_s = number(effect, name);
+            if time_s > 0.0 {
+                let part = high_pass::Part::Response;
+                let column = Column::HighPass(axis, HighPass { time_s }, part);
+                parts.push((axis, Sensed::known(column), sensed(axis)));
+            }
+        }
     } else if kind == LOCK_IN {
         let mut pool = Pool::default();
         let thresholds = AXES.map(|axis| {

@@ -2,11 +2,12 @@
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::{ONE_AXIS, SHARED, Variant};
-use rlg_catalogue::entries::{HARMONIC, LOCK_IN, MODE, UNLISTED};
+use rlg_catalogue::entries::{HARMONIC, HIGH_PASS, LOCK_IN, MODE, UNLISTED};
 use rlg_catalogue::families::{
-    Basis, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, SUSPENSION, SuspensionColumns,
-    expressions, harmonics, lines_about, time_constants_about,
+    Basis, ExactHighPass, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, OfOneGyro,
+    SUSPENSION, SuspensionColumns, expressions, harmonics, lines_about, time_constants_about,
 };
+use rlg_catalogue::high_pass::{self, HighPass};
 use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::{CRITICAL, Resonance, grid};
 use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
@@ -44,6 +45,9 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     found.extend(mount(&all, signals, is_moving, levels));
     let longest_s = begin.plan.coarse.longest_low_pass_s;
     found.extend(low_pass(&all, signals, is_moving, longest_s));
+    if begin.seeks(HIGH_PASS) {
+        found.extend(high_pass(&all, signals, is_moving));
+    }
     drop(all);
     let unbent = |kind: &str| !LIKE_A_MODE.contains(&kind);
     if begin.seeks(MODE) {
@@ -231,68 +235,111 @@ fn low_pass(
     longest_s: f64,
 ) -> Option<Found> {
     let grid = low_pass::grid(signals.period_s(), longest_s);
+    let grid: Vec<f64> = grid.iter().map(|one| one.time_s).collect();
+    let exact = |gyro: usize, time_s: f64| ExactLowPass {
+        low_pass: LowPass { time_s },
+        signals,
+        gyro,
+    };
+    let (best, of) = filters(tests, &grid, is_moving, exact)?;
+    let mut pool = Pool::default();
+    let best = best.map(|one| one.map(|time_s| LowPass { time_s }));
+    let candidate = pool.low_pass(best, of.price.exp(), signals);
+    Some(of.found(candidate, pool))
+}
+
+/// The high pass on each gyro that gains most at its full response.
+fn high_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Option<Found> {
+    let grid = high_pass::grid(signals.period_s(), signals.rows);
+    let grid: Vec<f64> = grid.iter().map(|one| one.time_s).collect();
+    let exact = |gyro: usize, time_s: f64| ExactHighPass {
+        high_pass: HighPass { time_s },
+        signals,
+        gyro,
+    };
+    let (best, of) = filters(tests, &grid, is_moving, exact)?;
+    let mut pool = Pool::default();
+    let best = best.map(|one| one.map(|time_s| HighPass { time_s }));
+    let candidate = pool.high_pass(best, of.price.exp(), signals);
+    Some(of.found(candidate, pool))
+}
+
+/// Gain of filters on some gyros, and the price of their sizes and places.
+struct Priced {
+    gain: f64,
+    price: f64,
+}
+
+impl Priced {
+    fn found(self, candidate: Candidate, pool: Pool) -> Found {
+        Found {
+            surplus: self.gain - candidate.hypothesis.price,
+            candidate,
+            columns: pool.columns,
+        }
+    }
+}
+
+/// The time constant of a filter on each gyro that gains most at its full response, from a grid of them.
+fn filters<T: OfOneGyro>(
+    tests: &[ScoreTest],
+    grid: &[f64],
+    is_moving: [bool; 3],
+    exact: impl Fn(usize, f64) -> T + Sync,
+) -> Option<([Option<f64>; 3], Priced)> {
     let places = (grid.len() as f64).ln();
-    let on = |gyro: usize| -> Option<(LowPass, f64)> {
+    let on = |gyro: usize| -> Option<(f64, f64)> {
         if !is_moving[gyro] {
             return None;
         }
         let full = DVector::from_vec(vec![1.0, 0.0]);
         let both = DMatrix::identity(2, 2);
-        let exact = |low_pass: LowPass| ExactLowPass {
-            low_pass,
-            signals,
-            gyro,
-        };
-        let of = |low_pass: LowPass| {
-            let columns = exact(low_pass);
+        let of = |time_s: f64| {
+            let columns = exact(gyro, time_s);
             most_at(tests, &columns.hypothesis(), &columns, &both, &full)
         };
         let (one, response) = (DVector::from_element(1, 1.0), DMatrix::identity(1, 1));
-        let gain = |low_pass: &LowPass| {
-            let columns = exact(*low_pass);
+        let gain = |time_s: f64| {
+            let columns = exact(gyro, time_s);
             let found = most_at(tests, &columns.of_response(), &columns, &response, &one);
             found.map_or(f64::NEG_INFINITY, |(gain, _)| gain)
         };
         let begin = grid
             .iter()
-            .map(|low_pass| (*low_pass, gain(low_pass)))
+            .map(|time_s| (*time_s, gain(*time_s)))
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
         // Not even the best of every size and time constant about it is worth its place.
         let (_, about) = of(begin.0)?;
         if about.gain().log_likelihood < places {
             return None;
         }
-        Some(follow(begin.0, of, |low_pass, step| LowPass {
-            time_s: (low_pass.time_s + step[0]).clamp(0.6 * low_pass.time_s, 1.7 * low_pass.time_s),
+        Some(follow(begin.0, of, |time_s, step| {
+            (time_s + step[0]).clamp(0.6 * time_s, 1.7 * time_s)
         }))
     };
-    let mut price = places;
-    let mut best: [Option<LowPass>; 3] = [None; 3];
-    let mut sum = 0.0;
+    let mut of_all = Priced {
+        gain: 0.0,
+        price: places,
+    };
+    let mut best: [Option<f64>; 3] = [None; 3];
     for (gyro, found) in each_axis(on).into_iter().enumerate() {
-        let Some((low_pass, gain)) = found else {
+        let Some((time_s, gain)) = found else {
             continue;
         };
         // Its columns are made where it is, and what is estimated is about that: its size has its price here.
         let of_size = size_price(2.0 * gain);
         if gain > places + of_size {
-            best[gyro] = Some(low_pass);
-            sum += gain - of_size;
-            price += of_size;
+            best[gyro] = Some(time_s);
+            of_all.gain += gain - of_size;
+            of_all.price += of_size;
         }
     }
-    price += match best.iter().flatten().count() {
+    of_all.price += match best.iter().flatten().count() {
         0 => return None,
         3 => SHARED.ln(),
         _ => ONE_AXIS.ln(),
     };
-    let mut pool = Pool::default();
-    let candidate = pool.low_pass(best, price.exp(), signals);
-    Some(Found {
-        surplus: sum - candidate.hypothesis.price,
-        candidate,
-        columns: pool.columns,
-    })
+    Some((best, of_all))
 }
 
 /// Sine and cosine of the strongest line that a fit leaves on a gyro, where both together are worth a fit.

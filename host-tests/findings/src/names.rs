@@ -27,6 +27,7 @@ const KINDS: &[(&str, &str)] = &[
     ("axis_flexure_cubic", "cubic axis flexure"),
     ("axis_flexure_mode", "axis flexure with a resonance"),
     ("gyro_bandwidth", "gyro low pass"),
+    ("gyro_high_pass", "gyro high pass"),
     ("dither_gain", "dither pickoff gain"),
     ("dither_cubic", "cubic dither pickoff"),
     ("lock_in", "lock-in"),

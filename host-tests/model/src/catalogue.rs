@@ -241,6 +241,7 @@ pub const CATALOGUE: &[Kind] = &[
             ),
         ],
     ),
+    kind("gyro_high_pass", &[bounded(XYZ, "s", Value::NotNegative)]),
     kind(
         "reference_clock_rate",
         &[needed(&["all"], "1", Value::Number)],

@@ -34,6 +34,7 @@ pub struct Triad<'a> {
     gyro_rngs: Vec<ChaCha8Rng>,
     bias_walk_rad_s: [f64; 3],
     gyro_shifts: [Option<Shift>; 3],
+    zeroings: [Option<Zeroing>; 3],
     lasers: [Option<BeatPhase>; 3],
     /// Cumulative weights of the nodes at the sub-steps' ends, in periods.
     sub_weights: Vec<[f64; 4]>,
@@ -48,6 +49,31 @@ pub struct Triad<'a> {
     thermometer_rngs: Vec<ChaCha8Rng>,
     magnetometer_rngs: Vec<ChaCha8Rng>,
     faults: Vec<(usize, usize, f64, Fault)>,
+}
+
+/// Automatic zeroing of a gyro: the mean rate that it takes away follows the sensed rate.
+struct Zeroing {
+    /// Periods of a time constant.
+    periods: f64,
+    /// Angle a period that is taken away, at a period's begin \[rad\].
+    mean_rad: f64,
+}
+
+impl Zeroing {
+    fn new(time_s: f64, period_s: f64) -> Option<Self> {
+        (time_s > 0.0).then(|| Self {
+            periods: time_s / period_s,
+            mean_rad: 0.0,
+        })
+    }
+
+    /// Angle that is taken away from a period in which the gyro sensed `sensed_rad`: what is known before it.
+    fn passed_rad(&mut self, sensed_rad: f64) -> f64 {
+        let known_rad = self.mean_rad;
+        let kept = 1.0 - self.periods.recip();
+        self.mean_rad = kept * known_rad + sensed_rad / self.periods;
+        known_rad
+    }
 }
 
 impl<'a> Triad<'a> {
@@ -112,6 +138,7 @@ impl<'a> Triad<'a> {
             gyro_rngs,
             bias_walk_rad_s: [0.0; 3],
             gyro_shifts: [0, 1, 2].map(|axis| shift(effects.gyro_delay_s(axis))),
+            zeroings: [0, 1, 2].map(|axis| Zeroing::new(effects.high_pass_s(axis), period_s)),
             lasers,
             sub_weights: (0..=steps)
                 .map(|step| quadrature.weights_until(step as f64 / steps.max(1) as f64))
@@ -239,6 +266,9 @@ impl<'a> Triad<'a> {
                 self.bias_walk_rad_s[axis] +=
                     gyro.rate_random_walk_rad_s_sqrt_s[axis] * self.period_s.sqrt() * normal(rng);
                 case_rad += self.bias_walk_rad_s[axis] * self.period_s;
+            }
+            if let Some(zeroing) = &mut self.zeroings[axis] {
+                case_rad -= zeroing.passed_rad(case_rad);
             }
             // scale that follows temperature acts on the dither too
             let stretch = 1.0 + effects.warm_scale(axis, now.warming_k[axis]) / keep;

@@ -95,6 +95,7 @@ pub struct Effects {
     dither_cubic: Vector3<f64>,
     dither_crosstalk: Matrix3<f64>,
     lock_in_rad_s: Vector3<f64>,
+    high_pass_s: Vector3<f64>,
     angle_random_walk: Vector3<f64>,
     converter_rad: Vector3<f64>,
     reference_misalignment_rad: Vector3<f64>,
@@ -236,6 +237,11 @@ impl Effects {
     /// Angle random walk with the model's share `modelled` \[rad/√s\].
     pub fn angle_random_walk(&self, axis: usize, modelled: f64) -> f64 {
         modelled.hypot(self.angle_random_walk[axis])
+    }
+
+    /// Time constant of a gyro's automatic zeroing \[s\]; 0 for none.
+    pub fn high_pass_s(&self, axis: usize) -> f64 {
+        self.high_pass_s[axis]
     }
 
     /// Lock-in threshold \[rad/s\]; 0 for none.

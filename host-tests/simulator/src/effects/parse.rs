@@ -91,6 +91,7 @@ impl Effects {
             "dither_delay" => self.dither_delay_s += with.delays()?,
             "dither_cubic" => self.dither_cubic += with.xyz()?,
             "dither_crosstalk" => self.dither_crosstalk += with.six()?,
+            "gyro_high_pass" => self.high_pass_s += with.not_negatives()?,
             "lock_in" => self.lock_in_rad_s += with.not_negatives()?,
             "angle_random_walk" => {
                 let walk = with.not_negatives()?;
