@@ -1,4 +1,4 @@
-//! Rows about an alignment, and the columns of what moves it.
+//! Likelihood rows linearised about an alignment, and the columns of its parameters.
 
 use std::sync::Arc;
 
@@ -13,34 +13,35 @@ use crate::gyro_motion::{GyroMotion, Reads};
 use crate::increments::{Increments, ReferenceClock, Stamps};
 use crate::noise::Alike;
 
-/// What the gyros sensed.
+/// Gyro data of a recording.
 #[derive(Clone)]
 pub struct Gyros {
-    /// When the first row begins \[s\].
+    /// Start time of the first row \[s\].
     pub start_s: f64,
-    /// Rows a second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
-    /// Increments that the gyros sensed, in the case's axes by the model, less what the model's other effects add \[rad\].
+    /// Sensed increments in the case's axes by the model, less the model's other effects \[rad\].
     pub sensed_rad: Vec<Vector3<f64>>,
-    /// Variance of a row that is each gyro's white noise \[rad²\].
+    /// Variance of each gyro's white noise in a row \[rad²\].
     pub white_noise_rad2: [f64; 3],
-    /// Unmeasured rows before each row boundary.
+    /// Cumulative number of unmeasured rows at each row boundary.
     pub lost_before: Vec<usize>,
-    /// Random walk that the model declares of them and their reference \[rad/√s\].
+    /// Angle random walk of gyros and reference as declared by the model \[rad/√s\].
     pub declared_walk_rad_sqrt_s: Option<f64>,
-    /// What stands beside them.
+    /// Kind of the reference's data.
     pub reads: Reads,
-    /// Dithers, which have been taken out of what the gyros sensed; `None` of gyros without any.
+    /// Dithers, already subtracted from the sensed increments; `None` for gyros without any.
     pub dither: Option<Arc<Dither>>,
 }
 
 impl Gyros {
-    /// Their own motion, by increments of the body \[rad\].
+    /// Integrates increments of the body \[rad\] to the gyros' motion.
     pub fn motion(&self, increments_rad: Vec<Vector3<f64>>) -> GyroMotion {
         GyroMotion::new((self.start_s, self.rate_hz), increments_rad, self.reads)
     }
 
-    /// Variance that white noise adds to a row of `period_s` on each axis \[rad²\]: the mean of axes that have one noise.
+    /// Computes the white-noise variance of a row of `period_s` on each axis \[rad²\], averaged over axes of one noise
+    /// group.
     fn white_noise_of_rows(&self, alike: Alike, period_s: f64) -> [f64; 3] {
         let mut rows_rad2 = [0.0; 3];
         for axes in alike {
@@ -52,15 +53,15 @@ impl Gyros {
     }
 }
 
-/// Rows and motion about an alignment.
+/// Rows and motion, linearised about an alignment.
 pub struct About {
-    /// Attitude of the gyros' own.
+    /// Attitude integrated from the gyros' increments.
     pub motion: GyroMotion,
-    /// Rows.
+    /// Rows of the likelihood.
     pub increments: Increments,
-    /// Motion in the gyros' axes that columns are made of \[rad\].
+    /// Wiener-filtered motion in the gyros' axes, from which columns are formed \[rad\].
     pub conditioned_rad: Triad,
-    /// Rate of change of what the gyros sensed, where a low pass was undone \[rad by row and second\].
+    /// Rate of change of the sensed increments \[rad by row and second\]; present if a low pass is inverted.
     growth_rad_s: Option<Vec<Vector3<f64>>>,
     dither: Option<Arc<Dither>>,
     body_from_sensed: Matrix3<f64>,
@@ -68,7 +69,7 @@ pub struct About {
 }
 
 impl About {
-    /// Forms rows about an alignment; `None` where fewer than two stamps lie within the gyros' record.
+    /// Forms rows about an alignment; `None` if fewer than two stamps lie within the gyros' record.
     pub fn new(
         gyros: &Gyros,
         samples: &[SlowSample],
@@ -80,7 +81,8 @@ impl About {
         let mut unbiased: Vec<Vector3<f64>> =
             gyros.sensed_rad.iter().map(|row| row - bias_rad).collect();
         if let Some(dither) = &gyros.dither {
-            // A gyro's scale error is one of its block's dither, too, of which the pickoff took out the sound part alone.
+            // A scale error also scales the dither of the gyro's block; the pickoff subtracted the dither at nominal scale
+            // only.
             let scale_error = alignment.scale_error();
             for (row, unbiased) in unbiased.iter_mut().enumerate() {
                 *unbiased -= scale_error.component_mul(&dither.turn_rad(row));
@@ -95,7 +97,7 @@ impl About {
             None => conditioned(sensed, gyros.rate_hz),
         };
         let growth_rad_s = alignment.low_pass_s.map(|low_pass_s| {
-            // Of the motion alone: the gyros' noise came in behind their filter.
+            // Derivative of the motion alone: the gyros' noise enters after their filter.
             let [x, y, z] = conditioned(&unbiased);
             let motion: Vec<Vector3<f64>> = (0..unbiased.len())
                 .map(|row| Vector3::new(x[row], y[row], z[row]))
@@ -129,7 +131,7 @@ impl About {
         })
     }
 
-    /// The column of increments that the gyros would sense besides \[rad by row\].
+    /// Computes the column of an additional sensed increment \[rad by row\].
     pub fn carried(&self, sensed_rad: impl Fn(usize) -> Vector3<f64>) -> Triad {
         let sums = self
             .motion
@@ -137,14 +139,14 @@ impl About {
         self.increments.carry(&sums)
     }
 
-    /// Motion in the gyros' axes \[rad\].
+    /// Conditioned motion of a row in the gyros' axes \[rad\].
     fn sensed(&self, row: usize) -> Vector3<f64> {
         let last = self.motion.rows() - 1;
         Vector3::from_fn(|axis, _| self.conditioned_rad[axis][row.min(last)])
     }
 
-    /// The column of a filter on one gyro: half a variance times the second derivative of its rate, over a row; or a longer
-    /// time constant of its low pass.
+    /// Computes the column of one gyro's filter: of its smoothing variance, half the second derivative of the rate over a
+    /// row; of its low pass's time constant, minus the rate of change of the increments.
     fn filtered(&self, axis: usize, rate_hz: f64) -> Triad {
         let along = Vector3::ith(axis, 1.0);
         if let Some(growth_rad_s) = &self.growth_rad_s {
@@ -197,7 +199,8 @@ impl About {
     }
 }
 
-/// Rate of change of increments \[rad by row and second\]: of the fourth order, for a low pass is undone up to where it cuts.
+/// Computes the rate of change of increments \[rad by row and second\] to fourth order, as a low pass is inverted up to its
+/// corner.
 fn growth(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Vec<Vector3<f64>> {
     let last = increments_rad.len() - 1;
     let across = |row: usize, rows: usize| {
@@ -219,7 +222,7 @@ mod tests {
     use super::*;
     use crate::alignment::{GROUPS, places};
 
-    /// Every number of the registration, moved a little, changes the rows as its column says.
+    /// The finite difference of the rows by each registration parameter equals its column.
     #[test]
     fn columns_are_what_the_rows_change_by() {
         let (rate_hz, rows) = (200.0, 4000);
@@ -272,7 +275,7 @@ mod tests {
             let here = about(&alignment);
             let columns = here.columns(rate_hz);
             let inner = 3..here.increments.rows() - 3;
-            // The Earth's rotation stands in its column alone; a smoothing, too; the weights of conditioning go with the bias.
+            // Not checked: Earth rate and smoothing enter by their columns only, and the bias changes the Wiener weights.
             let is_checked = |kind: &str| match kind {
                 "earth_rate" => false,
                 "gyro_bandwidth" => low_pass_s.is_some(),

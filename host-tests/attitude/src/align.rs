@@ -1,4 +1,4 @@
-//! The registration alone: what aligns gyros and attitudes, physics not searched for.
+//! Registration alone: alignment of gyros and attitudes without a search for physical effects.
 
 use std::path::Path;
 
@@ -11,10 +11,10 @@ use rlg_recording::error::InputError;
 use crate::diagnose::{Settings, diagnose};
 use crate::plan::AttitudePlan;
 
-/// Aligns gyros and attitudes of a recording: the same likelihood without any effect of physics; `None` as of [`diagnose`].
+/// Aligns gyros and attitudes of a recording by the same likelihood without physical effects; `None` as in [`diagnose`].
 ///
 /// # Errors
-/// As of [`diagnose`].
+/// As in [`diagnose`].
 pub fn align(
     settings: &Settings,
     recording: &Recording,

@@ -1,18 +1,18 @@
-//! What aligns two instruments: twenty numbers in eight groups, and where they stand.
+//! Registration parameters of boresight, timing and gyro errors: twenty in eight groups, and their values.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rlg_model::Model;
 use rlg_signal::still::ROTATION_RAD_S;
 
-/// A group of numbers of the registration.
+/// A group of registration parameters.
 pub struct Group {
-    /// The contract's kind.
+    /// Kind as named in the contract.
     pub kind: &'static str,
-    /// Names of its numbers.
+    /// Names of its parameters.
     pub names: &'static [&'static str],
-    /// Unit.
+    /// Unit of its parameters.
     pub unit: &'static str,
-    /// Standard deviation of a weak prior on each, about what the model says.
+    /// Standard deviation of the weak prior on each parameter, centred on the model's value.
     pub prior_std: f64,
 }
 
@@ -70,7 +70,7 @@ pub static GROUPS: [Group; 8] = [
     },
 ];
 
-/// Places of a group's numbers among all.
+/// Column indices of a group's parameters.
 pub fn places(kind: &str) -> std::ops::Range<usize> {
     let mut begin = 0;
     for group in &GROUPS {
@@ -83,52 +83,52 @@ pub fn places(kind: &str) -> std::ops::Range<usize> {
     begin..begin
 }
 
-/// The group whose numbers stand at some places.
+/// Returns the group with these column indices.
 pub fn group_at(columns: &[usize]) -> Option<&'static Group> {
     let is_there = |group: &&Group| places(group.kind).eq(columns.iter().copied());
     GROUPS.iter().find(is_there)
 }
 
-/// Groups that are moved; the others stay as the model has them. Two that a motion cannot tell apart cancel each other far
-/// from where any of this is linear.
+/// Estimated groups; the others are fixed at the model's values. Two groups not distinguishable by the motion would cancel
+/// each other far outside the linear range.
 pub type Free = Vec<&'static str>;
 
-/// Groups in the order of their columns.
+/// Sorts groups in the order of their columns.
 pub(crate) fn in_order(kinds: impl Iterator<Item = &'static str>) -> Free {
     let kinds: Vec<&str> = kinds.collect();
     let groups = GROUPS.iter().map(|group| group.kind);
     groups.filter(|kind| kinds.contains(kind)).collect()
 }
 
-/// Number of all.
+/// Number of registration parameters.
 pub const COUNT: usize = 20;
 
-/// Pairs of axes of the non-orthogonality.
+/// Axis pairs of the non-orthogonality.
 pub(crate) const PAIRS: [(usize, usize); 3] = [(0, 1), (0, 2), (1, 2)];
 
-/// Values that a registration is linear about.
+/// Linearisation point of a registration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Alignment {
-    /// Bias of the gyros beyond the model \[rad/s\].
+    /// Gyro bias, that of the model's effects included \[rad/s\].
     pub bias_rad_s: Vector3<f64>,
-    /// What the gyros sense of the reference body's rate.
+    /// Map from the reference body's rate to the sensed rate.
     pub sensed_from_body: Matrix3<f64>,
-    /// How late the reference's stamps are \[s\].
+    /// Delay of the reference's stamps \[s\].
     pub delay_s: f64,
-    /// By which share the reference's clock is faster \[1\].
+    /// Relative rate error of the reference's clock, positive if fast \[1\].
     pub clock_rate: f64,
-    /// Time constants of a low pass of first order on each gyro \[s\]; `None` where smoothing stands for it, which is small
-    /// enough for its second order.
+    /// Time constants of a first-order low pass on each gyro \[s\]; `None` if the smoothing is small enough for its second
+    /// order, a variance.
     pub low_pass_s: Option<Vector3<f64>>,
-    /// Case axes from those of the reference, as the model has them.
+    /// Rotation from the reference's axes to the case's, by the model.
     pub turn: Rotation3<f64>,
 }
 
-/// What a low pass is believed to be, about what the model says \[s\].
+/// Prior standard deviation of a low pass's time constant about the model's \[s\].
 pub(crate) const LOW_PASS_STD_S: f64 = 0.05;
 
 impl Alignment {
-    /// What a model's effects say of it.
+    /// Returns the alignment stated by a model's effects.
     pub fn of_model(model: &Model) -> Self {
         let number = |kind: &str, name: &str| -> f64 {
             let of_kind = model.effects.iter().filter(|effect| effect.kind == kind);
@@ -164,7 +164,7 @@ impl Alignment {
         stretch.diagonal().add_scalar(-1.0)
     }
 
-    /// What it is beyond another, in the order of the columns; what is no part of it is 0.
+    /// Returns the difference to another alignment, in the order of the columns; 0 for parameters not part of it.
     pub fn beyond(&self, other: &Self) -> [f64; COUNT] {
         let mut values = [0.0; COUNT];
         let mut set = |kind: &str, of: &[f64]| values[places(kind)].copy_from_slice(of);
@@ -189,7 +189,7 @@ impl Alignment {
         values
     }
 
-    /// The same with all groups but some as a model has them.
+    /// Returns the alignment with all groups except the `free` ones at a model's values.
     pub fn with(&self, free: &Free, model: &Self) -> Self {
         let mut beyond = self.beyond(model);
         for group in GROUPS.iter().filter(|group| !free.contains(&group.kind)) {
@@ -206,7 +206,7 @@ impl Alignment {
         begun.moved(&beyond)
     }
 
-    /// Moved by an estimate about it.
+    /// Returns the alignment moved by an estimated step.
     pub fn moved(&self, by: &[f64]) -> Self {
         let triple = |kind: &str| Vector3::from_column_slice(&by[places(kind)]);
         let mut step = Matrix3::identity() + Matrix3::from_diagonal(&triple("gyro_scale"));
@@ -228,13 +228,14 @@ impl Alignment {
     }
 }
 
-/// The rotation in a map, by polar decomposition, and what is left of the map: R, P of P R.
+/// Polar decomposition P R of a map: the rotation vector of R, and the stretch P.
 fn turn_and_stretch(map: &Matrix3<f64>) -> (Vector3<f64>, Matrix3<f64>) {
     let svd = map.svd(true, true);
     let (Some(left), Some(right)) = (svd.u, svd.v_t) else {
         return (Vector3::zeros(), *map);
     };
-    // By its quaternion: the angle of a matrix that rounding left just beyond a rotation by nothing is no number.
+    // By the quaternion: rounding can bring the trace of a rotation by nothing above 3, and the angle of such a matrix is
+    // NaN.
     let turn = Rotation3::from_matrix_unchecked(left * right);
     let turn = nalgebra::UnitQuaternion::from_rotation_matrix(&turn);
     let stretch = left * Matrix3::from_diagonal(&svd.singular_values) * left.transpose();

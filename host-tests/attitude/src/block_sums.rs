@@ -1,9 +1,9 @@
-//! What blocks of a record say of groups of numbers, by their sums alone.
+//! Statistics of parameter groups from the normal equations of a record's blocks.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_inference::linear::invert;
 
-/// Sums of one block.
+/// Normal equations of one block: Gram matrix, moment vector and energy of the rows.
 #[derive(Clone)]
 pub(crate) struct Sums {
     pub(crate) gram: DMatrix<f64>,
@@ -11,37 +11,38 @@ pub(crate) struct Sums {
     pub(crate) energy: f64,
 }
 
-/// Sums of all blocks over all parameters.
+/// Normal equations of all blocks over all parameters.
 #[derive(Clone)]
 pub struct BlockSums {
     pub(crate) each: Vec<Sums>,
     total: Sums,
 }
 
-/// What blocks say of a group of numbers beside others.
+/// Wald statistic of a parameter group given others, with its design effect.
 #[derive(Debug, Clone, Copy)]
 pub struct Statistic {
-    /// Squared size in standard deviations of the likelihood.
+    /// Wald statistic under the likelihood's covariance.
     pub squared_size: f64,
-    /// Variance between blocks over that of the likelihood, at least 1.
+    /// Design effect: jackknife variance between blocks over the likelihood's variance, at least 1.
     pub design_effect: f64,
-    /// Degrees of freedom of the design effect: few where few blocks carry all, infinite where it is known.
+    /// Degrees of freedom of the design effect: low if few blocks carry the information, infinite if it is known.
     pub degrees: f64,
-    /// Numbers.
+    /// Number of parameters of the group.
     pub count: usize,
 }
 
 impl Statistic {
-    /// Gain in log evidence with a prior of the best width, less the price of a search through `groups`.
+    /// Gain in log evidence under a g-prior of the best width, less the price (multiplicity penalty) of a search through
+    /// `groups`.
     ///
     /// # Inputs
-    /// `is_deflated`: by what blocks disagree.
+    /// `is_deflated`: divide the statistic by the design effect.
     pub fn gain(&self, groups: usize, is_deflated: bool) -> f64 {
         self.gained(is_deflated) + log_chance(groups)
     }
 
-    /// The gain under a design effect that is taken as known, to compare groups on the same rows: how far blocks scatter is
-    /// common to them.
+    /// Gain with the design effect taken as known, to compare groups on the same rows, which share the scatter of the
+    /// blocks.
     pub fn compared(&self, groups: usize) -> f64 {
         Self {
             degrees: f64::INFINITY,
@@ -50,7 +51,7 @@ impl Statistic {
         .gain(groups, true)
     }
 
-    /// The same, deflated no more than that of a winner: whether both explain as much is a matter of these rows.
+    /// The same with at most the winner's design effect: two groups are compared on these rows only.
     pub fn compared_with(&self, winner: &Self, groups: usize) -> f64 {
         Self {
             design_effect: self.design_effect.min(winner.design_effect),
@@ -59,7 +60,7 @@ impl Statistic {
         .compared(groups)
     }
 
-    /// The gain without a price.
+    /// Gain without the price of the search.
     pub fn gained(&self, is_deflated: bool) -> f64 {
         let deflated = if is_deflated { self.design_effect } else { 1.0 };
         let squared = self.squared_size / deflated;
@@ -67,7 +68,7 @@ impl Statistic {
         if squared <= count {
             return 0.0;
         }
-        // Student's t of the numbers, with the width of their prior that suits them best.
+        // Student's t of the parameters, under the g-prior of the best width.
         let gained = match is_deflated && self.degrees.is_finite() {
             true => {
                 let all = self.degrees + count;
@@ -79,19 +80,19 @@ impl Statistic {
     }
 }
 
-/// Log of the chance beforehand that one of `groups` is there.
+/// Log prior probability of one of `groups`.
 pub fn log_chance(groups: usize) -> f64 {
-    /// That any of them is.
+    /// Prior probability of any of them.
     const PRIOR: f64 = 0.3;
     (PRIOR / groups as f64).ln()
 }
 
-/// What a group of numbers predicts of blocks that it was not estimated from.
+/// Gain of a parameter group in leave-one-block-out cross-validation.
 #[derive(Debug, Clone, Copy)]
 pub struct Predicted {
     /// Gain in log likelihood.
     pub log_likelihood: f64,
-    /// Share of what is left.
+    /// Share of the residual power that is predicted \[1\].
     pub share: f64,
 }
 
@@ -99,12 +100,12 @@ pub struct Predicted {
 pub struct Estimates {
     /// Values.
     pub values: Vec<f64>,
-    /// Covariance: the larger of the likelihood's and of the blocks', by parameter; correlations of the likelihood.
+    /// Covariance: by parameter the larger of the likelihood's and the jackknife variance; correlations of the likelihood.
     pub covariance: DMatrix<f64>,
 }
 
 impl BlockSums {
-    /// Of one or more.
+    /// Adds up one block or more.
     pub(crate) fn new(each: Vec<Sums>) -> Self {
         Self {
             total: total(&each),
@@ -117,7 +118,7 @@ impl BlockSums {
         self.total.gram.nrows()
     }
 
-    /// Adds the effect of some numbers.
+    /// Adds the effect of parameter values to the data.
     pub(crate) fn add(&mut self, own: &[usize], values: &DVector<f64>) {
         for block in self.each.iter_mut().chain([&mut self.total]) {
             let columns = block.gram.select_columns(own);
@@ -129,12 +130,12 @@ impl BlockSums {
         }
     }
 
-    /// What blocks say of `own` beside `base`.
+    /// Computes the Wald statistic of `own` given `base`, with its design effect.
     pub fn statistic(&self, base: &[usize], own: &[usize]) -> Statistic {
         self.statistic_beyond(base, own, |_| true)
     }
 
-    /// The same; blocks are asked only where all of them together make it `worth` that.
+    /// The same; the jackknife is computed only if the statistic of all blocks together passes `is_worth`.
     pub fn statistic_beyond(
         &self,
         base: &[usize],
@@ -175,11 +176,11 @@ impl BlockSums {
         }
     }
 
-    /// Degrees of freedom of a design effect: of what is believed of it, and of the blocks that carry the information on the
-    /// numbers behind the `first`, (Σ I)² / Σ I² of those (Kish, Survey Sampling, 1965).
+    /// Degrees of freedom of a design effect: those of its prior, and the effective number of blocks less one, (Σ I)² / Σ I²
+    /// − 1, by their information I on the parameters after the `first` (Kish, Survey Sampling, 1965).
     fn degrees(&self, covariance: &DMatrix<f64>, all: &[usize], first: usize) -> f64 {
-        /// Those of the registration of two real recordings (docs/real-recordings.md) lie from 1.3 to 2.1: within a factor of
-        /// 1.4 about their mean, √(2/20) of the logarithm.
+        /// Degrees of freedom of the prior: design effects of the registration of two real recordings
+        /// (docs/real-recordings.md) lie from 1.3 to 2.1, within a factor of 1.4 about their mean, √(2/20) of the logarithm.
         const BELIEVED: f64 = 20.0;
         let own = covariance.rows(first, all.len() - first);
         let of_own = covariance.view((first, first), (own.nrows(), own.nrows()));
@@ -194,14 +195,14 @@ impl BlockSums {
         BELIEVED + (sum * sum / squares - 1.0).max(0.0)
     }
 
-    /// Degrees of freedom of the design effect of `own` beside `base`.
+    /// Degrees of freedom of the design effect of `own` given `base`.
     pub fn degrees_of(&self, base: &[usize], own: &[usize]) -> f64 {
         let all: Vec<usize> = base.iter().chain(own).copied().collect();
         let (covariance, _) = Part::of(&self.total, &all).solve();
         self.degrees(&covariance, &all, base.len())
     }
 
-    /// Information of each of `own` alone beside `base`.
+    /// Information on each of `own` alone, given `base`.
     pub fn information(&self, base: &[usize], own: &[usize]) -> Vec<f64> {
         let of = |k: &usize| {
             let all: Vec<usize> = base.iter().chain([k]).copied().collect();
@@ -211,7 +212,7 @@ impl BlockSums {
         own.iter().map(of).collect()
     }
 
-    /// Information of `own` together beside `base`.
+    /// Joint information matrix of `own`, given `base`.
     pub fn information_of(&self, base: &[usize], own: &[usize]) -> DMatrix<f64> {
         let all: Vec<usize> = base.iter().chain(own).copied().collect();
         let (covariance, _) = Part::of(&self.total, &all).solve();
@@ -224,7 +225,7 @@ impl BlockSums {
         .0
     }
 
-    /// Power that a set leaves of each block.
+    /// Residual energy of each block after the fit of a set.
     pub fn left(&self, set: &[usize]) -> Vec<f64> {
         let (_, estimate) = Part::of(&self.total, set).solve();
         let of = |block: &Sums| {
@@ -251,7 +252,7 @@ impl BlockSums {
             .collect()
     }
 
-    /// What `own` predicts of each block by the others: its log likelihood, and the share of what is left.
+    /// Leave-one-block-out cross-validation of `own` given `base`: gain in log likelihood, and share of the residual power.
     pub fn predicted(&self, base: &[usize], own: &[usize]) -> Predicted {
         let all: Vec<usize> = base.iter().chain(own).copied().collect();
         let left = |set: &[usize]| -> f64 {
@@ -274,7 +275,7 @@ impl BlockSums {
         }
     }
 
-    /// Estimates of a set.
+    /// Estimates a set of parameters.
     pub fn estimates(&self, set: &[usize]) -> Estimates {
         let whole = Part::of(&self.total, set);
         let (covariance, estimate) = whole.solve();
@@ -291,7 +292,7 @@ impl BlockSums {
     }
 }
 
-/// The sums of some parameters.
+/// Normal equations of a subset of parameters.
 struct Part {
     gram: DMatrix<f64>,
     moments: DVector<f64>,
@@ -333,7 +334,7 @@ mod tests {
 
     use super::{BlockSums, Statistic, Sums};
 
-    /// Blocks of one number, by the information of each.
+    /// Blocks of one parameter, by the information of each.
     fn blocks(information: &[f64]) -> BlockSums {
         let of = |information: &f64| Sums {
             gram: DMatrix::from_element(1, 1, *information),
@@ -372,7 +373,7 @@ mod tests {
     #[test]
     fn blocks_predict_each_other_where_they_agree() {
         let predicted = blocks(&[4.0; 20]).predicted(&[], &[0]);
-        // Each is 1 by itself, so that of an energy of 2 a half is explained.
+        // The estimate of each block is 1, which explains half of an energy of 2.
         assert!((predicted.share - 0.5).abs() < 1e-12, "{predicted:?}");
         assert!(
             (predicted.log_likelihood - 40.0).abs() < 1e-9,

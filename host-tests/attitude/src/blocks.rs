@@ -1,8 +1,8 @@
-//! Whether blocks of a record agree on a group of numbers: real noise is neither Gaussian nor stationary, and a likelihood
-//! ratio lies where few rows carry it.
+//! Block normal equations for jackknife and cross-validation: real noise is neither Gaussian nor stationary, and a
+//! likelihood ratio that few rows carry is misleading.
 //!
-//! Rows are whitened and reduced to the frequencies that are looked at, what free rows hold is projected out, and
-//! contiguous blocks keep their sums. (inference.md, B6.)
+//! Rows are whitened and reduced to the analysed band, free rows are projected out, and contiguous blocks store their normal
+//! equations. (inference.md, B6.)
 
 use nalgebra::{DMatrix, DVector};
 use rlg_signal::axes::Triad;
@@ -13,27 +13,27 @@ use crate::increments::Increments;
 use crate::noise::{Levels, NoiseTerms};
 use crate::whitener::Whitener;
 
-/// Sums of all blocks over all parameters, with the rows that they are of.
+/// Normal equations of all blocks over all parameters, with their whitened rows.
 pub struct Blocks<'a> {
     pub(crate) sums: BlockSums,
-    /// Whitened columns and record by block, for columns that come later.
+    /// Whitened columns and record by block, for columns added later.
     white: Vec<(DMatrix<f64>, DVector<f64>)>,
     whitener: Whitener<'a>,
 }
 
-/// Time of a block \[s\], and least number of blocks.
+/// Duration of a block \[s\], and least number of blocks.
 const BLOCK_S: f64 = 6.0;
 const LEAST_BLOCKS: usize = 15;
 
-/// Least whitened rows of a block.
+/// Least number of whitened rows in a block.
 const LEAST_ROWS: usize = 4;
 
 impl<'a> Blocks<'a> {
     /// Whitens rows and columns.
     ///
     /// # Inputs
-    /// `rows_rad`: without outliers; `precisions`: of a prior about 0 on each parameter, once `moved` by what rows are linear
-    /// about.
+    /// `rows_rad`: outliers subtracted; `precisions`: of a zero-mean prior on each parameter; `moved`: parameters at the
+    /// linearisation point, relative to the model.
     pub fn new(
         (band, terms, levels): (&'a Band, &NoiseTerms, &Levels),
         increments: &Increments,
@@ -55,7 +55,7 @@ impl<'a> Blocks<'a> {
                 (matrix(&columns, &range), record)
             })
             .collect();
-        // Parameters are what they are in all, not beyond what the rows are linear about.
+        // Parameters are total values, not steps from the linearisation point.
         let moved = DVector::from_column_slice(moved);
         let share = 1.0 / count as f64;
         let prior = precisions.iter().map(|precision| precision * share);
@@ -78,10 +78,10 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    /// The same with more columns at the end, without a prior on them.
+    /// Returns the blocks with columns appended, without a prior on them.
     ///
     /// # Inputs
-    /// `moved`: what the rows are linear about, of the first parameters.
+    /// `moved`: linearisation point of the first parameters.
     pub fn with(&self, columns: impl Iterator<Item = Triad>, moved: &[f64]) -> Self {
         let columns: Vec<Triad> = columns
             .map(|column| self.whitener.whiten(&column))
@@ -124,10 +124,10 @@ impl<'a> Blocks<'a> {
         }
     }
 
-    /// Sums of other records than this one, whitened, by the same columns.
+    /// Forms the normal equations of another whitened record on the same columns.
     ///
     /// # Inputs
-    /// `value`: of each whitened row of a block.
+    /// `value`: of each whitened row, by block.
     pub(crate) fn of_others(&self, mut value: impl FnMut(usize) -> f64) -> BlockSums {
         let blocks = self.sums.each.iter().zip(&self.white).enumerate();
         let each = blocks.map(|(block, (sums, (rows, _)))| {
@@ -141,13 +141,13 @@ impl<'a> Blocks<'a> {
         BlockSums::new(each.collect())
     }
 
-    /// Whitened rows of each block.
+    /// Number of whitened rows in each block.
     pub(crate) fn rows(&self) -> impl Iterator<Item = usize> + '_ {
         self.white.iter().map(|(rows, _)| rows.nrows())
     }
 }
 
-/// Whitened rows of one of `count` blocks.
+/// Range of whitened rows in one of `count` blocks.
 fn rows_of(block: usize, count: usize, cut: usize) -> std::ops::Range<usize> {
     block * cut / count..(block + 1) * cut / count
 }

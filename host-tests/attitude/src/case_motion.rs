@@ -1,4 +1,4 @@
-//! The case's motion as the gyros tell it, less what was found of their errors: it carries gravity past the accelerometers.
+//! Case motion measured by the gyros, less their identified errors, for the transport of gravity to the accelerometers.
 
 use nalgebra::{Rotation3, Vector3};
 use rlg_signal::axes::{Triad, add_triad};
@@ -8,21 +8,21 @@ use crate::alignment::places;
 use crate::choice::{Named, always_alike};
 use crate::said::Said;
 
-/// Longest time between attitudes \[s\] over which kinds that explain them alike carry gravity alike.
+/// Longest time between attitudes \[s\] over which indistinguishable kinds transport gravity alike.
 const UNWATCHED_S: f64 = 2.0;
 
-/// Whether it is an error of the reference.
+/// True for an error of the reference.
 fn is_of_reference(kind: &str) -> bool {
     kind.starts_with("reference_")
 }
 
-/// Forms the case's increments by row \[rad\], in the axes of the gyros' case.
+/// Computes the case's increments by row \[rad\], in the axes of the gyros' case.
 ///
 /// # Errors
-/// Why that motion is not known: what was found may be the gyros' or the reference's, or acts unseen between attitudes.
+/// The motion is ambiguous: a finding may belong to the gyros or to the reference, or acts unobserved between attitudes.
 pub(crate) fn corrected_rad(said: &Said) -> Result<Triad, String> {
     let named = || said.found.registration.iter().chain(&said.found.physics);
-    // What attitudes never tell apart is said by the first of its names.
+    // Kinds never distinguishable by attitudes are reported under the first of their names.
     let rivals = |one: &Named| {
         let always = always_alike(one.kind);
         let alike = one.alike.iter().copied();
@@ -69,7 +69,7 @@ pub(crate) fn corrected_rad(said: &Said) -> Result<Triad, String> {
     };
     let about = About::new(&gyros, samples, &said.observed.known, &alignment)
         .ok_or("fewer than two attitudes lie within the gyros' record")?;
-    // The reference's axes are turned against the case's by its own misalignment.
+    // The reference's axes are rotated relative to the case's by its own misalignment.
     let turn_rad = Vector3::from_column_slice(
         &alignment.beyond(said.of_model)[places("reference_misalignment")],
     );
@@ -80,7 +80,7 @@ pub(crate) fn corrected_rad(said: &Said) -> Result<Triad, String> {
     }))
 }
 
-/// What the effects of physics that were found add to the gyros, in the case's axes \[rad by row\].
+/// Sums the contributions of the accepted physical effects to the gyros, in the case's axes \[rad by row\].
 fn physics_rad(said: &Said) -> Triad {
     let mut all: Triad = std::array::from_fn(|_| vec![0.0; said.gyro.signals.rows]);
     for one in &said.found.physics {
@@ -90,7 +90,7 @@ fn physics_rad(said: &Said) -> Triad {
         };
         let mut values: Vec<f64> = one.places.iter().map(value).collect();
         if one.kind == "gyro_delay" {
-            // What all gyros share is the reference's.
+            // The common delay belongs to the reference.
             let mean = values.iter().sum::<f64>() / values.len() as f64;
             values.iter_mut().for_each(|value| *value -= mean);
         }

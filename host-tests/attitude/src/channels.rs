@@ -1,5 +1,5 @@
-//! Whether gyros and attitudes mean the same axes, the same way round and in the same unit: the check of rates, on the
-//! rates between the attitudes.
+//! Agreement of axes, signs and units of gyros and attitudes: the check of rate references, applied to the rates between
+//! attitudes.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rlg_model::catalogue::NINE;
@@ -11,22 +11,22 @@ use rlg_signal::axes::Triad;
 use rlg_signal::known_channels::KINDS;
 use rlg_signal::streams::Streams;
 
-/// The reference on the gyros' rows.
+/// Reference increments resampled to the gyros' rows.
 pub(crate) struct ReferenceRows {
-    /// Increments at an even rate between two attitudes \[rad\].
+    /// Increments at a constant rate between two attitudes \[rad\].
     pub(crate) increments_rad: Triad,
-    /// Rows between attitudes that turned by another angle than the gyros did: a jump, a held reading, a gap. Whatever the axes,
-    /// the sizes of the turns are alike.
+    /// Rows between attitudes whose angle of rotation differs from the gyros': a jump, a frozen attitude, a gap. The angle
+    /// does not depend on the axes.
     pub(crate) doubtful: Vec<bool>,
 }
 
-/// A turn differs where its size is so many times further from the gyros' than in nine tenths of the others.
+/// Threshold of a differing angle, as a multiple of the differences' 90th percentile.
 const APART: f64 = 6.0;
 
-/// Over longer than so many usual steps nothing is known of single rows.
+/// Longest interval between attitudes that is resampled, in median intervals.
 const GAP_PERIODS: f64 = 3.5;
 
-/// Reads the reference on the gyros' rows.
+/// Resamples the reference to the gyros' rows.
 pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> ReferenceRows {
     let mut increments_rad: Triad = std::array::from_fn(|_| vec![0.0; streams.rows]);
     let mut parted: Vec<(std::ops::Range<usize>, f64)> = Vec::new();
@@ -72,7 +72,7 @@ pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> Refer
     }
 }
 
-/// Readings a second: by the median of the times between them \[Hz\].
+/// Rate of the attitudes, by the median of the times between them \[Hz\].
 pub(crate) fn readings_hz(samples: &[SlowSample]) -> Option<f64> {
     let pairs = samples.windows(2);
     let mut lasts_s: Vec<f64> = pairs.map(|pair| pair[1].time_s - pair[0].time_s).collect();
@@ -81,10 +81,10 @@ pub(crate) fn readings_hz(samples: &[SlowSample]) -> Option<f64> {
     (*median_s > 0.0).then(|| 1.0 / median_s)
 }
 
-/// Gyros beside the rates between attitudes, on the gyros' rows.
+/// Returns the gyros' streams with the rates between attitudes, on the gyros' rows.
 ///
 /// # Errors
-/// As of the alignment of both.
+/// As in the alignment of both.
 pub fn beside_gyros(recording: &Recording, model: &Model) -> Result<Streams, InputError> {
     let samples = slow_samples(recording)?;
     let mut streams = Streams::align_without_reference(recording, model)?;
@@ -92,7 +92,7 @@ pub fn beside_gyros(recording: &Recording, model: &Model) -> Result<Streams, Inp
     Ok(streams)
 }
 
-/// What gyros read of the reference by the effects of a model.
+/// Map from the reference's rate to the gyros' by a model's channel effects.
 pub(crate) fn map(effects: &[ModelEffect]) -> Matrix3<f64> {
     let known = effects.iter().filter(|effect| {
         KINDS.contains(&effect.kind.as_str()) && effect.text("channel") != Some("dither")
@@ -102,8 +102,8 @@ pub(crate) fn map(effects: &[ModelEffect]) -> Matrix3<f64> {
     })
 }
 
-/// Puts reference and gyros on the same axes: a rotation turns the reference into the gyros' axes; what no rotation does is
-/// undone on the gyros.
+/// Transforms reference and gyros to the same axes: a rotation is applied to the reference, any other map is inverted on the
+/// gyros.
 pub(crate) fn put_right(
     map: &Matrix3<f64>,
     samples: &mut [SlowSample],

@@ -1,4 +1,4 @@
-//! Which groups of the registration and which effects of physics the sums of blocks call for.
+//! Selection of registration groups and physical effects by the statistics of blocks.
 
 use rlg_catalogue::Candidate;
 use rlg_inference::{BY_CHANCE, Bound};
@@ -9,14 +9,14 @@ use crate::block_sums::{BlockSums, Estimates, Statistic};
 use crate::plan::AttitudePlan;
 use crate::steps::Step;
 
-/// What is searched: effects with the places of their numbers among all columns, behind those of the registration.
+/// Candidate effects with their column indices, which follow those of the registration.
 pub struct Candidates {
     /// In the order of the columns.
     pub effects: Vec<(Candidate, Vec<usize>)>,
 }
 
 impl Candidates {
-    /// Places effects behind the registration.
+    /// Assigns column indices to effects, after the registration's.
     pub fn new(effects: Vec<Candidate>) -> Self {
         let mut first = COUNT;
         let placed = effects.into_iter().map(|candidate| {
@@ -30,40 +30,40 @@ impl Candidates {
     }
 }
 
-/// A group of numbers that stands.
+/// An accepted parameter group.
 pub struct Named {
-    /// The contract's kind.
+    /// Kind as named in the contract.
     pub kind: &'static str,
-    /// Places of its numbers among all columns.
+    /// Column indices of its parameters.
     pub places: Vec<usize>,
-    /// Which step of a bias it is, if it is one.
+    /// Step of a bias, if it is one.
     pub step: Option<Step>,
-    /// What blocks say of it.
+    /// Test statistic from the blocks.
     pub statistic: Statistic,
-    /// Gain, deflated, less the price of the search.
+    /// Gain in log evidence, deflated by the design effect, less the price of the search.
     pub gain: f64,
-    /// Share of what blocks leave that it predicts in the others.
+    /// Share of the residual power that it predicts in cross-validation over blocks \[1\].
     pub share: f64,
-    /// Chance, by its deflated size, groups counted.
+    /// p-value of the deflated statistic, Bonferroni-corrected for the number of groups.
     pub p_value: f64,
-    /// Kinds that the record cannot tell from it.
+    /// Kinds not distinguishable from it by the record.
     pub alike: Vec<&'static str>,
-    /// Every other kind, and how far it is behind in log likelihood.
+    /// Every other kind with its deficit in log likelihood.
     pub behind: Vec<(&'static str, f64)>,
 }
 
 impl Named {
-    /// The group of the registration that it is.
+    /// Kind of its registration group; empty for a physical effect.
     pub fn group(&self) -> &'static str {
         group_at(&self.places).map_or("", |group| group.kind)
     }
 
-    /// A filter of the gyros with a variance below zero is one of the reference.
+    /// Renames a gyro filter of negative smoothing variance to one of the reference.
     pub(crate) fn of_reference(&mut self, estimates: &Estimates, alignment: &Alignment) {
         if alignment.low_pass_s.is_some() {
             return;
         }
-        // Places of the registration come first, in their order.
+        // Column indices of the registration come first, in order.
         let sum: f64 = self.places.iter().map(|k| estimates.values[*k]).sum();
         if self.kind == "gyro_bandwidth" && sum < 0.0 {
             self.kind = "reference_bandwidth";
@@ -72,13 +72,13 @@ impl Named {
     }
 }
 
-/// Groups of the registration that are none of some.
+/// Registration groups other than the chosen ones.
 pub(crate) fn others(chosen: &[&Group]) -> impl Iterator<Item = &'static Group> {
     let is_other = |group: &Group| chosen.iter().all(|one| one.kind != group.kind);
     GROUPS.iter().filter(move |group| is_other(group))
 }
 
-/// Places of groups of the registration, and of some physics.
+/// Column indices of registration groups and of physical effects.
 fn set_of(chosen: &[&Group], physics: &[usize]) -> Vec<usize> {
     let own = chosen.iter().flat_map(|group| places(group.kind));
     own.chain(physics.iter().copied()).collect()
@@ -88,7 +88,7 @@ pub(crate) fn without(set: &[usize], own: &[usize]) -> Vec<usize> {
     set.iter().copied().filter(|k| !own.contains(k)).collect()
 }
 
-/// What attitudes never tell from a group of the registration.
+/// Kinds never distinguishable from a registration group by attitudes.
 pub(crate) fn always_alike(kind: &str) -> &'static [&'static str] {
     match kind {
         "gyro_scale" => &["reference_scale"],
@@ -111,7 +111,7 @@ pub(crate) fn chance(statistic: &Statistic, groups: usize) -> f64 {
     (tail * groups as f64).min(1.0)
 }
 
-/// Sums, and what may be called for.
+/// Block sums, and the candidates for selection.
 pub(crate) struct Choice<'a> {
     pub(crate) sums: &'a BlockSums,
     pub(crate) candidates: &'a Candidates,
@@ -119,8 +119,9 @@ pub(crate) struct Choice<'a> {
 }
 
 impl Choice<'_> {
-    /// Groups of the registration that the record calls for beside some physics: added while blocks gain by one, those left
-    /// out that the others make needless. With them sets that would have done nearly as well until then.
+    /// Selects registration groups given physical effects: forward selection while blocks gain by a group, then backward
+    /// elimination of groups made redundant by the others. Also returns alternative sets of nearly equal gain in the forward
+    /// steps.
     pub(crate) fn chosen(&self, physics: &[usize]) -> (Vec<&'static Group>, Vec<Free>) {
         let mut chosen: Vec<&Group> = Vec::new();
         let mut nearly: Vec<Free> = Vec::new();
@@ -162,18 +163,18 @@ impl Choice<'_> {
         (chosen, nearly)
     }
 
-    /// Whether a group of the registration is called for beside a set, and how strongly.
+    /// Tests a registration group given a set: true if it is accepted, and its gain.
     pub(crate) fn called_for(&self, group: &Group, beside: &[usize]) -> (bool, f64) {
         let own: Vec<usize> = places(group.kind).collect();
         let is_near = |one: &Statistic| one.gain(GROUPS.len(), false) > self.plan.least_gain;
         let statistic = self.sums.statistic_beyond(beside, &own, is_near);
         let is_seen = statistic.gain(GROUPS.len(), true) > self.plan.least_gain
             && self.sums.predicted(beside, &own).log_likelihood > 0.0;
-        // Of two that are seen all rows decide; how far blocks disagree is too rough for that.
+        // The undeflated gain ranks accepted groups: the design effect is too uncertain for that.
         (is_seen, statistic.gain(GROUPS.len(), false))
     }
 
-    /// Those, with what blocks say of each.
+    /// Selects registration groups, with the statistic of each.
     pub(crate) fn registration(&self, physics: &[usize], named: &[&'static str]) -> Vec<Named> {
         let (chosen, _) = self.chosen(physics);
         let all = set_of(&chosen, physics);
@@ -181,7 +182,7 @@ impl Choice<'_> {
         chosen.iter().map(of_group).collect()
     }
 
-    /// A group of the registration that is called for beside a set.
+    /// Returns a selected registration group with its statistic and rivals, given a set.
     pub(crate) fn supported(
         &self,
         group: &Group,
@@ -222,7 +223,7 @@ impl Choice<'_> {
         }
     }
 
-    /// The effect that gains most beside a set and is accepted, and how many were tried.
+    /// Returns the accepted effect of largest gain given a set, and the number of effects tried.
     pub(crate) fn next(&self, set: &[usize], named: &[Named]) -> (Option<Named>, usize) {
         let effects = &self.candidates.effects;
         let groups = effects.len();
@@ -264,7 +265,7 @@ impl Choice<'_> {
         (best, count)
     }
 
-    /// How far every effect is behind a winner beside the same set, in log likelihood.
+    /// Deficit of every effect in log likelihood to a winner, given the same set.
     pub(crate) fn behind(&self, beside: &[usize], winner: &Statistic) -> Vec<(&'static str, f64)> {
         let effects = self.candidates.effects.iter();
         let of = |own: &[usize]| self.sums.statistic(beside, own).squared_size;
@@ -274,7 +275,7 @@ impl Choice<'_> {
             .collect()
     }
 
-    /// Kinds that explain nearly as much beside a set.
+    /// Kinds not distinguishable from a winner, given a set.
     pub(crate) fn rivals(
         &self,
         beside: &[usize],
@@ -294,7 +295,7 @@ impl Choice<'_> {
             .collect()
     }
 
-    /// Whether no number of an effect would have a value beside a set that it cannot have.
+    /// True if all parameters of an effect, estimated given a set, are within their physical bounds.
     fn is_possible(&self, beside: &[usize], (candidate, own): &(Candidate, Vec<usize>)) -> bool {
         let bounds = &candidate.hypothesis.bounds;
         if bounds.iter().all(|bound| bound.range == Bound::NONE.range) {

@@ -1,4 +1,4 @@
-//! Where the registration begins: delay and rotation far off, before anything is linear about them.
+//! Initial delay and rotation of the registration by a global search, before linearisation.
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_signal::attitude_samples::SlowSample;
@@ -7,31 +7,32 @@ use crate::about::Gyros;
 use crate::alignment::{Alignment, Free};
 use crate::gyro_motion::GyroMotion;
 
-/// Delays that are tried, either way \[s\].
+/// Half-width of the search for the delay \[s\].
 const REACH_S: f64 = 0.6;
 
-/// Fewer turns show no delay.
+/// Least number of turns for an estimate of the delay.
 const LEAST_TURNS: usize = 8;
 
-/// Most increments that are compared.
+/// Most turns compared.
 const MOST: usize = 4000;
 
-/// A rotation further off than this from what the model says is taken from here: nearer, the registration finds its way \[rad\].
+/// Least angle between the fitted and the model's rotation at which the fitted one is used; below, the registration
+/// converges by itself \[rad\].
 const FAR_RAD: f64 = 0.1;
 
-/// Times that are compared are at least this \[s\], so that noise of the attitude matters less.
+/// Least duration of a turn \[s\], to limit the effect of attitude noise.
 const LEAST_S: f64 = 0.05;
 
-/// Turns of the reference and of the gyros beside them.
+/// Turns of the reference, with the gyros' motion.
 struct Compared {
     motion: GyroMotion,
     turns: Vec<Turn>,
-    /// At which the sizes of the turns are most alike \[s\].
+    /// Delay of highest correlation of the rates' magnitudes, or the model's if that is nearly as good \[s\].
     delay_s: f64,
 }
 
 impl Compared {
-    /// `None` of too few turns.
+    /// Estimates the delay by a grid search; `None` if turns are too few.
     fn new(
         gyros: &Gyros,
         samples: &[SlowSample],
@@ -55,7 +56,7 @@ impl Compared {
             .max_by(|a, b| a.0.total_cmp(&b.0));
         let here = correlation(&motion, &turns, of_model.delay_s);
         let delay_s = match best {
-            // Noise alone makes one delay a little better than another.
+            // Noise alone improves one delay slightly over another.
             Some((value, delay_s)) if 1.0 - value < 0.9 * (1.0 - here) => delay_s,
             _ => of_model.delay_s,
         };
@@ -74,13 +75,13 @@ impl Compared {
         rotation(&self.motion, &self.turns, self.delay_s)
     }
 
-    /// The rotation where it is far from what the model says, or else that.
+    /// Returns the fitted rotation if it is far from the model's and fits better, else the model's.
     fn rotation_from(&self, model: &Matrix3<f64>) -> Matrix3<f64> {
         let map = self.rotation();
         let inverse = model.try_inverse().unwrap_or_default();
         let away = nalgebra::Rotation3::from_matrix_unchecked(map * inverse);
         let away_rad = nalgebra::UnitQuaternion::from_rotation_matrix(&away).angle();
-        // A motion about one axis leaves the rotation about it open.
+        // A motion about one axis does not determine the rotation about it.
         let is_better = self.left(&map) < 0.5 * self.left(model);
         match away_rad > FAR_RAD && is_better {
             true => map,
@@ -89,15 +90,15 @@ impl Compared {
     }
 }
 
-/// How well attitudes follow the gyros at the best delay and rotation.
+/// Agreement of attitudes with the gyros at the best delay and rotation.
 pub struct Likeness {
-    /// Share of the turns' squares that is left.
+    /// Residual share of the turns' sum of squares \[1\].
     pub left: f64,
-    /// Size of the rotation \[rad\].
+    /// Angle of the rotation \[rad\].
     pub turned_rad: f64,
 }
 
-/// Compares attitudes with the gyros; `None` of too few turns.
+/// Compares attitudes with the gyros; `None` if turns are too few.
 pub fn likeness(
     gyros: &Gyros,
     samples: &[SlowSample],
@@ -114,16 +115,16 @@ pub fn likeness(
     })
 }
 
-/// Where to begin.
+/// Initial delay and rotation of the registration.
 pub struct Start {
-    /// Delay and rotation together.
+    /// Delay, and the rotation at that delay.
     both: (f64, Matrix3<f64>),
-    /// The rotation where there is no delay.
+    /// Rotation at the model's delay.
     turn: Matrix3<f64>,
 }
 
 impl Start {
-    /// Looks for it.
+    /// Estimates delay and rotation; the model's values if turns are too few.
     pub fn new(
         gyros: &Gyros,
         samples: &[SlowSample],
@@ -145,7 +146,7 @@ impl Start {
         }
     }
 
-    /// Where some groups begin; the others are what the model says.
+    /// Returns the initial alignment of the `free` groups; the others are at the model's values.
     pub fn of(&self, free: &Free, of_model: &Alignment) -> Alignment {
         let is_free = |kind: &str| free.contains(&kind);
         let mut begun = of_model.clone();
@@ -166,12 +167,12 @@ impl Start {
 struct Turn {
     start_s: f64,
     end_s: f64,
-    /// Body axes \[rad\].
+    /// Rotation vector in body axes \[rad\].
     angle_rad: Vector3<f64>,
 }
 
 fn turns(samples: &[SlowSample], tested: &[bool]) -> Vec<Turn> {
-    /// Longer ones lie across gaps.
+    /// Longest turn \[s\]; longer ones span gaps.
     const LONGEST_S: f64 = 1.5;
     let used: Vec<&SlowSample> = samples
         .iter()
@@ -202,7 +203,7 @@ fn turns(samples: &[SlowSample], tested: &[bool]) -> Vec<Turn> {
     turns.into_iter().step_by(each).collect()
 }
 
-/// What the gyros say of a turn, the reference being late.
+/// Rotation measured by the gyros over a turn, the reference delayed by `delay_s`.
 fn of_gyros(motion: &GyroMotion, turn: &Turn, delay_s: f64) -> Option<Vector3<f64>> {
     let at = |time_s: f64| {
         let place = motion.place(time_s - delay_s);
@@ -211,7 +212,7 @@ fn of_gyros(motion: &GyroMotion, turn: &Turn, delay_s: f64) -> Option<Vector3<f6
     Some(at(turn.start_s)?.turn_to(&at(turn.end_s)?))
 }
 
-/// How alike the sizes of the turns are, whatever the axes: correlation of their lengths.
+/// Correlation coefficient of the rates' magnitudes of gyros and reference, independent of their axes.
 fn correlation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> f64 {
     let mut sums = [0.0; 6];
     for turn in turns {
@@ -225,7 +226,7 @@ fn correlation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> f64 {
         }
     }
     let [count, a, b, aa, bb, ab] = sums;
-    // A delay at which half of the turns lie outside the gyros' record says nothing.
+    // A delay is rejected if half of the turns lie outside the gyros' record.
     if 2.0 * count < turns.len() as f64 {
         return -1.0;
     }
@@ -233,7 +234,7 @@ fn correlation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> f64 {
     (ab - a * b / count) / (variance(a, aa) * variance(b, bb)).sqrt()
 }
 
-/// The rotation that takes the reference's turns to the gyros' (Kabsch).
+/// Fits the rotation from the reference's turns to the gyros' by least squares (Kabsch).
 fn rotation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> Matrix3<f64> {
     let mut products = Matrix3::zeros();
     for turn in turns {
@@ -250,7 +251,7 @@ fn rotation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> Matrix3<f64> {
     left * keep * right
 }
 
-/// Mean square of what a map leaves of the turns.
+/// Sum of squared residuals of the turns under a map \[rad²\].
 fn left(motion: &GyroMotion, turns: &[Turn], delay_s: f64, map: &Matrix3<f64>) -> f64 {
     let of_turn = |turn: &Turn| {
         let own = of_gyros(motion, turn, delay_s)?;

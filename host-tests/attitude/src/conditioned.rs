@@ -1,10 +1,10 @@
-//! The motion that columns are made of: the gyros' own, without what is noise at a frequency.
+//! Wiener-filtered motion of the gyros, from which columns are formed.
 //!
-//! Derivatives of a raw record are mostly noise of its highest frequencies, and a column with noise of its own is
-//! underestimated; worse, the same noise is in the rows, which would call for whatever takes it out of the gyros. Each axis passes
-//! a Wiener weight 1 − N/P of its own power P and of the most that noise makes of a bin: white noise of rate and of angle, as much
-//! as fits below P everywhere, and the scatter of a bin that averages few periodogram lines. Beyond its ends the record goes on as
-//! its own past predicts.
+//! Derivatives of a raw record are mostly noise of its highest frequencies; a column with noise of its own is underestimated
+//! (errors in variables), and the same noise in the rows would favour any effect that subtracts it from the gyros. Each axis
+//! passes a Wiener weight 1 − N/P of its power P and of the largest noise N of a bin: white noise of rate and of angle, as
+//! much as fits below P at all frequencies, and the scatter of a bin that averages few periodogram lines. Beyond its ends
+//! the record is extended by linear prediction.
 
 use nalgebra::Vector3;
 use realfft::num_complex::Complex64;
@@ -13,18 +13,18 @@ use rlg_signal::derivatives::Spectrum;
 use rlg_signal::linear_prediction::extended;
 use rlg_signal::transforms::mean_periodogram;
 
-/// Longest piece of the averaged spectrum \[rows\].
+/// Longest segment of the averaged periodogram \[rows\].
 const PIECE_ROWS: usize = 4096;
 
-/// Time whose rows predict the next one \[s\], and their number at least and at most.
+/// Duration of the linear predictor \[s\], and its least and greatest order.
 const PREDICTED_BY_S: f64 = 0.25;
 const LEAST_ORDER: usize = 16;
 const MOST_ORDER: usize = 256;
 
-/// Bins of a spectrum within a factor of this are averaged.
+/// Ratio of the edges of a bin, in which lines are averaged.
 const BIN_WIDTH: f64 = 1.12;
 
-/// Increments of three axes, conditioned.
+/// Wiener-filters increments of three axes.
 pub fn conditioned(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Triad {
     std::array::from_fn(|axis| {
         let values: Vec<f64> = increments_rad.iter().map(|row| row[axis]).collect();
@@ -38,12 +38,12 @@ pub fn conditioned(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Triad {
     })
 }
 
-/// White noise of a gyro's increments, the variance of a row \[rad²\]: as much as fits, with white noise of angle, below its power
-/// at every frequency. What it is at high frequencies it is at low ones, where motion hides it.
+/// Estimates the variance of white noise in a row of a gyro's increments \[rad²\]: as much as fits, with white noise of
+/// angle, below the power at every frequency. High frequencies determine it; at low ones motion masks it.
 pub fn white_noise_rad2(increments_rad: &[f64]) -> f64 {
-    /// Shares of the most white noise of angle that are tried.
+    /// Number of steps from zero to the largest white noise of angle.
     const TRIED: usize = 20;
-    /// Relative standard deviation of a power that says something.
+    /// Largest relative standard deviation of a usable power.
     const KNOWN: f64 = 0.25;
     let mut bins = bins(increments_rad);
     bins.retain(|bin| bin.scatter < KNOWN);
@@ -76,7 +76,7 @@ struct Bin {
     scatter: f64,
 }
 
-/// White noise of angle by frequency, as increments.
+/// Spectrum of white noise of angle in increments, per unit variance.
 fn lambda(share: f64) -> f64 {
     4.0 * (std::f64::consts::PI * share).sin().powi(2)
 }
@@ -84,7 +84,7 @@ fn lambda(share: f64) -> f64 {
 fn bins(values: &[f64]) -> Vec<Bin> {
     let piece = PIECE_ROWS.min(values.len() / 4).max(2) & !1;
     let power = mean_periodogram(values, piece);
-    // Half-overlapping Hann-windowed pieces; a window spreads a line over one and a half.
+    // Welch's method: half-overlapping Hann-windowed segments; a window spreads a line over one and a half.
     let pieces = (2 * values.len() / piece) as f64 - 1.0;
     let mut bins: Vec<Bin> = Vec::new();
     let mut begin = 1;
@@ -112,7 +112,7 @@ struct Weight {
 impl Weight {
     fn new(values: &[f64]) -> Self {
         let bins = bins(values);
-        /// Standard deviations that a bin of noise may stand off its mean.
+        /// Allowed deviation of a noise bin from its mean, in standard deviations.
         const OFF: f64 = 4.0;
         // A bin of few lines lies below its mean by chance.
         let least = |of: &dyn Fn(f64, f64) -> f64, from: f64| {
@@ -153,7 +153,7 @@ impl Weight {
 mod tests {
     use super::white_noise_rad2;
 
-    /// Normal enough: a sum of twelve equal numbers of a generator that is the same on every machine.
+    /// Approximately normal noise: sums of twelve uniform numbers of a generator that is the same on every machine.
     fn noise(rows: usize) -> Vec<f64> {
         let mut state = 7u64;
         let mut number = move || {

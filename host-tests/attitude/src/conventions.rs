@@ -1,4 +1,4 @@
-//! Whether attitudes are read as they were written: from body to navigation frame, in the order w, x, y, z.
+//! Check of the attitude convention: from body to navigation frame, in the order w, x, y, z.
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use rlg_recording::error::InputError;
@@ -8,7 +8,7 @@ use crate::alignment::Alignment;
 use crate::coarse::{self, Likeness};
 use crate::observed::Observed;
 
-/// Another way to read an attitude.
+/// An alternative attitude convention.
 struct Reading {
     /// Continues "the attitudes are".
     words: &'static str,
@@ -46,20 +46,21 @@ fn scalar_first(q: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(q.i, q.j, q.k, q.w))
 }
 
-/// Another reading fits better where it leaves less than this share of the turns' squares that the given one leaves.
+/// Largest residual power of a better convention, relative to the given one's.
 const BETTER: f64 = 0.05;
 
-/// Readings that leave up to so many times what the best leaves fit as well: another order of the components is the inverse
-/// between other constant rotations. Of these that is right which needs the smallest rotation of the unit.
+/// Largest residual power of an equally good convention, relative to the best one's: another order of the components is the
+/// inverse between other constant rotations. Of these the convention of smallest rotation of the unit is selected.
 const AS_WELL: f64 = 2.0;
 
-/// A reading that leaves less than this share of the turns' squares is right.
+/// Residual share of the turns' squares below which a convention is accepted.
 const FITS: f64 = 0.01;
 
-/// Reads the attitudes another way where that fits twenty times better, and says so; `None` where they are as declared.
+/// Converts the attitudes if another convention fits twenty times better, and returns its description; `None` if they are as
+/// declared.
 ///
 /// # Errors
-/// They are not as declared, and nobody said to read them so anyway.
+/// The attitudes are not as declared, and `anyway` is not set.
 pub(crate) fn check(
     observed: &mut Observed,
     of_model: &Alignment,

@@ -1,4 +1,4 @@
-//! The flow of a diagnosis against attitudes.
+//! Workflow of a diagnosis against attitudes.
 
 use std::path::Path;
 
@@ -37,28 +37,28 @@ use crate::rest::{self, Rest};
 use crate::said::{Few, Said};
 use crate::search::{Found, called_for, search};
 
-/// How a recording is diagnosed.
+/// Settings of a diagnosis.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Settings<'a> {
-    /// Kinds that are taken out of the catalogue.
+    /// Kinds excluded from the catalogue.
     pub left_out: &'a [&'a str],
-    /// Numbers that decide.
+    /// Decision thresholds.
     pub plan: AttitudePlan,
-    /// Seed that `diagnosis.json` names.
+    /// Seed recorded in `diagnosis.json`.
     pub seed: u64,
-    /// Whether channels that are reversed, exchanged or of another unit are put right and reported instead of refused.
+    /// Reversed or exchanged channels, or those of another unit, are corrected and reported instead of refused.
     pub anyway: bool,
 }
 
-/// A diagnosis, and the motion that goes with it.
+/// A diagnosis and the corrected motion.
 pub struct Diagnosed {
-    /// What is said of the gyros.
+    /// Findings on the gyros.
     pub outcome: Outcome,
-    /// The channels, with the case's motion as the gyros tell it, less what was found of their errors; why that is not known.
+    /// Channels with the case's motion measured by the gyros, less their identified errors; else the reason of its absence.
     pub corrected: Result<Streams, String>,
 }
 
-/// Whether the reference of a recording is one of attitudes, or of increments on other rows than the gyros'.
+/// True if the reference of a recording gives attitudes, or increments on other rows than the gyros'.
 pub fn serves(recording: &Recording, model: &Model) -> bool {
     if model.motion != MotionSource::Reference {
         return false;
@@ -88,10 +88,10 @@ pub fn serves(recording: &Recording, model: &Model) -> bool {
     drift_rows.abs() >= SAME_ROW || (offset_rows - offset_rows.round()).abs() >= SAME_ROW
 }
 
-/// Diagnoses a recording; `None` where fewer than two attitudes lie within the gyros' record.
+/// Diagnoses a recording; `None` if fewer than two attitudes lie within the gyros' record.
 ///
 /// # Errors
-/// The recording lacks a channel or its attitudes are none; the model's installation matrix has no inverse.
+/// The recording lacks a channel or its attitudes are invalid; the model's installation matrix has no inverse.
 pub fn diagnose(
     settings: &Settings,
     recording: &Recording,
@@ -160,7 +160,7 @@ pub fn diagnose(
     Ok(Some(Diagnosed { outcome, corrected }))
 }
 
-/// A registration and what was found beside it.
+/// A registration and the findings of the search.
 struct Fitted {
     registered: Registration,
     gyro: Gyro,
@@ -170,7 +170,7 @@ struct Fitted {
     few: Option<Few>,
 }
 
-/// Fits attitudes that show their own noise.
+/// Fits attitudes whose noise is estimated from their own residuals.
 fn of_many(
     settings: &Settings,
     observed: &mut Observed,
@@ -216,7 +216,7 @@ fn of_many(
     let mut plan = settings.plan;
     let mut known = observed.model.effects.iter();
     if known.any(|effect| effect.kind == PULL) {
-        // No witness of more than that.
+        // Computed from these gyros, the reference is no independent evidence of further effects.
         plan.most_effects = 0;
     }
     let searched = |registered: Registration, gyro: &Gyro, observed: &Observed| {
@@ -227,7 +227,7 @@ fn of_many(
     };
     let mut found;
     (registered, found) = searched(registered, &gyro, observed);
-    // Once more about what is called for beside physics: the rest is then near enough to be linear.
+    // Relinearise about the groups selected given physics: the remaining error is then within the linear range.
     let now = found.groups();
     if now != free {
         let start = registered.alignment.with(&now, of_model);
@@ -250,7 +250,7 @@ fn of_many(
     }))
 }
 
-/// Searches for physics, and where there is any once more under the noise beside it: until then it was noise.
+/// Searches for physical effects and, if any is found, again with the noise re-estimated given them, as it contained them.
 fn searched(
     (gyros, mut registered): (&Gyros, Registration),
     of_model: &Alignment,
@@ -272,7 +272,7 @@ fn searched(
     (registered, found)
 }
 
-/// Columns of an effect that was found.
+/// Columns of an accepted effect.
 fn named_columns(
     named: &Named,
     (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
@@ -296,14 +296,14 @@ fn named_columns(
     values.map(|(k, values)| priced((values, std(k)))).collect()
 }
 
-/// Fits attitudes so few that their noise is believed.
+/// Fits attitudes too few to estimate their noise, under a prior of it.
 fn of_few(
     settings: &Settings,
     observed: &mut Observed,
     (of_model, model_file): (&Alignment, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Fitted>, InputError> {
-    /// Most passes, and the step of the alignment in standard deviations that ends them.
+    /// Most passes, and the step of the alignment at convergence, in standard deviations.
     const PASSES: usize = 8;
     const SETTLED: f64 = 0.1;
     let about_at = |observed: &Observed, alignment: &Alignment| {
@@ -325,7 +325,7 @@ fn of_few(
     let mut alignment = of_model.clone();
     let mut free: Free = Vec::new();
     let mut pass = 0;
-    // Physics once the registration stands: it is linear about that.
+    // Physics after convergence of the registration, its linearisation point.
     let mut is_registered = false;
     loop {
         progress("weighing what few attitudes call for");
@@ -376,7 +376,7 @@ fn of_few(
     }
 }
 
-/// Columns of registration and physics about an alignment, and what the gyros read at rest.
+/// Columns of registration and physics about an alignment, and the gyros' mean rates at rest.
 fn few_columns(
     observed: &Observed,
     (about, alignment, of_model): (&About, &Alignment, &Alignment),
@@ -385,7 +385,7 @@ fn few_columns(
 ) -> (Vec<ParameterColumn>, Option<AtRest>) {
     let rate_hz = observed.gyros.rate_hz;
     let mut columns = priced(about.columns(rate_hz), alignment, of_model);
-    // At rest nothing of the registration but the bias is sensed.
+    // At rest only the bias of the registration is sensed.
     let bias = places("gyro_bias");
     let mut sensed: Vec<Vector3<f64>> = (0..columns.len())
         .map(|k| match bias.contains(&k) {
@@ -420,10 +420,10 @@ fn few_columns(
     (columns, at_rest)
 }
 
-/// Puts gyros and reference on the same axes where they are not.
+/// Transforms gyros and reference to the same axes if they differ.
 ///
 /// # Errors
-/// As of [`put_right::put_right`].
+/// As in [`put_right::put_right`].
 fn check_channels(
     settings: &Settings,
     observed: &mut Observed,
@@ -448,7 +448,7 @@ fn check_channels(
     streams.own_motion = true;
     streams.case_rad = own_rad;
     streams.usable = usable;
-    // A turn of any size is the registration's, which reads attitudes as they are.
+    // A pure rotation of any size is left to the registration, which uses attitudes as they are.
     let found = checked?.filter(|found| !found.is_turn_alone());
     if let Some(found) = &found {
         let map = channels::map(&found.effects());

@@ -1,22 +1,22 @@
-//! What dithers do to the motion that their own gyros tell.
+//! Effect of the blocks' dither on the motion measured by their gyros.
 
 use nalgebra::{SMatrix, SVector, Vector3};
 use rlg_model::Model;
 use rlg_signal::streams::Streams;
 
-/// Blocks that their dithers turn against the case.
+/// Dither of the three blocks relative to the case.
 pub struct Dither {
-    /// Turn of each block over each row, as the model reads its pickoff \[rad\].
+    /// Turn of each block over each row, from its pickoff at the model's gain \[rad\].
     turn_rad: Vec<Vector3<f64>>,
-    /// Angle of each block in the middle of each row \[rad\].
+    /// Angle of each block at the middle of each row \[rad\].
     angle_rad: Vec<Vector3<f64>>,
 }
 
-/// Turns and angles of three blocks.
+/// Number of regressors: turns and angles of three blocks.
 const COLUMNS: usize = 6;
 
 impl Dither {
-    /// Reads the pickoffs; `None` of gyros without any.
+    /// Reads the pickoffs; `None` for gyros without any.
     pub fn new(streams: &Streams, model: &Model) -> Option<Self> {
         let pickoff = streams.pickoff_rad.as_ref()?;
         let of_rows = |of: &dyn Fn(f64, f64) -> f64| -> Vec<Vector3<f64>> {
@@ -39,12 +39,12 @@ impl Dither {
         self.turn_rad[row]
     }
 
-    /// Finds what increments hold of the dithers' angles and turns \[rad by row\]: what a wrong gain or a late pickoff leaves
-    /// there is no motion, and a derivative of it would explain itself. Fitted to second differences, in which the case
-    /// hardly moves.
+    /// Fits the residual dither of increments, linear in the dithers' angles and turns \[rad by row\]: residues of a wrong
+    /// gain or a delayed pickoff are not motion, and their derivative would explain itself. Least squares on second
+    /// differences, in which the case hardly moves.
     ///
     /// # Inputs
-    /// `lost_before`: unmeasured rows before each row boundary.
+    /// `lost_before`: cumulative number of unmeasured rows at each row boundary.
     pub fn left_rad(
         &self,
         increments_rad: &[Vector3<f64>],

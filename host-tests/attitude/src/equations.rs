@@ -1,4 +1,4 @@
-//! Records and columns in the frequencies that are looked at, and the fit of all columns at once with the noise at its best.
+//! Normal equations of records and columns in the analysed band, and their joint fit with the noise levels.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_inference::Dct;
@@ -7,34 +7,34 @@ use rlg_signal::axes::Triad;
 use crate::noise::{Along, Levels, NoiseTerms};
 use crate::octaves::Octaves;
 
-/// A column of one parameter.
+/// Design-matrix column of one parameter.
 pub struct ParameterColumn {
-    /// Its values on the three records; all of the same unit per unit of the parameter.
+    /// Values on the three records; all of the same unit per unit of the parameter.
     pub values: Triad,
-    /// Standard deviation of a prior.
+    /// Standard deviation of the prior.
     pub prior_std: f64,
-    /// Its centre: where the parameter was taken from what is believed of it.
+    /// Mean of the prior, relative to the linearisation point.
     pub prior_mean: f64,
 }
 
-/// Transforms up to a highest frequency.
+/// DCT of records up to a highest frequency.
 pub struct Band {
     dct: Dct,
     rows: usize,
-    /// Coefficients that are looked at.
+    /// Number of analysed coefficients.
     pub cut: usize,
-    /// The same in octaves.
+    /// Octave bands of the analysed coefficients.
     pub octaves: Octaves,
 }
 
-/// Highest frequency that is looked at \[Hz\]: hands, vehicles and shakers of attitudes move below (inference.md, B3).
+/// Highest analysed frequency \[Hz\]: hands, vehicles and shakers of attitudes move below (inference.md, B3).
 const HIGHEST_HZ: f64 = 10.0;
 
-/// Least coefficients.
+/// Least number of analysed coefficients.
 const LEAST_CUT: usize = 64;
 
 impl Band {
-    /// Of records of `rows` rows a `period_s`.
+    /// Plans the transform of records of `rows` rows, one every `period_s`.
     pub fn new(rows: usize, period_s: f64) -> Self {
         let cut = (2.0 * HIGHEST_HZ * period_s * rows as f64) as usize;
         let cut = cut.clamp(LEAST_CUT.min(rows), rows);
@@ -46,7 +46,7 @@ impl Band {
         }
     }
 
-    /// Coefficients of a record that are looked at; none of one without values.
+    /// Computes the analysed coefficients of a record; empty for an empty record.
     pub fn spectrum(&self, values: &[f64]) -> Vec<f64> {
         let mut spectrum = values.to_vec();
         if !spectrum.is_empty() {
@@ -56,7 +56,7 @@ impl Band {
         spectrum
     }
 
-    /// A record divided by a power at every frequency.
+    /// Divides a record by a power at every frequency.
     pub fn divided(&self, values: &[f64], powers: &[f64]) -> Vec<f64> {
         let mut spectrum = values.to_vec();
         self.dct.forward(&mut spectrum);
@@ -67,13 +67,13 @@ impl Band {
         spectrum
     }
 
-    /// A spectrum whose octaves are divided, sample by sample, by their levels.
+    /// Divides the octaves of a spectrum, sample by sample, by their levels.
     pub fn levelled(&self, mut spectrum: Vec<f64>, levels: &[Option<Vec<f64>>]) -> Vec<f64> {
         self.octaves.divide(&mut spectrum, levels);
         spectrum
     }
 
-    /// Spectrum of a single row.
+    /// Spectrum of a unit impulse in one row.
     pub fn of_row(&self, row: usize) -> Vec<f64> {
         let rows = self.rows as f64;
         let turn = std::f64::consts::PI * (row as f64 + 0.5) / rows;
@@ -85,55 +85,55 @@ impl Band {
     }
 }
 
-/// Spectra of three records, divided by the noise's levels.
+/// Divides the spectra of three records by the noise's levels.
 fn levelled(band: &Band, spectra: &Triad, along: &Along) -> Triad {
     std::array::from_fn(|axis| band.levelled(spectra[axis].clone(), &along[axis]))
 }
 
-/// Sums of products by bin.
+/// Normal equations by noise group and frequency bin.
 #[derive(Default)]
 pub struct Equations {
-    /// Number of parameters, without those of free rows.
+    /// Number of parameters, without the nuisance parameters of free rows.
     pub parameters: usize,
-    /// Spectra of every column, rows that are free last.
+    /// Spectra of every column, those of free rows last.
     unlevelled: Vec<Triad>,
-    /// Standard deviation and centre of the priors of the columns.
+    /// Standard deviation and mean of the columns' priors.
     priors: Vec<(f64, f64)>,
     records: Triad,
-    /// Spectra of the records and of every column, divided by the noise's levels; columns scaled alike.
+    /// Spectra of the records and of every column, divided by the noise's levels; columns scaled to unit energy.
     spectra: Triad,
     columns: Vec<Triad>,
     scale: Vec<f64>,
     precision: Vec<f64>,
     centre: Vec<f64>,
     along: Along,
-    /// What those levels add to every log likelihood.
+    /// Log-determinant term of those levels in every log likelihood.
     log_levels: f64,
-    /// By group of records that have one noise, and bin.
+    /// By noise group and bin.
     gram: Vec<Vec<DMatrix<f64>>>,
     moments: Vec<Vec<DVector<f64>>>,
     energy: Vec<Vec<f64>>,
 }
 
-/// All columns fitted.
+/// Joint fit of all columns.
 pub struct Fit {
     /// Levels of the noise terms.
     pub levels: Levels,
     /// Estimate of each parameter.
     pub estimate: Vec<f64>,
-    /// Standard deviations.
+    /// Standard deviation of each parameter.
     pub std: Vec<f64>,
-    /// Log likelihood.
+    /// Log likelihood with the parameters integrated out.
     pub log_likelihood: f64,
-    /// The same at the estimates: without a price of their number.
+    /// Profile log likelihood, at the estimates: without a penalty of the parameters' number.
     pub explained: f64,
-    /// Estimates of all columns, free rows among them, as those are scaled; and their covariance.
+    /// Scaled estimates of all columns, those of free rows included, and their covariance.
     solution: (DVector<f64>, DMatrix<f64>),
 }
 
 impl Equations {
     /// # Inputs
-    /// `along`: the noise's levels; `free`: rows that say nothing.
+    /// `along`: the noise's levels; `free`: rows with a nuisance parameter on each axis.
     pub fn new(
         band: &Band,
         terms: &NoiseTerms,
@@ -167,7 +167,7 @@ impl Equations {
         equations
     }
 
-    /// Takes other levels of the noise along the record.
+    /// Replaces the levels of the noise along the record.
     pub fn set_levels(&mut self, band: &Band, terms: &NoiseTerms, along: Along) {
         let mut columns: Vec<Triad> = self
             .unlevelled
@@ -206,7 +206,7 @@ impl Equations {
         self.take(band, terms);
     }
 
-    /// Takes other records on the same columns.
+    /// Replaces the records on the same columns.
     pub fn set_records(&mut self, band: &Band, terms: &NoiseTerms, rows_rad: &Triad) {
         self.records = rows_rad.each_ref().map(|values| band.spectrum(values));
         self.take(band, terms);
@@ -261,12 +261,12 @@ impl Equations {
         &self.energy
     }
 
-    /// Fits all columns, the noise in turn.
+    /// Fits all columns and the noise levels by expectation-maximisation.
     pub fn fit(&self, terms: &NoiseTerms, start: &Levels) -> Fit {
-        /// Most turns, and the change of the log likelihood at which they end.
+        /// Most iterations, and the change of the log likelihood at convergence.
         const MOST: usize = 12;
         const SETTLED: f64 = 0.01;
-        /// Share of what the noise was that a turn leaves at least.
+        /// Least ratio of a bin's noise to its value of the last iteration.
         const LEAST_LEFT: f64 = 0.05;
         let mut levels = start.clone();
         let mut last = f64::NEG_INFINITY;
@@ -299,7 +299,7 @@ impl Equations {
                 let explained = 2.0 * self.moments[group][bin].dot(&estimate);
                 let energy = self.energy[group][bin];
                 let left = energy - explained + self.gram[group][bin].dot(&second);
-                // Where columns explain nearly all, what is left is a difference of large numbers.
+                // The residual is a difference of large numbers if columns explain nearly all.
                 left.max(LEAST_LEFT * least[group][bin])
             };
             let left: Vec<Vec<f64>> = (0..self.gram.len())
@@ -312,8 +312,8 @@ impl Equations {
         }
     }
 
-    /// Expected squares of the noise at each sample of every octave of an axis, in its mean power: what a fit leaves, and what
-    /// it takes of the noise.
+    /// Expected squares of the noise at each sample of every octave of an axis, relative to its mean power: squared
+    /// residuals, plus the variance absorbed by the fit.
     pub fn squares(
         &self,
         (band, terms): (&Band, &NoiseTerms),
@@ -357,7 +357,7 @@ impl Equations {
             .collect()
     }
 
-    /// Log likelihood where some parameters are what the records are linear about, less what is believed of those.
+    /// Log likelihood with the parameters `here` fixed at the linearisation point, their prior included.
     pub fn log_likelihood_here(&self, terms: &NoiseTerms, start: &Levels, here: &[usize]) -> f64 {
         let kept: Vec<usize> = (0..self.precision.len())
             .filter(|k| !here.contains(k))
@@ -386,7 +386,7 @@ impl Equations {
         others.fit(terms, start).log_likelihood - believed.sum::<f64>()
     }
 
-    /// Covariance, estimate and log likelihood under given powers.
+    /// Solves the normal equations under given powers: covariance, estimate and log likelihood.
     fn solve(&self, terms: &NoiseTerms, powers: &[Vec<f64>]) -> (DMatrix<f64>, DVector<f64>, f64) {
         let count = self.precision.len();
         let mut precision = DMatrix::from_diagonal(&DVector::from_column_slice(&self.precision));

@@ -1,7 +1,7 @@
-//! Few attitudes: rows so few that they do not show their own noise, as before and after one turn.
+//! Inference from few attitudes, as before and after one turn: too few rows to estimate their noise.
 //!
-//! Noise is what the model declares, or else what such instruments usually have, within a factor; everything is weighed by its
-//! evidence, averaged over that noise, with priors of physical size, and no more numbers are named than the rows have.
+//! Noise is declared by the model, or has a log-normal prior of typical instruments; models are compared by their evidence,
+//! averaged over that noise, with priors of physical size, and no more parameters are named than the rows have values.
 //! (inference.md, B10.)
 
 use std::ops::Range;
@@ -19,7 +19,7 @@ use crate::increments::Increments;
 use crate::outliers::MEDIAN_CHI_SQUARED;
 use crate::plan::AttitudePlan;
 
-/// Noise of rows, as a law of one number: its logarithm is normal, or it is known.
+/// Prior of a noise level: log-normal, or known.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct Believed {
     median: f64,
@@ -27,9 +27,9 @@ pub(crate) struct Believed {
 }
 
 impl Believed {
-    /// Values with their log prior probability, even in the logarithm.
+    /// Grid of values, even in the logarithm, with log prior probabilities.
     fn grid(self) -> impl Iterator<Item = (f64, f64)> {
-        /// Standard deviations to either side, and steps of each.
+        /// Half-width of the grid in standard deviations, and steps per standard deviation.
         const REACH: i32 = 3;
         const EACH: i32 = 2;
         let most = if self.log_std > 0.0 { REACH * EACH } else { 0 };
@@ -43,17 +43,18 @@ impl Believed {
     }
 }
 
-/// Noise that is believed before the rows are seen.
+/// Prior of the noise.
 #[derive(Debug, Clone, Copy)]
 pub(crate) struct NoiseBelief {
-    /// Random walk of gyros and reference \[rad/√s\].
+    /// Angle random walk of gyros and reference \[rad/√s\].
     walk: Believed,
-    /// White noise of the reference and of what is read with the gyros \[rad\].
+    /// White noise of the reference and of the gyros' counters and pickoffs \[rad\].
     angle: Believed,
 }
 
 impl NoiseBelief {
-    /// What the model declares is known; else the walk is what the gyros' own rows show, and the reference is as noisy as most.
+    /// Takes declared noise as known; else estimates the walk from the gyros' rows, and uses the plan's typical reference
+    /// noise.
     pub(crate) fn new(model: &Model, gyros: &Gyros, plan: &AttitudePlan) -> Self {
         let reference = model.reference.as_ref();
         let mean_square = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>() / 3.0;
@@ -86,10 +87,10 @@ impl NoiseBelief {
     }
 }
 
-/// Random walk as the quietest quarter of the gyros' second differences shows it \[rad/√s\]: of sums over as many rows as show
-/// least, for what pulses hide in few rows motion adds to many.
+/// Estimates the random walk from the lower quartile of the gyros' squared second differences \[rad/√s\], at the sum length
+/// of least value: quantisation dominates short sums, motion long ones.
 fn own_walk_rad_sqrt_s(gyros: &Gyros) -> f64 {
-    /// Fewest sums of which the quietest quarter is meant.
+    /// Least number of sums for a quartile.
     const LEAST: usize = 64;
     let of_sums = |rows: usize| {
         let sums: Vec<Vector3<f64>> = gyros
@@ -114,8 +115,9 @@ fn own_walk_rad_sqrt_s(gyros: &Gyros) -> f64 {
     spans.map(of_sums).fold(f64::INFINITY, f64::min)
 }
 
-/// The prior width that suits a group best, over its own: its squares over how many of its numbers the rows fix (MacKay 1992,
-/// "Bayesian interpolation", Eq. 4.9), so that directions that they leave open do not hold the width where it was.
+/// Re-estimates the prior width of a group, relative to its own, by empirical Bayes: its sum of squares over the effective
+/// number of well-determined parameters (MacKay 1992, "Bayesian interpolation", Eq. 4.9), so that undetermined directions do
+/// not hold the width at its last value.
 fn best_width(weighed: &Weighed, group: Range<usize>, (own, std): (&[f64], &[f64])) -> f64 {
     let squares = group.clone().map(|k| (weighed.mean[k] / own[k]).powi(2));
     let fixed = group
@@ -125,13 +127,13 @@ fn best_width(weighed: &Weighed, group: Range<usize>, (own, std): (&[f64], &[f64
     (squares.sum::<f64>() / fixed).sqrt()
 }
 
-/// Weight of a noise that counts.
+/// Least posterior weight of a noise level that is kept.
 const LIKELY: f64 = 1e-4;
 
-/// Rate of a table \[rad/s\].
+/// Prior standard deviation of a table's rate \[rad/s\].
 const TURNING_STD_RAD_S: f64 = 1.0;
 
-/// Sums of all rows under one noise.
+/// Normal equations of all rows under one pair of noise levels.
 struct UnderNoise {
     log_weight: f64,
     gram: DMatrix<f64>,
@@ -141,42 +143,42 @@ struct UnderNoise {
     angle_rad: f64,
 }
 
-/// Rows and all columns, under every noise that is believed.
+/// Normal equations of all columns at every grid point of the noise prior.
 pub(crate) struct FewRows {
     under: Vec<UnderNoise>,
     prior_std: Vec<f64>,
-    /// Numbers that the attitudes have.
+    /// Number of values in the attitudes' rows.
     pub(crate) numbers: usize,
-    /// Three columns at the end: the case turned steadily where it was taken to rest.
+    /// Last three columns: constant rate of the case during the assumed rest.
     pub(crate) turning: Option<[usize; 3]>,
 }
 
-/// What the gyros read at rest, and what columns add there \[rad/s\].
+/// Mean rate measured at rest, and the columns' contributions to it \[rad/s\].
 pub(crate) struct AtRest {
     pub(crate) lasts_s: f64,
     pub(crate) reading_rad_s: Vector3<f64>,
-    /// By column.
+    /// Contribution of each column.
     pub(crate) columns: Vec<Vector3<f64>>,
 }
 
-/// What a set of columns comes to.
+/// Posterior of a set of columns.
 pub(crate) struct Weighed {
-    /// Log evidence, up to what all sets share.
+    /// Log evidence, up to a constant common to all sets.
     pub(crate) log_evidence: f64,
-    /// Mean of each number, beyond the model.
+    /// Posterior mean of each parameter, relative to the model.
     pub(crate) mean: DVector<f64>,
-    /// Covariance.
+    /// Posterior covariance.
     pub(crate) covariance: DMatrix<f64>,
-    /// Mean walk \[rad/√s\] and white noise \[rad\].
+    /// Posterior mean of random walk \[rad/√s\] and white noise \[rad\].
     pub(crate) noise: [f64; 2],
-    /// Mean of what is left over what there was.
+    /// Posterior mean of the residual share of the energy \[1\].
     pub(crate) share_left: f64,
-    /// Noises that are likely.
+    /// Indices of the likely noise levels.
     pub(crate) likely: Vec<usize>,
 }
 
 impl FewRows {
-    /// Whitens rows and columns under every noise.
+    /// Whitens rows and columns at every grid point of the noise.
     pub(crate) fn new(
         increments: &Increments,
         columns: &[ParameterColumn],
@@ -185,7 +187,7 @@ impl FewRows {
     ) -> Self {
         let increments_only = increments.rows();
         let rows = increments_only + usize::from(rest.is_some());
-        // One row more where the case rests.
+        // One additional row for the rest.
         let stacked = |values: &Triad, at_rest: Option<Vector3<f64>>| {
             DMatrix::from_fn(rows, 3, |row, axis| match values[axis].get(row) {
                 Some(value) => *value,
@@ -202,7 +204,7 @@ impl FewRows {
             column[(increments_only, axis)] = 1.0;
             column
         }));
-        // As they would be about the model, to first order.
+        // Rows relative to the model's values, to first order.
         let mut record = stacked(&increments.rows_rad, rest.map(|rest| rest.reading_rad_s));
         for (column, one) in all.iter().zip(columns) {
             record -= column * one.prior_mean;
@@ -259,16 +261,17 @@ impl FewRows {
         }
     }
 
-    /// Weighs groups of columns, averaged over the noise; each has the prior width that suits it best, its own at most.
+    /// Computes the posterior of groups of columns, averaged over the noise; each group's prior width is that of most
+    /// evidence, its own at most.
     pub(crate) fn weigh(&self, groups: &[&[usize]]) -> Weighed {
         self.weigh_under(groups, &(0..self.under.len()).collect::<Vec<_>>())
     }
 
-    /// The same under some of the noises: those that are likely by another set.
+    /// The same at some of the noise levels: those likely under another set.
     pub(crate) fn weigh_under(&self, groups: &[&[usize]], noises: &[usize]) -> Weighed {
-        /// Turns after which widths hardly change.
+        /// Most iterations of the prior widths.
         const TURNS: usize = 4;
-        /// Of what is not there.
+        /// Least relative width of a prior, that of an absent effect.
         const LEAST_WIDTH: f64 = 1e-6;
         let set: Vec<usize> = groups.concat();
         let own: Vec<f64> = set.iter().map(|k| self.prior_std[*k]).collect();

@@ -1,4 +1,4 @@
-//! Which kinds few attitudes call for, by evidence, and which others would do as well.
+//! Selection of kinds by evidence from few attitudes, with their indistinguishable rivals.
 
 use nalgebra::DMatrix;
 use rlg_catalogue::entries::CATALOGUE;
@@ -10,17 +10,17 @@ use crate::few::{FewRows, Weighed};
 use crate::plan::AttitudePlan;
 use crate::search::Found;
 
-/// A kind that may be called for.
+/// A candidate kind.
 struct Kind {
     name: &'static str,
     places: Vec<usize>,
-    /// Log of its chance beforehand.
+    /// Log prior probability.
     price: f64,
-    /// How many it was picked from.
+    /// Number of alternatives.
     among: usize,
 }
 
-/// The case turned steadily where it was taken to rest: as likely as not, and no finding.
+/// Constant rate of the case during the assumed rest: of prior probability one half, and not reported as a finding.
 const TURNING: &str = "turning";
 
 fn kinds(rows: &FewRows, candidates: &Candidates) -> Vec<Kind> {
@@ -45,17 +45,17 @@ fn kinds(rows: &FewRows, candidates: &Candidates) -> Vec<Kind> {
     registration.chain(physics).chain(turning).collect()
 }
 
-/// What was found.
+/// Result of the search on few rows.
 pub(crate) struct FewFound {
-    /// As of many rows.
+    /// Findings, as of many rows.
     pub(crate) found: Found,
-    /// Walk \[rad/√s\] and white noise \[rad\].
+    /// Posterior mean of random walk \[rad/√s\] and white noise \[rad\].
     pub(crate) noise: (f64, f64),
-    /// Whether the case turned steadily where it was taken to rest.
+    /// The case turned at a constant rate during the assumed rest.
     pub(crate) is_turning: bool,
 }
 
-/// Searches few rows.
+/// Searches few rows for kinds, by forward selection and backward elimination.
 pub(crate) fn search(rows: &FewRows, candidates: &Candidates, plan: &AttitudePlan) -> FewFound {
     let kinds = kinds(rows, candidates);
     let mut search = FewSearch {
@@ -125,7 +125,7 @@ impl FewSearch<'_> {
         groups.collect()
     }
 
-    /// Numbers of the attitudes that some kinds take: a bias is read at rest.
+    /// Number of attitude values used up by some kinds: a bias is determined at rest.
     fn taken(&self, chosen: &[usize]) -> usize {
         let is_at_rest = |kind: &&usize| {
             let name = self.kinds[**kind].name;
@@ -135,7 +135,7 @@ impl FewSearch<'_> {
         taken.map(|kind| self.kinds[*kind].places.len()).sum()
     }
 
-    /// Log posterior of some kinds, up to what all share.
+    /// Log posterior of some kinds, up to a common constant.
     fn posterior(&mut self, chosen: &[usize]) -> f64 {
         self.tried += 1;
         self.rows.weigh(&self.groups(chosen)).log_evidence + self.price(chosen)
@@ -145,7 +145,7 @@ impl FewSearch<'_> {
         chosen.iter().map(|kind| self.kinds[*kind].price).sum()
     }
 
-    /// Forward while evidence grows and there are numbers left, then backward.
+    /// Forward selection while the evidence grows and values are left, then backward elimination.
     fn choose(&mut self) -> Vec<usize> {
         let mut chosen: Vec<usize> = Vec::new();
         let mut now = self.posterior(&chosen);
@@ -178,7 +178,7 @@ impl FewSearch<'_> {
     fn best_beside(&mut self, chosen: &[usize]) -> Option<(f64, usize)> {
         let mut best: Option<(f64, usize)> = None;
         for kind in self.others(chosen) {
-            // No more is named than there are numbers.
+            // No more parameters are named than there are values.
             if self.taken(&with(chosen, &[kind])) > self.rows.numbers {
                 continue;
             }
@@ -190,7 +190,7 @@ impl FewSearch<'_> {
         best
     }
 
-    /// A kind beside the others that were chosen.
+    /// Returns a chosen kind with its statistic and rivals, given the other chosen kinds.
     fn named(&self, kind: usize, chosen: &[usize]) -> Named {
         let beside: Vec<usize> = chosen.iter().copied().filter(|one| *one != kind).collect();
         let own = &self.kinds[kind];
@@ -224,10 +224,10 @@ impl FewSearch<'_> {
         }
     }
 
-    /// Kinds that do as well in one's place, alone or two together, and how far each alone is behind.
+    /// Kinds not distinguishable from one in its place, alone or in pairs, and the deficit of each alone in log posterior.
     ///
     /// # Inputs
-    /// `whole`: with it, `beside` the others that were chosen.
+    /// `whole`: posterior with the kind; `beside`: the other chosen kinds.
     fn rivals(
         &self,
         kind: usize,

@@ -1,4 +1,4 @@
-//! What stands, in the types of `diagnosis.json`.
+//! Accepted findings in the types of `diagnosis.json`.
 
 use std::collections::BTreeMap;
 
@@ -30,7 +30,7 @@ use crate::reference_spans::{self, JumpSeen, Span};
 use crate::registration::Registration;
 use crate::said::Said;
 
-/// The outcome.
+/// Composes the outcome of a diagnosis.
 pub(crate) fn outcome(said: &Said) -> Outcome {
     let Said {
         observed,
@@ -138,7 +138,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     }
 }
 
-/// What an effect is, and what its numbers say besides.
+/// Meaning of an effect, with the sag of a mount if its parameters show one.
 fn meaning(kind: &str, numbers: &Numbers) -> String {
     let meaning = card(kind).meaning.to_string();
     if kind != "elastic_rate_by_force" {
@@ -225,7 +225,7 @@ fn registration(said: &Said) -> Vec<RegistrationEntry> {
         let own: Vec<usize> = places(group.kind).collect();
         let mut named = found.registration.iter();
         let named = named.find(|one| one.group() == group.kind);
-        // A filter that is the reference's is one, here too.
+        // A filter attributed to the reference is named so here, too.
         let kind = named.map_or(group.kind, |one| one.kind);
         RegistrationEntry {
             kind: kind.to_string(),
@@ -311,11 +311,12 @@ fn summary(
     lines
 }
 
-/// Rates sampled at the end of each row and read as means over it are late by half a row, and less smooth by h²/12, all alike.
+/// Names the common cause of a delay of half a row h and a smoothing less by h²/12 on all axes: rates sampled at the end of
+/// each row and read as means over it.
 fn sampled_at_instants(said: &Said, named: &[(&Named, Numbers)]) -> Option<String> {
-    /// Share of a row by which the delay may differ: an instant is half a row late only where the motion is slow.
+    /// Tolerance of the delay, in rows: an instant is half a row late only if the motion is slow.
     const NEAR: f64 = 0.03;
-    /// Standard deviations of what smooths less.
+    /// Tolerance of the smoothing, in standard deviations.
     const WITHIN: f64 = 3.0;
     let of = |kind: &str| named.iter().find(|(one, _)| one.kind == kind);
     let (delay, smoothing) = (of("reference_delay")?, of("reference_bandwidth")?);
@@ -359,7 +360,7 @@ fn fit(said: &Said, tested: Option<&HeldOut>) -> FitEntry {
     }
 }
 
-/// Kinds of the catalogue that attitudes or these channels cannot show.
+/// Catalogue kinds not observable with attitudes or these channels, with the reasons.
 fn not_excluded(said: &Said) -> Vec<String> {
     let streams = &said.observed.streams;
     let tried = |kind: &str| {
@@ -386,7 +387,7 @@ fn not_excluded(said: &Said) -> Vec<String> {
     lines
 }
 
-/// Kinds that lost against what was named, each by its nearest.
+/// Rejected kinds, each with its least deficit to a named one.
 fn runners_up(named: &[(&Named, Numbers)]) -> Vec<RunnerUp> {
     let rivals = named.iter().flat_map(|(one, _)| &one.behind);
     let is_named = |kind: &str| named.iter().any(|(one, _)| one.kind == kind);
@@ -406,7 +407,7 @@ fn next_experiment(named: &[(&Named, Numbers)], experiment: Option<&ExperimentEn
     }
 }
 
-/// Noise of the gyros: terms that all three share, or of sums of increments each its own.
+/// Noise terms of the gyros: common to all three, or of each its own for sums of increments.
 fn noise(registered: &Registration) -> Vec<NoiseEntry> {
     let period_s = registered.about.increments.period_s;
     AXES.iter()

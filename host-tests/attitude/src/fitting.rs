@@ -1,4 +1,4 @@
-//! All columns of an alignment fitted to its rows.
+//! Joint fit of all columns of an alignment to its rows.
 
 use rlg_signal::axes::Triad;
 
@@ -10,7 +10,7 @@ use crate::noise::{Along, Levels, NoiseTerms};
 use crate::octaves::time_s;
 use crate::outliers::Weighted;
 
-/// Columns about an alignment with the priors of their groups, about what the model says.
+/// Attaches the priors of their groups, centred on the model's values, to columns about an alignment.
 pub fn priced(
     columns: Vec<Triad>,
     alignment: &Alignment,
@@ -36,7 +36,7 @@ pub fn priced(
         .collect()
 }
 
-/// All columns fitted to some rows.
+/// Joint fit of columns to rows.
 pub struct Fitting {
     band: Band,
     terms: NoiseTerms,
@@ -47,7 +47,7 @@ pub struct Fitting {
 }
 
 impl Fitting {
-    /// Fits columns to rows, the noise from `levels`.
+    /// Fits columns to rows, with the noise starting at `levels`.
     pub fn new(
         increments: &Increments,
         columns: Vec<ParameterColumn>,
@@ -82,7 +82,8 @@ impl Fitting {
         }
     }
 
-    /// Log likelihood of a coefficient where some parameters are what the rows are linear about, and the number of coefficients.
+    /// Mean log likelihood per coefficient with some parameters fixed at the linearisation point, and the number of
+    /// coefficients.
     pub fn here(&self, places: &[usize]) -> (f64, f64) {
         let levels = &self.fit.levels;
         let sum = self
@@ -92,7 +93,7 @@ impl Fitting {
         (sum / count, count)
     }
 
-    /// Rows less the fitted columns \[rad\].
+    /// Residuals of rows after the fitted columns \[rad\].
     pub fn left_rad(&self, rows_rad: &Triad) -> Triad {
         let mut left = rows_rad.clone();
         for (column, size) in self.columns.iter().zip(&self.fit.estimate) {
@@ -103,13 +104,13 @@ impl Fitting {
         left
     }
 
-    /// Rows divided by the power of the noise.
+    /// Divides rows by the power of the noise.
     pub fn weighted(&self, left_rad: &Triad, increments: &Increments) -> Weighted {
         let noise = (&self.band, &self.terms, &self.fit.levels);
         Weighted::new(noise, left_rad, &increments.times_s)
     }
 
-    /// The noise's levels with those that pieces of the record show, in every octave.
+    /// Estimates the noise's levels along the record from pieces of it, in every octave.
     pub fn levels_along(&self, times_s: &[f64]) -> Levels {
         let of_group = |axes: &&[usize]| -> Vec<Modulation> {
             let noise = (&self.band, &self.terms);
@@ -125,7 +126,7 @@ impl Fitting {
         self.fit.levels.modulated(groups.map(of_group).collect())
     }
 
-    /// Fits again, the noise at the levels that pieces of the record show.
+    /// Fits again, with the noise's levels estimated from pieces of the record.
     pub fn modulate(&mut self, times_s: &[f64]) {
         let levels = self.levels_along(times_s);
         let along = levels.along(&self.band.octaves, times_s);
@@ -133,7 +134,7 @@ impl Fitting {
         self.fit = self.equations.fit(&self.terms, &levels);
     }
 
-    /// Shrinks the errors of single stamps beyond what noise makes, adds them to `corrected_rad`, and fits again.
+    /// Subtracts errors of single stamps in excess of the noise, adds them to `corrected_rad`, and fits again.
     pub fn shrink_outliers(&mut self, increments: &Increments, corrected_rad: &mut Triad) {
         let mut rows_rad = increments.rows_rad.clone();
         rlg_signal::axes::add_triad(&mut rows_rad, corrected_rad, -1.0);
@@ -161,12 +162,12 @@ impl Fitting {
     }
 }
 
-/// The shortest pieces of an octave of records that have one noise.
+/// Divides an octave of the records of one noise group into its shortest pieces.
 ///
 /// # Inputs
 /// `squares`: of each sample, by record; `times_s`: of the stamps.
 fn pieces(squares: &[&[f64]], times_s: &[f64]) -> Vec<Piece> {
-    /// Least numbers of a piece.
+    /// Least number of values in a piece.
     const COUNT: usize = 6;
     let samples = squares[0].len();
     let count = samples / COUNT.div_ceil(squares.len());

@@ -1,7 +1,8 @@
-//! How a registration grows: from nothing, groups join beside those that stand.
+//! Forward selection of registration groups, from none.
 //!
-//! Where a motion hardly tells two groups apart (a cone of one tone: a delay and a turn about its axis), rows that are linear about
-//! the one say little of the other: each is grown from by itself, and the simplest that explains as much stands.
+//! If the motion hardly distinguishes two groups (a cone of one tone: a delay and a turn about its axis), rows linearised
+//! about the one carry little information on the other: each is a separate start, and the simplest of equally good results
+//! is selected.
 
 use nalgebra::Vector3;
 
@@ -9,29 +10,29 @@ use crate::alignment::{Alignment, Free, GROUPS, in_order, places};
 use crate::coarse::Start;
 use crate::registration::{Records, Registration, Steps, fitted, places_of, settle};
 
-/// What a record calls for about an alignment.
+/// Groups selected about an alignment.
 pub(crate) struct Called {
     /// Groups, in the order of their columns.
     pub(crate) free: Free,
-    /// The step to their numbers.
+    /// Step to their estimates.
     pub(crate) step: Steps,
-    /// Sets that would have done nearly as well so far.
+    /// Alternative sets of nearly equal gain.
     pub(crate) nearly: Vec<Free>,
 }
 
-/// Grows registrations of one record.
+/// Forward selection of the registration of one record.
 pub(crate) struct Growth<'a> {
-    /// The record.
+    /// Data of the record.
     pub(crate) of: Records<'a>,
-    /// What the model says.
+    /// Alignment of the model.
     pub(crate) model: &'a Alignment,
-    /// Delay and rotation far off.
+    /// Initial delay and rotation.
     pub(crate) start: &'a Start,
-    /// What is called for beside a registration.
+    /// Selects groups given a registration.
     pub(crate) called_for: &'a dyn Fn(&Registration) -> Called,
-    /// Log likelihood within which two explain as much.
+    /// Largest difference in log likelihood of indistinguishable registrations.
     pub(crate) alike_within: f64,
-    /// Told of each step.
+    /// Reports each step.
     pub(crate) progress: &'a dyn Fn(&str),
 }
 
@@ -39,17 +40,18 @@ pub(crate) struct Growth<'a> {
 type Grown = (Registration, Free);
 
 impl Growth<'_> {
-    /// Aligns the reference with the gyros: groups that are called for join until those no longer change. What is not called for
-    /// stays as the model has it: two numbers that the motion cannot tell apart would cancel each other far from where any of
-    /// this is linear.
+    /// Aligns the reference with the gyros: selected groups are added until the selection no longer changes. The others stay
+    /// at the model's values: two parameters not distinguishable by the motion would cancel each other far outside the
+    /// linear range.
     pub(crate) fn grow(&self) -> Option<Grown> {
         let Self { of, model, .. } = *self;
         let (gyros, samples, _) = of;
-        // Far off, an error of the gyros looks like one of the reference, but beside all numbers.
+        // Far from convergence a gyro error resembles a fault of the reference, except in a fit of all parameters.
         let all: Free = GROUPS.iter().map(|group| group.kind).collect();
         let far = self.start.of(&all, model);
         let known = settle(of, (model, far.clone(), &all), true, self.progress)?.known;
-        // What is far off is seen from where the model stands, too; noise alone may be most alike anywhere.
+        // A large misalignment is also significant at the model's alignment; the correlation of noise alone may peak
+        // anywhere.
         let of_known = (gyros, samples, &known);
         let none = Free::new();
         let at_model = settle(
@@ -76,7 +78,7 @@ impl Growth<'_> {
         })
     }
 
-    /// Grows from some groups; `None` where that leads to one of `others` again.
+    /// Iterates from some groups; `None` if that leads to one of `others` again.
     fn from(
         &self,
         of_known: Records,
@@ -111,7 +113,8 @@ impl Growth<'_> {
         }
     }
 
-    /// The same, and as a filter that is too long for its second order: a low pass, with a delay beside it or without.
+    /// Adds, for a filter too long for its second order, the alternatives of a first-order low pass with and without a
+    /// delay.
     fn as_low_pass(&self, grown: Grown) -> Vec<Grown> {
         let (found, free) = &grown;
         if !found.may_be_low_pass(self.model) {
@@ -131,17 +134,17 @@ impl Growth<'_> {
             .collect()
     }
 
-    /// Where a low pass is linear about: its likeliest time constant, found globally, for far from it what vibration rectifies to
-    /// is not linear. Beside a delay both together are as late as `found`.
+    /// Linearisation point of a low pass: its maximum-likelihood time constant by grid search, as the rectification of
+    /// vibration is not linear far from it. With a delay, the sum of both lags is that of `found`.
     fn low_pass_start(&self, found: &Registration, free: &Free) -> Option<Alignment> {
-        /// Time constants that are tried, as shares of how late the gyros are.
+        /// Grid of time constants, relative to the gyros' lag.
         const SHARES: [f64; 11] = [0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0];
         let Self { of, model, .. } = *self;
         let of_known = (of.0, of.1, &found.known);
         let found = &found.alignment;
         let late_s = model.delay_s - found.delay_s;
         let has_delay = free.contains(&"reference_delay");
-        // Smoothing that is too long for its second order leaves scale and axes wrong.
+        // Smoothing too long for its second order biases scale and axes.
         let begun = found.with(&vec!["gyro_bias", "reference_misalignment"], model);
         let kept = places_of(free);
         let tried = SHARES.iter().filter_map(|share| {
@@ -163,19 +166,19 @@ impl Growth<'_> {
     }
 }
 
-/// Whether two stand at the same place.
+/// True if two registrations coincide.
 fn is_same(one: &Grown, other: &Grown) -> bool {
-    /// Log likelihood that rounding leaves apart.
+    /// Difference in log likelihood by rounding.
     const ROUNDED: f64 = 0.1;
     one.1 == other.1 && (one.0.log_likelihood - other.0.log_likelihood).abs() < ROUNDED
 }
 
-/// Numbers of some groups.
+/// Number of parameters of some groups.
 fn numbers(free: &Free) -> usize {
     free.iter().map(|kind| places(kind).len()).sum()
 }
 
-/// Of registrations that explain as much as the best the one of the fewest numbers; the others are its rivals.
+/// Selects, of registrations not distinguishable from the best, the one of fewest parameters; the others are its rivals.
 fn simplest(contenders: Vec<Grown>, alike_within: f64) -> Option<Grown> {
     let each = contenders.iter().map(|(one, _)| one.log_likelihood);
     let best = each.fold(f64::NEG_INFINITY, f64::max);

@@ -1,16 +1,16 @@
-//! The attitude that the gyros' own increments integrate to, at any time, and vectors of their rows carried along it.
+//! Attitude integrated from the gyros' increments, at any time, and body vectors of their rows transformed by it.
 //!
-//! Beside a reference that sums up increments they are summed up, too, and nothing is turned: over the same time both are the
-//! integral of the body's rate in its own axes, whatever it does within a row. An attitude made of the reference's would miss
-//! cones that are too fast for its rate.
+//! For a reference of summed increments the gyros' are summed, too, without rotation: over the same time both are the
+//! integral of the body's rate in its own axes, whatever the motion within a row. An attitude integrated from the
+//! reference's increments would miss cones too fast for its rate.
 //!
-//! A row turns the body by Δθ + Δθ × (7 (Δθ₊₁ − Δθ₋₁) − (Δθ₊₂ − Δθ₋₂))/120: the weights with which a cone of phase β a row gives
-//! (β − sin β)/2 to the order β⁵. Within a row the angle goes as a cubic with fourth-order tangents.
+//! A row turns the body by Δθ + Δθ × (7 (Δθ₊₁ − Δθ₋₁) − (Δθ₊₂ − Δθ₋₂))/120, a coning correction that equals (β − sin β)/2 to
+//! the order β⁵ for a cone of phase β a row. Within a row the angle is a cubic with fourth-order tangents.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rlg_signal::attitude_samples::{Shown, SlowSample};
 
-/// What a reference reads.
+/// Kind of a reference's data.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reads {
     /// Attitudes.
@@ -20,7 +20,7 @@ pub enum Reads {
 }
 
 impl Reads {
-    /// Of samples of one kind.
+    /// Returns the kind of samples.
     pub fn of(samples: &[SlowSample]) -> Self {
         match samples.first().map(|sample| sample.shown) {
             Some(Shown::Sum(_)) => Self::Sums,
@@ -29,26 +29,26 @@ impl Reads {
     }
 }
 
-/// Attitude of the body against its own beginning ("start" frame).
+/// Attitude of the body relative to its initial one ("start" frame).
 pub struct GyroMotion {
     reads: Reads,
     start_s: f64,
     rate_hz: f64,
     increments_rad: Vec<Vector3<f64>>,
-    /// Start frame from body at row boundaries, one more than rows.
+    /// Rotation from body to start frame at row boundaries, one more than rows.
     boundaries: Vec<UnitQuaternion<f64>>,
-    /// Start frame from body at row middles.
+    /// Rotation from body to start frame at row middles.
     middles: Vec<UnitQuaternion<f64>>,
     /// Sum of the increments at row boundaries \[rad\].
     sums_rad: Vec<Vector3<f64>>,
 }
 
-/// A place along the rows.
+/// A time on the record, by row.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Row.
     pub row: usize,
-    /// Share of the row that has passed, 0 to 1.
+    /// Elapsed share of the row, 0 to 1.
     pub share: f64,
 }
 
@@ -56,7 +56,7 @@ impl GyroMotion {
     /// Integrates increments of the body \[rad\], the first row beginning at `start_s`.
     ///
     /// # Inputs
-    /// `reads`: what it is compared with.
+    /// `reads`: kind of the reference's data.
     pub fn new(
         (start_s, rate_hz): (f64, f64),
         increments_rad: Vec<Vector3<f64>>,
@@ -100,13 +100,13 @@ impl GyroMotion {
         self.increments_rad.len()
     }
 
-    /// When the first row begins and the last one ends \[s\].
+    /// Start of the first row and end of the last one \[s\].
     pub fn span_s(&self) -> [f64; 2] {
         let end_s = self.start_s + self.rows() as f64 / self.rate_hz;
         [self.start_s, end_s]
     }
 
-    /// Where a time lies; none outside.
+    /// Returns the place of a time; `None` outside the record.
     pub fn place(&self, time_s: f64) -> Option<Place> {
         let rows = (time_s - self.start_s) * self.rate_hz;
         if !(0.0..=self.rows() as f64).contains(&rows) {
@@ -119,14 +119,14 @@ impl GyroMotion {
         })
     }
 
-    /// Start frame from body at a place.
+    /// Rotation from body to start frame at a place.
     pub fn at(&self, place: Place) -> UnitQuaternion<f64> {
         let Place { row, share } = place;
         let part = self.angle_within(place) + coning(&self.increments_rad, row) * share;
         self.boundaries[row] * UnitQuaternion::from_scaled_axis(part)
     }
 
-    /// What a perfect reference reads at a place.
+    /// Error-free value of the reference at a place.
     pub fn shown(&self, place: Place) -> Shown {
         match self.reads {
             Reads::Attitudes => Shown::Attitude(self.at(place)),
@@ -134,7 +134,7 @@ impl GyroMotion {
         }
     }
 
-    /// The frame in which errors grow, the start's or the body's, from body.
+    /// Rotation from body to the frame in which errors accumulate: the start frame for attitudes, the body frame for sums.
     pub fn frame_from_body(&self, place: Place) -> UnitQuaternion<f64> {
         match self.reads {
             Reads::Attitudes => self.at(place),
@@ -142,8 +142,8 @@ impl GyroMotion {
         }
     }
 
-    /// Σ over rows of a vector that is fixed in space, in the frame in which errors grow, at row boundaries; in space where
-    /// that turns with it.
+    /// Cumulative sum over rows of a vector fixed in space, at row boundaries: unrotated for attitudes, in body axes for
+    /// sums.
     pub fn fixed_sum(&self, of_row: Vector3<f64>) -> Vec<Vector3<f64>> {
         let mut sum = Vector3::zeros();
         let sums = self.middles.iter().map(|start_from_body| {
@@ -190,7 +190,7 @@ impl GyroMotion {
         }
     }
 
-    /// Σ over rows of a body vector in the frame in which errors grow, at row boundaries.
+    /// Cumulative sum over rows of a body vector in the frame in which errors accumulate, at row boundaries.
     pub fn carried_sum(&self, of_row: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
         let mut sum = Vector3::zeros();
         let sums = self
@@ -204,7 +204,7 @@ impl GyroMotion {
         std::iter::once(Vector3::zeros()).chain(sums).collect()
     }
 
-    /// A body vector at row boundaries in the frame in which errors grow.
+    /// Transforms a body vector at row boundaries to the frame in which errors accumulate.
     pub fn carried(&self, at_boundary: impl Fn(usize) -> Vector3<f64>) -> Vec<Vector3<f64>> {
         let boundaries = self.boundaries.iter().enumerate();
         boundaries
@@ -213,7 +213,7 @@ impl GyroMotion {
     }
 }
 
-/// Turn of a row beyond its increment \[rad\]: right to the fifth power of the phase that a cone turns in it.
+/// Coning correction of a row \[rad\], exact to the fifth order of a cone's phase per row.
 fn coning(increments_rad: &[Vector3<f64>], row: usize) -> Vector3<f64> {
     let last = increments_rad.len() - 1;
     let change = |rows: usize| {
@@ -226,7 +226,7 @@ fn coning(increments_rad: &[Vector3<f64>], row: usize) -> Vector3<f64> {
 mod tests {
     use super::*;
 
-    /// A cone of 0.1 rad at 2 Hz: its attitude is known in closed form.
+    /// The attitude of a cone of 0.1 rad at 3 Hz has a closed form.
     #[test]
     fn a_cone_is_integrated_and_interpolated_to_its_closed_form() {
         let (rate_hz, angle, hz) = (100.0, 0.1_f64, 3.0);

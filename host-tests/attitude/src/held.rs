@@ -1,17 +1,17 @@
-//! Attitudes that a reference repeats while the gyros turn: it held its last reading.
+//! Frozen attitudes: the reference repeats its last value while the gyros turn.
 
 use rlg_signal::attitude_samples::SlowSample;
 
 use crate::about::Gyros;
 use crate::gyro_motion::GyroMotion;
 
-/// Least equal attitudes in a row.
+/// Least number of consecutive equal attitudes.
 const LEAST: usize = 3;
 
-/// Held where gyros and reference part so many times faster than in nine tenths of such spans elsewhere.
+/// Threshold of a frozen span: angle between gyros and reference, as a multiple of the 90th percentile of spans elsewhere.
 const APART: f64 = 6.0;
 
-/// Whether each attitude only repeats one before it while the gyros turn.
+/// Marks attitudes that only repeat the one before while the gyros turn.
 pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
     let mut held = vec![false; samples.len()];
     let runs = runs(samples);
@@ -41,7 +41,7 @@ pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
     held
 }
 
-/// Stretches of equal attitudes.
+/// Ranges of consecutive equal attitudes.
 fn runs(samples: &[SlowSample]) -> Vec<std::ops::Range<usize>> {
     let mut runs = Vec::new();
     let mut start = 0;
@@ -57,11 +57,11 @@ fn runs(samples: &[SlowSample]) -> Vec<std::ops::Range<usize>> {
     runs
 }
 
-/// By how much gyros and reference turn apart between two stamps \[rad\].
+/// Difference of the angles turned by gyros and reference between two stamps \[rad\].
 fn parting_rad(motion: &GyroMotion, samples: &[SlowSample], from: usize, to: usize) -> Option<f64> {
     let at = |stamp: usize| Some(motion.shown(motion.place(samples[stamp].time_s)?));
     let gyros = at(from)?.turn_to(&at(to)?);
     let reference = samples[from].shown.turn_to(&samples[to].shown);
-    // Sizes of turns: the axes are not yet known to be the same.
+    // Angles alone: the axes are not yet known to agree.
     Some((gyros.norm() - reference.norm()).abs())
 }

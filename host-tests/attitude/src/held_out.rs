@@ -1,4 +1,4 @@
-//! Figures on stamps that served nothing else, and what the report draws.
+//! Validation figures on held-out stamps, and data of the report's plots.
 
 use std::borrow::Cow;
 
@@ -18,23 +18,23 @@ use crate::increments::Stamps;
 use crate::noise::{Levels, NoiseTerms};
 use crate::said::{Said, in_body};
 
-/// Figures before and after.
+/// Validation figures before and after the diagnosis.
 pub(crate) struct HeldOut {
     pub(crate) span_s: [f64; 2],
     pub(crate) band_hz: [f64; 2],
     pub(crate) before: [FiguresEntry; 3],
     pub(crate) after: [FiguresEntry; 3],
-    /// Power of what is left over what the noise predicts, all axes.
+    /// Residual power relative to the noise model, mean of all axes \[1\].
     pub(crate) power_after: f64,
-    /// Whether what is left of all sound stamps moves with the motion.
+    /// Part of the residual of all sound stamps proportional to the motion; `None` if not significant.
     pub(crate) in_step: Option<InStep>,
-    /// What is left of them over the motion, root mean squares of a tenth of a second \[1\].
+    /// Ratio of residual to motion over all sound stamps, root mean squares over a tenth of a second \[1\].
     pub(crate) share_left: Option<f64>,
     pub(crate) pictures: Pictures,
 }
 
 impl HeldOut {
-    /// One sentence a reader can compare.
+    /// Returns one sentence on the drift before and after.
     pub(crate) fn sentence(&self) -> String {
         let of = |figures: &[FiguresEntry; 3]| {
             let each: Vec<String> = figures
@@ -66,7 +66,7 @@ impl HeldOut {
 /// Residuals of the held-out stamps, or of all, about an alignment.
 struct Residual {
     about: About,
-    /// Navigation frame \[rad by row\].
+    /// Residual in the navigation frame \[rad by row\].
     left_rad: Triad,
 }
 
@@ -88,7 +88,7 @@ fn residual(
         for named in &said.found.physics {
             columns.extend(said.columns(named, &about));
         }
-        // Columns lie in the order of the set of all numbers; those that are not named are as the model has them.
+        // Columns follow the order of all parameters; unnamed ones are at the model's values.
         let found = said.found;
         for (column, place) in columns.iter().zip(&found.set) {
             let named = found.named_set.iter().position(|one| one == place);
@@ -103,9 +103,9 @@ fn residual(
     Some(Residual { about, left_rad })
 }
 
-/// The figures; `None` where too few stamps are held out.
+/// Computes the figures; `None` if too few stamps are held out.
 pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
-    /// Fewer rows have no spectrum.
+    /// Least number of rows for a spectrum.
     const LEAST_ROWS: usize = 16;
     let known = &said.registered.known;
     let is_tested = &said.observed.tested;
@@ -114,7 +114,7 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
         jumped: known.jumped.clone(),
     };
     let tested = with(is_tested.iter().map(|tested| !tested).collect());
-    // All but what is known or found to be wrong.
+    // All stamps except known and detected faults.
     let pairs = known.left_out.iter().zip(is_tested);
     let sound = with(
         pairs
@@ -150,7 +150,7 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     })
 }
 
-/// Powers of what is left and of the motion, by blocks of time.
+/// Powers of residual and motion, by blocks of time.
 fn blocks(one: &Residual) -> Vec<Block> {
     let increments = &one.about.increments;
     let turned_rad = one.about.conditioned_rad.each_ref().map(|motion_rad| {
@@ -167,7 +167,7 @@ fn body_rows(one: &Residual) -> Triad {
     let mut rows = Triad::default();
     for row in 0..one.about.increments.rows() {
         let value = Vector3::from_fn(|axis, _| one.left_rad[axis][row]);
-        // What the gyros read too much lets the reference lag.
+        // An excess of the gyros appears in the reference's error with opposite sign.
         let body = -in_body(&one.about.increments, &one.about.motion, row, value);
         for axis in 0..3 {
             rows[axis].push(body[axis]);
@@ -177,7 +177,7 @@ fn body_rows(one: &Residual) -> Triad {
 }
 
 /// # Inputs
-/// `levels`, `period_s`: of the noise of the rows that were fitted.
+/// `levels`, `period_s`: noise levels and period of the fitted rows.
 fn figures(one: &Residual, levels: &Levels, period_s: f64) -> ([FiguresEntry; 3], f64) {
     let increments = &one.about.increments;
     let rows = increments.rows();
@@ -186,7 +186,7 @@ fn figures(one: &Residual, levels: &Levels, period_s: f64) -> ([FiguresEntry; 3]
     let powers = [0, 1, 2].map(|axis| terms.of_coefficients(levels.of(axis)));
     let body = body_rows(one);
     let lasts_s = rows as f64 * increments.period_s;
-    // The mean over the record has the power of its lowest frequencies.
+    // The mean over the record has the noise power of its lowest frequencies.
     let drift_std = |axis: usize| (powers[axis][1.min(rows - 1)] * rows as f64).sqrt() / lasts_s;
     let ratios: [f64; 3] = std::array::from_fn(|axis| {
         let spectrum = band.spectrum(&one.left_rad[axis]);
@@ -209,7 +209,7 @@ fn figures(one: &Residual, levels: &Levels, period_s: f64) -> ([FiguresEntry; 3]
 }
 
 fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 2]) -> Pictures {
-    /// Points that a page can show.
+    /// Most points of a plot.
     const POINTS: usize = 2000;
     let times = &after.about.increments.times_s;
     let rows = after

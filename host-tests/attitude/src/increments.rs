@@ -1,10 +1,9 @@
 //! Rows of the likelihood: increments of the attitude error between the reference's stamps, in the navigation frame.
 //!
-//! With D = (navigation from body, as the reference says) × (body from start, as the gyros say), row k is
-//! Log(D_{k+1} D_k⁻¹). White noise of the attitude is then differenced white noise, and what the gyros lack is carried
-//! through the attitude: h in the body's axes becomes D_k ∫ C h dt. (inference.md, B1, B2; each row is its own anchor, so
-//! that an error may grow without bound.) Of a reference that sums up increments D is the difference of the sums, and nothing
-//! is turned.
+//! With D = (navigation from body, by the reference) × (body from start, by the gyros), row k is Log(D_{k+1} D_k⁻¹). White
+//! noise of the attitude is then differenced white noise, and an error h of the gyros in body axes becomes D_k ∫ C h dt.
+//! (inference.md, B1, B2; each row is relative to its own initial attitude, so that an error may grow without bound.) For a
+//! reference of summed increments D is the difference of the sums, without rotation.
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_signal::attitude_samples::{Shown, SlowSample};
@@ -14,35 +13,35 @@ use rlg_signal::transforms::smooth_length;
 use crate::gyro_motion::{GyroMotion, Place};
 use crate::noise::{ALL_ALIKE, Alike, EACH_ITS_OWN};
 
-/// When the gyros saw what the reference stamped.
+/// Conversion of the reference's stamps to the gyros' clock.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ReferenceClock {
-    /// How late the stamps are \[s\].
+    /// Delay of the stamps \[s\].
     pub delay_s: f64,
-    /// By which share the clock runs faster than the gyros', about `middle_s` \[1\].
+    /// Relative rate error of the reference's clock against the gyros', about `middle_s`, positive if fast \[1\].
     pub rate: f64,
-    /// The middle of the stamps \[s\].
+    /// Middle of the stamps \[s\].
     pub middle_s: f64,
 }
 
 impl ReferenceClock {
-    /// Time on the gyros' clock \[s\].
+    /// Converts a stamp to the gyros' clock \[s\].
     pub fn on_gyros_s(&self, stamp_s: f64) -> f64 {
         stamp_s - self.delay_s - self.rate * (stamp_s - self.middle_s)
     }
 }
 
-/// What is known of every stamp.
+/// Flags of all stamps.
 #[derive(Debug, Clone)]
 pub struct Stamps {
-    /// Whether it has no usable attitude.
+    /// The stamp has no usable attitude.
     pub left_out: Vec<bool>,
-    /// Whether the reference jumped just before it, and stayed.
+    /// The reference jumped just before the stamp, permanently.
     pub jumped: Vec<bool>,
 }
 
 impl Stamps {
-    /// Stamps of which some are left out and none jumped.
+    /// Flags some stamps as left out and none as jumped.
     pub fn without(left_out: &[bool]) -> Self {
         Self {
             left_out: left_out.to_vec(),
@@ -52,10 +51,10 @@ impl Stamps {
 }
 
 impl Stamps {
-    /// Leaves out used stamps that are faulty; whether there are any.
+    /// Leaves out used stamps flagged as faulty; true if there are any.
     ///
     /// # Inputs
-    /// `used`: all used ones; `faulty`: of each.
+    /// `used`: indices of the used stamps; `faulty`: flag of each.
     pub fn leave_out(&mut self, used: &[usize], faulty: &[bool]) -> bool {
         for (stamp, _) in used.iter().zip(faulty).filter(|(_, faulty)| **faulty) {
             self.left_out[*stamp] = true;
@@ -64,46 +63,47 @@ impl Stamps {
     }
 }
 
-/// See the page above.
+/// Rows of the likelihood, as defined above.
 pub struct Increments {
-    /// Rows \[rad\], navigation frame.
+    /// Rows in the navigation frame \[rad\].
     pub rows_rad: Triad,
-    /// Stamps used, one more than rows.
+    /// Indices of the used stamps, one more than rows.
     pub stamps: Vec<usize>,
-    /// Their time on the gyros' clock \[s\].
+    /// Times of the used stamps on the gyros' clock \[s\].
     pub times_s: Vec<f64>,
-    /// Navigation frame from start frame at each row's begin.
+    /// Rotation from start to navigation frame at each row's begin.
     pub navigation_from_start: Vec<Matrix3<f64>>,
-    /// Rows that say nothing: across gaps of the stamps or of the gyros, across jumps, and the two ends.
+    /// Free rows, with a nuisance parameter on each axis: across gaps of the stamps or of the gyros, across jumps, and at
+    /// the two ends.
     pub free: Vec<usize>,
     /// Typical time between stamps \[s\].
     pub period_s: f64,
-    /// Which axes have one noise: of attitudes all, as each turns into the others.
+    /// Noise groups of the axes: one for attitudes, as each axis turns into the others.
     pub alike: Alike,
-    /// Variance that the gyros' white noise adds to a row of each axis at least \[rad²\].
+    /// Lower bound of each axis's random-walk variance in a row, the gyros' white noise \[rad²\].
     pub least_walk_rad2: [f64; 3],
-    /// Random walk of gyros and reference that the model declares \[rad/√s\].
+    /// Angle random walk of gyros and reference as declared by the model \[rad/√s\].
     pub declared_walk_rad_sqrt_s: Option<f64>,
     places: Vec<Place>,
 }
 
-/// A row that lasts longer than this many typical ones lies across a gap.
+/// Least duration of a gap, in typical periods.
 const GAP_PERIODS: f64 = 3.5;
 
-/// Most gaps that are freed, the longest first: each costs three unknowns.
+/// Most gaps with free rows, the longest first: each costs three unknowns.
 const MOST_GAPS: usize = 24;
 
-/// Rows at the ends of the gyros' record whose neighbours are not there: of many stamps not worth the doubt.
+/// Gyro rows at each end of the record that lack neighbours; stamps in them are dropped if stamps are many.
 const END_ROWS: usize = 2;
 
-/// Rows of which each counts.
+/// Largest number of rows of which none is dropped.
 const SHORT: usize = 128;
 
 impl Increments {
-    /// Forms rows of the stamps that are not left out; `None` where fewer than two lie within the gyros' record.
+    /// Forms rows of the stamps that are not left out; `None` if fewer than two lie within the gyros' record.
     ///
     /// # Inputs
-    /// `lost_before`: unmeasured gyro rows before each row boundary.
+    /// `lost_before`: cumulative number of unmeasured gyro rows at each row boundary.
     pub fn new(
         motion: &GyroMotion,
         samples: &[SlowSample],
@@ -129,7 +129,7 @@ impl Increments {
         if used.len() < 2 {
             return None;
         }
-        // The transform is fast at smooth lengths: of many stamps a few at the end are not worth a slow one.
+        // The transform is fast at smooth lengths: of many stamps a few at the end are dropped for one.
         let mut rows = used.len() - 1;
         while rows > SHORT && smooth_length(rows) != rows {
             rows -= 1;
@@ -189,32 +189,32 @@ impl Increments {
         self.navigation_from_start.len()
     }
 
-    /// Whether a row says nothing.
+    /// True if a row is free.
     pub fn is_free(&self, row: usize) -> bool {
         self.free.binary_search(&row).is_ok()
     }
 
-    /// Sets rows that say nothing to 0, those that `which` picks.
+    /// Sets the free rows selected by `which` to 0.
     pub fn silence_free(&self, rows_rad: &mut Triad, which: impl Fn(usize) -> bool) {
         for &row in self.free.iter().filter(|row| which(**row)) {
             rows_rad.iter_mut().for_each(|values| values[row] = 0.0);
         }
     }
 
-    /// Where each stamp lies along the gyros' rows.
+    /// Places of the stamps along the gyros' rows.
     pub fn places(&self) -> &[Place] {
         &self.places
     }
 
-    /// Differences between stamps of a vector given at the gyros' row boundaries in the start frame, in the navigation
-    /// frame.
+    /// Differences between stamps of a vector given at the gyros' row boundaries in the start frame, transformed to the
+    /// navigation frame.
     pub fn carry(&self, at_boundaries: &[Vector3<f64>]) -> Triad {
         self.difference(at_boundaries, |row, grown| {
             self.navigation_from_start[row] * grown
         })
     }
 
-    /// The same of a vector that is in the navigation frame already.
+    /// The same for a vector already in the navigation frame.
     pub fn carry_in_navigation(&self, at_boundaries: &[Vector3<f64>]) -> Triad {
         self.difference(at_boundaries, |_, grown| grown)
     }
@@ -241,9 +241,9 @@ impl Increments {
     }
 }
 
-/// The mean where stamps come in bursts, the median where some are missing.
+/// Typical period of stamps \[s\]: the mean for stamps in bursts, else the median, which missing stamps do not change.
 fn typical_period_s(times_s: &[f64]) -> f64 {
-    /// Of so many steps the longest is a gap and no part of a burst.
+    /// Number of steps per longest step that is excluded from the mean as a gap.
     const GAP_AMONG: usize = 50;
     let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
@@ -254,10 +254,10 @@ fn typical_period_s(times_s: &[f64]) -> f64 {
     if median < 0.5 * mean { mean } else { median }
 }
 
-/// A straight line across so many gyro rows is as good as they are.
+/// Most lost gyro rows bridged by linear interpolation.
 const BRIDGED: usize = 2;
 
-/// Whether a row of the gyros is one of too many unmeasured ones: stamps within have no motion of the gyros beside them.
+/// True if a gyro row lies in a run of lost rows too long to bridge: stamps in it have no gyro motion to compare with.
 fn is_in_gap(row: usize, lost_before: &[usize]) -> bool {
     let is_lost = |row: &usize| lost_before[row + 1] > lost_before[*row];
     let last = lost_before.len() - 2;
@@ -268,7 +268,7 @@ fn is_in_gap(row: usize, lost_before: &[usize]) -> bool {
 }
 
 /// # Inputs
-/// `lost`: unmeasured gyro rows within a row.
+/// `lost`: number of unmeasured gyro rows within a row.
 fn free_rows(times_s: &[f64], period_s: f64, lost: &dyn Fn(usize) -> usize) -> Vec<usize> {
     let last = times_s.len() - 2;
     let lasts_s = |row: usize| times_s[row + 1] - times_s[row];

@@ -1,18 +1,19 @@
-//! What a model leaves out of gyros beside an attitude reference, at any rate and however stamped.
+//! Diagnosis of gyro errors against an attitude reference of any rate and any stamping.
 //!
-//! In the order of the data: `conventions` (body to navigation frame, w first) → `channels` (the same axes, signs and
-//! units) → `coarse` (delay and rotation far off) →
-//! `gyro_motion` (the gyros' own attitude, `dither` taken out) → `increments` (rows of the likelihood, between stamps) →
-//! `growth` of the `registration` (what aligns two instruments, always beside; on `equations` with the `noise` at its best, whose
-//! level has a `modulation` in each of the `octaves`, columns of `conditioned` motion, without `reference_faults`) → `physics` (effects of the catalogue, carried through the attitude; among them a reference that is pulled to the `vertical`) →
-//! `search` (the `choice` by what `blocks` of rows, made white by the `whitener`, agree on, by their `block_sums` alone; `steps` of a bias; a `self_test` of
-//! both) → `held_out`, `promise` and `findings`. What is left of the gyros' own motion is handed on (`case_motion`): it carries gravity past accelerometers.
+//! In the order of the data: `conventions` (body to navigation frame, w first) → `channels` (axes, signs and units agree) →
+//! `coarse` (global search for delay and rotation) → `gyro_motion` (attitude integrated from the gyros' increments, `dither`
+//! subtracted) → `increments` (rows of the likelihood, between stamps) → `growth` of the `registration` (forward selection
+//! of the parameters that align both instruments, always estimated; by the normal `equations` with estimated `noise`, whose
+//! level has a `modulation` in each of the `octaves`; columns from `conditioned` motion; `reference_faults` excluded) →
+//! `physics` (effects of the catalogue, transformed by the attitude; among them a reference that is pulled to the
+//! `vertical`) → `search` (the `choice` by `blocks` of rows, whitened by the `whitener`, through their `block_sums` alone;
+//! `steps` of a bias; a `self_test` of both) → `held_out`, `promise` and `findings`. The gyros' motion less their errors is
+//! passed on (`case_motion`), to transport gravity to the accelerometers.
 //!
-//! A reference that sums up increments is one, too: sums are compared with sums, and nothing is turned.
+//! A reference of summed increments is accepted, too: sums are compared with sums, without rotation.
 //!
-//! Of attitudes so few that they do not show their own noise, `few` weighs rows and columns over what is declared or believed
-//! of it, and `few_search` takes the place of registration and search. Where the registration alone is asked for, `align`
-//! leaves the physics out.
+//! For attitudes too few to estimate their noise, `few` computes the evidence of rows and columns under declared or prior
+//! noise, and `few_search` replaces registration and search. For the registration alone, `align` omits the physics.
 
 pub mod plan;
 

@@ -1,29 +1,29 @@
-//! How the level of noise changes along a record: a hand shakes, a filter settles, a unit lies still.
+//! Modulation of the noise level along a record: a hand shakes, a filter settles, a unit lies still.
 //!
-//! In every octave noise is a stationary process times a level that changes with time (Priestley, J. R. Statist. Soc. B 27, 1965:
-//! an evolutionary spectrum; here of one level an octave). Pieces of the record have variances of an inverse-gamma law, so that
-//! a piece by itself is Student's t. The law's width, and how long a piece is, are those of most evidence; where they gain
-//! less than their price, one level stands for all.
+//! In every octave noise is a stationary process times a time-dependent level (Priestley, J. R. Statist. Soc. B 27, 1965: an
+//! evolutionary spectrum; here of one level an octave). The variances of the record's pieces have an inverse-gamma prior, so
+//! that a piece by itself is Student's t. The prior's width and the pieces' length maximise the evidence; one constant level
+//! is kept if they gain less than their price.
 
 use statrs::function::gamma::ln_gamma;
 
-/// Evidence that levels must gain over a single one: they have two numbers more, the law's width and the pieces' length.
+/// Least gain in log evidence over a single level: two more parameters, the prior's width and the pieces' length.
 const PRICE: f64 = 4.0;
 
-/// Lengths of pieces that are tried, in the shortest ones.
+/// Grid of piece lengths, in the shortest ones.
 const LENGTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
 
-/// Least pieces that a law of levels is estimated from.
+/// Least number of pieces for an estimate of the prior.
 const LEAST_PIECES: usize = 6;
 
-/// Powers of a short stretch of a record, whitened by a single level.
+/// Energy of a short piece of a record, whitened by a single level.
 #[derive(Debug, Clone, Copy)]
 pub struct Piece {
-    /// Its middle \[s\].
+    /// Middle of the piece \[s\].
     pub middle_s: f64,
     /// Sum of squares.
     pub energy: f64,
-    /// Numbers in the sum.
+    /// Number of values in the sum.
     pub count: f64,
 }
 
@@ -35,12 +35,12 @@ pub struct Modulation {
 }
 
 impl Modulation {
-    /// Whether one level stands for all.
+    /// True if the level is constant.
     pub fn is_none(&self) -> bool {
         self.nodes.is_empty()
     }
 
-    /// Level at a time: its logarithm is linear between pieces, and constant beyond the ends.
+    /// Interpolates the level at a time: its logarithm is linear between pieces, and constant beyond the ends.
     pub fn at(&self, time_s: f64) -> f64 {
         let after = self.nodes.partition_point(|(node_s, _)| *node_s <= time_s);
         let last = match self.nodes.last() {
@@ -58,7 +58,7 @@ impl Modulation {
         log.exp()
     }
 
-    /// The least level of a piece, and the largest.
+    /// Least and largest level of the pieces.
     pub fn range(&self) -> [f64; 2] {
         let logs = self.nodes.iter().map(|(_, log)| *log);
         let least = logs.clone().fold(f64::INFINITY, f64::min);
@@ -69,7 +69,7 @@ impl Modulation {
         }
     }
 
-    /// Of the likeliest law of levels.
+    /// Estimates levels of pieces under the prior of most evidence.
     pub fn of_pieces(pieces: &[Piece]) -> Self {
         if pieces.is_empty() {
             return Self::default();
@@ -114,13 +114,13 @@ fn join(pieces: &[Piece]) -> Piece {
     }
 }
 
-/// An inverse-gamma law of the pieces' powers.
+/// Inverse-gamma prior of the pieces' powers.
 struct Law {
-    /// Shape; infinite of a single power.
+    /// Shape; infinite for a single power.
     shape: f64,
-    /// Inverse of the mean of the pieces' inverse powers.
+    /// Harmonic mean of the pieces' powers, by their expected inverses.
     power: f64,
-    /// Logarithm of the evidence, up to what all laws share.
+    /// Log evidence, up to a constant common to all laws.
     evidence: f64,
 }
 
@@ -135,9 +135,10 @@ impl Law {
         }
     }
 
-    /// The law of most evidence; `None` of too few pieces.
+    /// Fits the law of most evidence; `None` if pieces are too few.
     fn likeliest(pieces: &[Piece]) -> Option<Self> {
-        /// Shapes, by steps of a quarter of an octave: from levels that say nothing of each other to those within a tenth.
+        /// Grid of shapes, by steps of a quarter of an octave: from independent levels to levels within a tenth of each
+        /// other.
         const SHAPES: i32 = 40;
         const FIRST: f64 = 0.25;
         if pieces.len() < LEAST_PIECES {
@@ -148,7 +149,7 @@ impl Law {
         laws.max_by(|a, b| a.evidence.total_cmp(&b.evidence))
     }
 
-    /// The likeliest power of a shape a: Σ (a + n/2)/(a p + e/2) is the number of pieces over p.
+    /// Solves for the maximum-likelihood power p of a shape a: Σ (a + n/2)/(a p + e/2) is the number of pieces over p.
     fn of_shape(shape: f64, pieces: &[Piece]) -> Self {
         const TURNS: usize = 30;
         let mut law = Self {
@@ -170,7 +171,7 @@ impl Law {
         law
     }
 
-    /// Inverse of the expected inverse power of a piece, its energy seen.
+    /// Inverse of the expected inverse power of a piece, given its energy.
     fn power_of(&self, piece: &Piece) -> f64 {
         (self.shape * self.power + 0.5 * piece.energy) / (self.shape + 0.5 * piece.count)
     }
@@ -186,7 +187,7 @@ mod tests {
 
     const COUNT: f64 = 36.0;
 
-    /// Pieces of a second whose levels are given.
+    /// Draws pieces of a second at given levels.
     fn drawn(levels: &[f64], seed: u64) -> Vec<Piece> {
         let mut random = ChaCha8Rng::seed_from_u64(seed);
         let law = ChiSquared::new(COUNT).expect("degrees above 0");

@@ -1,4 +1,4 @@
-//! What a mount between reference and unit does that sags under force: the unit then turns about an axis across the force, so that
+//! Sag of a mount between reference and unit under force: the unit then turns about an axis across the force, so that
 //! `elastic_rate_by_force` is antisymmetric. (inference.md, B8.)
 
 use rlg_model::catalogue::NINE;
@@ -6,7 +6,7 @@ use rlg_model::catalogue::NINE;
 /// Standard gravity \[m/s²\].
 const GRAVITY_M_S2: f64 = 9.806_65;
 
-/// Says how far a mount sags that explains most of a turn by force; `None` where another turn is as large.
+/// Returns a sentence on the sag of a mount that explains most of a turn by force; `None` if the symmetric part is as large.
 ///
 /// # Inputs
 /// `numbers`: names and values of `elastic_rate_by_force` \[rad per m/s²\].

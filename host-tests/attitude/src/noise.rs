@@ -1,13 +1,13 @@
 //! Stationary noise of three records, as a sum of terms that are diagonal in a DCT-II.
 //!
-//! Attitudes turn the noise of one axis into another, so that their records share it. Sums of increments stay on their axes:
-//! an encoder's noise is about the axis that it turns about, and each record has levels of its own.
+//! Attitude rotates the noise of one axis into another, so that all records share one spectrum. Sums of increments stay on
+//! their axes: an encoder's noise is about its own axis, and each record has levels of its own.
 //!
-//! With λ = 4 sin²(π k / 2n) the increments of an attitude error hold: angle random walk of the gyros (constant), white
-//! noise of the attitude (λ), and attitude that wanders and comes back, as an Ornstein-Uhlenbeck process of several times
-//! (λ over λ plus its corner). No drift of the rate: beside rest and motion of one record it takes a bias for itself.
-//! (inference.md, B3.) Rest and motion differ in noise, and not by one factor at all frequencies: the levels are means over
-//! the record, of which each octave of the spectrum has a course in time (`modulation`).
+//! With λ = 4 sin²(π k / 2n) the increments of an attitude error contain: angle random walk of the gyros (constant), white
+//! noise of the attitude (λ), and correlated attitude noise, Ornstein-Uhlenbeck processes of several time constants (λ over
+//! λ plus the corner). No rate random walk: in one record of rest and motion it absorbs a bias. (inference.md, B3.) Noise
+//! differs between rest and motion, and not by one factor at all frequencies: the levels are means over the record, and each
+//! octave of the spectrum varies in time (`modulation`).
 
 use std::f64::consts::PI;
 
@@ -17,38 +17,38 @@ use rlg_model::Model;
 use crate::modulation::Modulation;
 use crate::octaves::Octaves;
 
-/// Times after which an attitude comes back \[s\].
+/// Time constants of the Ornstein-Uhlenbeck terms \[s\].
 const RETURN_TIMES_S: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
 
-/// The one that stands for all of them in a first pass.
+/// Time constant of the single Ornstein-Uhlenbeck term of the reduced model, in the first passes \[s\].
 const PLAIN_TIME_S: f64 = 1.0;
 
-/// Width of a bin, as a share of its frequency.
+/// Width of a bin, relative to its frequency.
 const BIN_WIDTH: f64 = 0.08;
 
-/// Power of a factor in a step that is tried first.
+/// Exponent of the update factor in the over-relaxed step.
 const LONG_STEP: f64 = 3.0;
 
-/// Most steps of a fit; each is a few thousand multiplications.
+/// Most iterations of a fit; each is a few thousand multiplications.
 const MOST_STEPS: usize = 400;
 
-/// Coefficients of three records that a declared random walk counts for: it may be half or twice what is declared.
+/// Weight of a declared random walk, in coefficients of three records: its level may be half or twice the declared one.
 const DECLARED_COUNT: f64 = 1.5;
 
-/// Axes of records that have one noise, by group.
+/// Noise groups: axes whose records share one spectrum.
 pub type Alike = &'static [&'static [usize]];
 
-/// One noise for all.
+/// One noise group of all axes.
 pub const ALL_ALIKE: Alike = &[&[0, 1, 2]];
 
-/// A noise for each.
+/// One noise group per axis.
 pub const EACH_ITS_OWN: Alike = &[&[0], &[1], &[2]];
 
-/// Levels of the noise terms, by group of records: powers in the mean over the record.
+/// Levels of the noise terms, by noise group: mean powers over the record.
 #[derive(Debug, Clone)]
 pub struct Levels {
     terms: Vec<Vec<f64>>,
-    /// How they change along the record, by octave; none where they do not.
+    /// Modulation along the record, by group and octave; empty if stationary.
     modulations: Vec<Vec<Modulation>>,
 }
 
@@ -60,7 +60,7 @@ impl Levels {
         }
     }
 
-    /// The same for all records.
+    /// Levels shared by all records.
     pub fn of_all(levels: Vec<f64>) -> Self {
         Self::new(vec![levels])
     }
@@ -81,7 +81,7 @@ impl Levels {
         self.terms[0].len()
     }
 
-    /// The same terms, modulated by others: by group and octave.
+    /// Returns the same terms with another modulation, by group and octave.
     pub fn modulated(&self, modulations: Vec<Vec<Modulation>>) -> Self {
         Self {
             terms: self.terms.clone(),
@@ -89,24 +89,24 @@ impl Levels {
         }
     }
 
-    /// How the noise of one axis changes in each octave.
+    /// Modulation of the noise of one axis, by octave.
     pub fn modulation(&self, axis: usize) -> &[Modulation] {
         &self.modulations[axis.min(self.modulations.len() - 1)]
     }
 
-    /// The largest level of any octave over its least; 1 where none changes.
+    /// Largest ratio of an octave's maximum to its minimum level; 1 if stationary.
     pub fn range(&self) -> f64 {
         let each = self.modulations.iter().flatten().map(Modulation::range);
         let ratios = each.map(|[least, largest]| largest / least);
         ratios.fold(1.0, f64::max)
     }
 
-    /// Level of every sample of every octave, by axis, of rows between `times_s`.
+    /// Computes the level of every sample of every octave, by axis, for rows bounded by `times_s`.
     pub fn along(&self, octaves: &Octaves, times_s: &[f64]) -> Along {
         [0, 1, 2].map(|axis| octaves.levels(self.modulation(axis), times_s))
     }
 
-    /// Level of every row in the highest octave; `None` where all have one.
+    /// Level of every row in the highest octave; `None` if constant.
     pub fn of_rows(&self, axis: usize, times_s: &[f64]) -> Option<Vec<f64>> {
         let highest = self.modulation(axis).last();
         let highest = highest.filter(|modulation| !modulation.is_none())?;
@@ -118,10 +118,10 @@ impl Levels {
     }
 }
 
-/// Level of every sample, by axis and octave; `None` where all have one.
+/// Level of every sample, by axis and octave; `None` if constant.
 pub type Along = [Vec<Option<Vec<f64>>>; 3];
 
-/// Random walk of gyros and reference that a model declares \[rad/√s\].
+/// Angle random walk of gyros and reference as declared by a model \[rad/√s\].
 pub fn declared_walk_rad_sqrt_s(model: &Model) -> Option<f64> {
     let of_gyros = model.gyro.angle_random_walk_rad_sqrt_s?;
     let squares =
@@ -132,34 +132,34 @@ pub fn declared_walk_rad_sqrt_s(model: &Model) -> Option<f64> {
     (square > 0.0).then(|| square.sqrt().hypot(of_reference.unwrap_or(0.0)))
 }
 
-/// Terms, binned over the coefficients that are looked at.
+/// Noise terms, binned over the analysed coefficients.
 pub struct NoiseTerms {
     /// Edges of the bins, one more than bins.
     pub edges: Vec<usize>,
-    /// Coefficients of each bin of one record.
+    /// Number of coefficients in each bin, of one record.
     counts: Vec<f64>,
     /// Mean power of each term in each bin.
     binned: Vec<Vec<f64>>,
-    /// λ of every row's coefficient.
+    /// λ of every coefficient, as many as rows.
     pub lambda: Vec<f64>,
     return_rows: Vec<f64>,
-    /// Which records have one noise.
+    /// Noise groups of the records.
     pub alike: Alike,
-    /// The least level of the random walk of each axis: the gyros' own white noise, which their rows show better than the few lowest
-    /// frequencies of the reference do \[rad²\].
+    /// Lower bound of each axis's random-walk level \[rad²\]: the gyros' white noise, better determined by their own rows
+    /// than by the few lowest frequencies of the reference.
     least_walk_rad2: [f64; 3],
-    /// Power of the random walk that is declared.
+    /// Declared power of the random walk \[rad²\].
     declared: Option<f64>,
 }
 
 impl NoiseTerms {
     /// # Inputs
-    /// `rows`, `period_s`: of the records; `cut`: coefficients that are looked at; `is_plain`: a few terms only, so that an
-    /// error far off is not taken for wandering.
+    /// `rows`, `period_s`: of the records; `cut`: number of analysed coefficients; `is_plain`: reduced model of few terms,
+    /// so that a large misalignment is not fitted as correlated noise.
     pub fn new(rows: usize, period_s: f64, cut: usize, is_plain: bool) -> Self {
         let lambda: Vec<f64> = (0..rows)
             .map(|k| {
-                // The constant lies a quarter below the first frequency, as all of them reach half a step down.
+                // The constant is placed at half the first frequency, as each coefficient's band begins half a step lower.
                 let k = if k == 0 { 0.5 } else { k as f64 };
                 4.0 * (PI * k / (2 * rows) as f64).sin().powi(2)
             })
@@ -202,16 +202,16 @@ impl NoiseTerms {
         terms
     }
 
-    /// The same where records have a noise of their own, or one.
+    /// Sets the noise groups of the records.
     pub fn with_alike(mut self, alike: Alike) -> Self {
         self.alike = alike;
         self
     }
 
-    /// The same where something is known of the random walk, on rows of `period_s`.
+    /// Sets the prior knowledge of the random walk, for rows of `period_s`.
     ///
     /// # Inputs
-    /// `declared_rad_sqrt_s`: what the model says; `least_rad2`: what a row of each axis has at least.
+    /// `declared_rad_sqrt_s`: declared by the model; `least_rad2`: lower bound of a row's variance by axis.
     pub fn with_walk(
         mut self,
         (declared_rad_sqrt_s, least_rad2): (Option<f64>, [f64; 3]),
@@ -227,7 +227,7 @@ impl NoiseTerms {
         2 + self.return_rows.len()
     }
 
-    /// Power of a term at λ: random walk, white attitude, attitude of unit variance that comes back.
+    /// Power of a term at λ: random walk, white attitude noise, Ornstein-Uhlenbeck attitude noise of unit variance.
     fn power(&self, term: usize, lambda: f64) -> f64 {
         match term {
             0 => 1.0,
@@ -253,7 +253,7 @@ impl NoiseTerms {
             .collect()
     }
 
-    /// Sums of squares that powers let expect in every bin, by group.
+    /// Expected sums of squares in every bin under given powers, by group.
     pub fn expected(&self, powers: &[Vec<f64>]) -> Vec<Vec<f64>> {
         let of_group = |(axes, powers): (&&[usize], &Vec<f64>)| {
             let records = axes.len() as f64;
@@ -274,7 +274,7 @@ impl NoiseTerms {
         self.lambda.iter().map(of_lambda).collect()
     }
 
-    /// Levels to begin with.
+    /// Computes starting levels.
     ///
     /// # Inputs
     /// `powers`: sums of squares in each bin, by group.
@@ -313,7 +313,8 @@ impl NoiseTerms {
             .collect()
     }
 
-    /// Levels ≥ 0 that maximise −½ Σ count (ln S + P/S), by steps that multiply: each gains, from anywhere.
+    /// Fits levels ≥ 0 by the Whittle likelihood, −½ Σ count (ln S + P/S), with multiplicative updates, which increase it
+    /// from any start.
     pub fn fit(&self, powers: &[Vec<f64>], start: &Levels) -> Levels {
         let groups = self.alike.iter().zip(powers).zip(&start.terms);
         Levels {
@@ -350,14 +351,14 @@ impl NoiseTerms {
                 each.map(|((factor, level), floor)| (level * factor.powf(power)).max(*floor))
                     .collect()
             };
-            // A plain step always gains; a long one mostly gains more.
+            // The plain update always increases the likelihood; the over-relaxed one mostly increases it more.
             let tried = [LONG_STEP, 1.0].map(|power| {
                 let tried = stepped(power);
                 (self.cost(&density, &tried, records), tried)
             });
             let [long, plain] = tried;
             let (cost, next) = if long.0 < plain.0 { long } else { plain };
-            // So that a step beyond all numbers is none, too.
+            // An update that overflows also ends the iteration.
             let gained = current - cost;
             if !gained.is_finite() || gained < 1e-3 {
                 break;
@@ -403,7 +404,7 @@ impl NoiseTerms {
             .collect()
     }
 
-    /// −½ Σ ln S over three records.
+    /// Log-determinant term of the likelihood, −½ Σ ln S over three records.
     pub fn log_determinant(&self, powers: &[Vec<f64>]) -> f64 {
         let of_group = |(axes, powers): (&&[usize], &Vec<f64>)| {
             let bins = powers.iter().zip(&self.counts);
@@ -446,7 +447,7 @@ mod tests {
         }
     }
 
-    /// The level of the walk, whose rows have the mean spectrum of `truth`, where `declared` is the model's.
+    /// Fits the random-walk level to rows with the mean spectrum of `truth`, given the value `declared` by the model.
     fn walk_beside(truth: [f64; 3], declared: f64) -> f64 {
         let period_s: f64 = 0.01;
         let terms = NoiseTerms::new(4000, period_s, 4000, true)
@@ -459,7 +460,7 @@ mod tests {
     fn a_declared_walk_holds_where_rows_do_not_show_it_and_gives_way_where_they_do() {
         let hidden = walk_beside([0.0, 5e-8, 0.0], 1e-15);
         assert!((0.5..2.0).contains(&(hidden / 1e-15)), "{hidden:e}");
-        // Nothing that wanders beside it, which rows tell from a walk by their lowest frequencies alone.
+        // No Ornstein-Uhlenbeck term: it is distinguishable from a random walk at the lowest frequencies only.
         for declared in [5e-10, 8e-9] {
             let shown = walk_beside([2e-9, 5e-8, 0.0], declared);
             assert!((shown / 2e-9 - 1.0).abs() < 0.1, "{declared:e}: {shown:e}");

@@ -1,4 +1,4 @@
-//! Numbers of what stands, as the contract names them.
+//! Parameters of findings, as named in the contract.
 
 use nalgebra::{DMatrix, DVector, Matrix3};
 use rlg_catalogue::entries::{self, Card, STEP};
@@ -10,18 +10,18 @@ use crate::alignment::{Group, group_at};
 use crate::block_sums::Estimates;
 use crate::said::Said;
 
-/// Numbers as the contract names them.
+/// Parameters as named in the contract.
 pub(crate) struct Numbers {
     pub(crate) names: Vec<String>,
     pub(crate) values: Vec<f64>,
     pub(crate) covariance: DMatrix<f64>,
-    /// Which of them are a choice, where they are as they are written.
+    /// Parameters not determined by the record but chosen by `written`.
     pub(crate) choice: Option<String>,
     unit: &'static str,
 }
 
 impl Numbers {
-    /// As they are written: those that the record does not fix of least harm.
+    /// Replaces the values by the expectation of their prior given the combinations determined by the record.
     pub(crate) fn written(mut self, kind: &str) -> Self {
         let known = self.known(kind);
         let written = written(&known, &identifiable(&known, &self.covariance));
@@ -30,12 +30,12 @@ impl Numbers {
         self
     }
 
-    /// Standard deviation of a number.
+    /// Standard deviation of a parameter.
     pub(crate) fn std(&self, k: usize) -> f64 {
         self.covariance[(k, k)].max(0.0).sqrt()
     }
 
-    /// As entries.
+    /// Converts the parameters to entries of `diagnosis.json`.
     pub(crate) fn parameters(&self) -> Vec<ParameterEntry> {
         let numbers = self.names.iter().zip(&self.values).enumerate();
         numbers
@@ -48,7 +48,7 @@ impl Numbers {
             .collect()
     }
 
-    /// With what was known of each before, as numbers of a kind.
+    /// Returns the parameters with the prior standard deviation of a kind.
     pub(crate) fn known(&self, kind: &str) -> Vec<Number> {
         let prior_std = entries::find(kind).map_or(f64::INFINITY, |entry| entry.size.largest);
         let numbers = self.names.iter().zip(&self.values);
@@ -60,7 +60,7 @@ impl Numbers {
             .collect()
     }
 
-    /// In words.
+    /// Formats the values with their standard deviations.
     pub(crate) fn sentence(&self) -> String {
         let unit = match self.unit {
             "1" => String::new(),
@@ -74,10 +74,10 @@ impl Numbers {
     }
 }
 
-/// The numbers of a group of columns, beyond the model.
+/// Returns the parameters of a group of columns, relative to the model.
 ///
 /// # Inputs
-/// `set`, `estimates`: places among all columns, and what they are.
+/// `set`: column indices of the `estimates`.
 pub(crate) fn numbers(
     said: &Said,
     kind: &'static str,
@@ -113,7 +113,7 @@ pub(crate) fn numbers(
                 .filter(|(candidate, _)| candidate.kind == kind)
                 .flat_map(|(candidate, _)| candidate.names.clone())
                 .collect();
-            // What all gyros share is the reference's.
+            // The common delay belongs to the reference.
             let shared = if kind == "gyro_delay" {
                 1.0 / at.len() as f64
             } else {
@@ -136,16 +136,16 @@ pub(crate) fn numbers(
     }
 }
 
-/// Whether the filter of the gyros is a low pass of first order.
+/// True if the gyros' filter is a first-order low pass.
 fn is_low_pass(said: &Said, kind: &str) -> bool {
     kind == "gyro_bandwidth" && said.registered.alignment.low_pass_s.is_some()
 }
 
-/// The contract's names of a group's numbers, and the map to them.
+/// Contract names of a group's parameters, and the linear map to them.
 fn stated(group: &Group, navigation_from_start: &Matrix3<f64>) -> (Vec<String>, DMatrix<f64>) {
     let own = || group.names.iter().map(|name| (*name).to_string()).collect();
     match group.kind {
-        // Stretch ab lets gyro a see b, and b see a.
+        // Stretch ab couples axis b into gyro a, and axis a into gyro b.
         "installation" => {
             let mut names = Vec::new();
             let mut map = DMatrix::zeros(6, 3);
@@ -175,7 +175,7 @@ fn stated(group: &Group, navigation_from_start: &Matrix3<f64>) -> (Vec<String>, 
     }
 }
 
-/// What a finding of a kind says of itself.
+/// Catalogue card of a kind.
 pub(crate) fn card(kind: &str) -> Card {
     const CLOCK: Card = Card {
         kind: "reference_clock_rate",

@@ -1,4 +1,4 @@
-//! The recording as the registration sees it: gyros, attitudes, and which of those serve the last test alone.
+//! Data of the registration: gyros, attitudes, and the stamps held out for validation.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -29,20 +29,20 @@ use crate::plan::AttitudePlan;
 use crate::registration::Records;
 use crate::vertical;
 
-/// A recording, ready.
+/// A recording prepared for the registration.
 pub(crate) struct Observed<'a> {
     pub(crate) recording: &'a Recording,
     pub(crate) model: &'a Model,
     pub(crate) streams: Streams,
     pub(crate) faults: Vec<Fault>,
     pub(crate) samples: Vec<SlowSample>,
-    /// Stamps that serve the last test alone.
+    /// Stamps held out for validation.
     pub(crate) tested: Vec<bool>,
-    /// Those, and stamps that the model knows to be wrong, left out; and jumps that it knows.
+    /// Flags of held-out stamps, and of faults and jumps listed in the model.
     pub(crate) known: Stamps,
-    /// The same, and attitudes that were held.
+    /// The same, with frozen attitudes left out.
     pub(crate) stamps: Stamps,
-    /// Whether the attitudes are so few that only the model knows their noise.
+    /// The attitudes are too few for an estimate of their noise.
     pub(crate) is_few: bool,
     pub(crate) gyros: Gyros,
     /// Lines that were taken out of them.
@@ -50,12 +50,12 @@ pub(crate) struct Observed<'a> {
 }
 
 impl Observed<'_> {
-    /// What a registration is of.
+    /// Data of a registration.
     pub(crate) fn records(&self) -> Records<'_> {
         (&self.gyros, &self.samples, &self.stamps)
     }
 
-    /// What the gyros measure, for columns about some rows.
+    /// Returns the gyros' signals, for columns about given rows.
     ///
     /// # Errors
     /// The model's installation matrix has no inverse.
@@ -65,7 +65,7 @@ impl Observed<'_> {
         Gyro::new(&self.streams, self.model, motion).ok_or_else(|| no_inverse(model_file))
     }
 
-    /// Takes what the model knows out of what the gyros sensed \[rad\]; whether there was any.
+    /// Subtracts known effects from the sensed increments \[rad\]; true if there are any.
     pub(crate) fn take_out(&mut self, known_rad: &Triad) -> bool {
         for (row, sensed) in self.gyros.sensed_rad.iter_mut().enumerate() {
             *sensed -= Vector3::from_fn(|axis, _| known_rad[axis][row]);
@@ -79,7 +79,7 @@ fn no_inverse(model_file: &Path) -> InputError {
         .channel("gyro.installation_rad")
 }
 
-/// Reads it; `None` of less than two attitudes.
+/// Prepares a recording; `None` for fewer than two attitudes.
 pub(crate) fn observe<'a>(
     recording: &'a Recording,
     (model, model_file): (&'a Model, &Path),
@@ -149,7 +149,7 @@ pub(crate) fn observe<'a>(
     }))
 }
 
-/// What is known of every stamp before anything is sought, and whether it serves the last test alone: those from `fitted` on.
+/// Flags the stamps by the model's known faults, and those held out for validation, from `fitted` on.
 fn known_stamps(model: &Model, samples: &[SlowSample], fitted: usize) -> (Stamps, Vec<bool>) {
     let masked = known_faults(model);
     let mut known = Stamps::without(&vec![false; samples.len()]);
@@ -171,10 +171,10 @@ fn known_stamps(model: &Model, samples: &[SlowSample], fitted: usize) -> (Stamps
     (known, tested)
 }
 
-/// A spike and a jump are stamped at one time.
+/// Tolerance of the time of a spike or jump \[s\].
 const AT_ONCE_S: f64 = 1e-6;
 
-/// Times that the model knows to be without a reference \[s\].
+/// Spans without a usable reference, as listed in the model \[s\].
 fn known_faults(model: &Model) -> Vec<[f64; 2]> {
     let of_kind = |kind: &str| matches!(kind, "reference_dropout" | "reference_spike");
     let faults = model.effects.iter().filter(|effect| of_kind(&effect.kind));

@@ -1,7 +1,8 @@
-//! A spectrum in octaves, each as a series in time: where noise is loud, and at which frequencies.
+//! Spectrum in octaves, each as a time series: the distribution of noise over time and frequency.
 //!
-//! The coefficients m + 1 to 2 m of a DCT-II, in reverse order, are those of m samples of the band-passed record, evenly spaced
-//! (Shannon's wavelets; Mallat, A Wavelet Tour of Signal Processing, 3rd ed., sec. 7.2.2). The transform is orthonormal: what is white stays so.
+//! The coefficients m + 1 to 2 m of a DCT-II, in reverse order, are those of m samples of the band-passed record, evenly
+//! spaced (Shannon's wavelets; Mallat, A Wavelet Tour of Signal Processing, 3rd ed., sec. 7.2.2). The transform is
+//! orthonormal: white noise stays white.
 
 use std::ops::Range;
 
@@ -9,20 +10,20 @@ use rlg_inference::Dct;
 
 use crate::modulation::Modulation;
 
-/// Least coefficients of the lowest band.
+/// Least number of coefficients in the lowest band.
 const LEAST: usize = 8;
 
-/// Most bands.
+/// Most octaves above the lowest band.
 const MOST: usize = 12;
 
-/// See the page above; the lowest band reaches down to a constant, and a few of the highest coefficients are in none.
+/// Octave bands; the lowest reaches down to the constant, and a few of the highest coefficients are in none.
 #[derive(Clone)]
 pub struct Octaves(Vec<Octave>);
 
 #[derive(Clone)]
 struct Octave {
     range: Range<usize>,
-    /// Whether the highest coefficient is the lowest of the series.
+    /// The highest coefficient is the lowest of the series.
     is_reversed: bool,
     dct: Dct,
 }
@@ -47,7 +48,7 @@ impl Octave {
 }
 
 impl Octaves {
-    /// Of the first `cut` coefficients.
+    /// Divides the first `cut` coefficients into octaves.
     pub fn new(cut: usize) -> Self {
         let mut halvings = 0;
         while (cut - 1) >> (halvings + 1) >= LEAST && halvings < MOST {
@@ -69,17 +70,17 @@ impl Octaves {
         Self(octaves.collect())
     }
 
-    /// Number of samples of each, the lowest first.
+    /// Number of samples of each octave, the lowest first.
     pub fn counts(&self) -> impl Iterator<Item = usize> + '_ {
         self.0.iter().map(|octave| octave.range.len())
     }
 
-    /// Samples of each along the record.
+    /// Time series of each octave along the record.
     pub fn series<'a>(&'a self, spectrum: &'a [f64]) -> impl Iterator<Item = Vec<f64>> + 'a {
         self.0.iter().map(|octave| octave.series(spectrum))
     }
 
-    /// Divides every sample by its level; a spectrum without values has none.
+    /// Divides every sample by its level; an empty spectrum stays empty.
     pub fn divide(&self, spectrum: &mut [f64], levels: &[Option<Vec<f64>>]) {
         if spectrum.is_empty() {
             return;
@@ -95,10 +96,10 @@ impl Octaves {
         }
     }
 
-    /// Level of every sample, by octave, of rows between `times_s`.
+    /// Computes the level of every sample, by octave, for rows bounded by `times_s`.
     ///
     /// # Inputs
-    /// `modulations`: of each octave; none where all have one level.
+    /// `modulations`: of each octave; empty if all levels are constant.
     pub fn levels(&self, modulations: &[Modulation], times_s: &[f64]) -> Vec<Option<Vec<f64>>> {
         let pairs = self.counts().zip(modulations);
         pairs
@@ -125,13 +126,13 @@ mod tests {
 
     use super::Octaves;
 
-    /// What happens at one time is there in every octave, and what is divided by 1 is left.
+    /// A short event appears at its time in every octave, and division by 1 is the identity.
     #[test]
     fn a_short_event_stays_where_it_is() {
         let rows = 2048;
         let at = 700;
         let mut values = vec![0.0; rows];
-        // Noise of an event, so that no phase is special.
+        // A broadband event, so that no phase is special.
         for (k, value) in values[at..at + 16].iter_mut().enumerate() {
             *value = (1.7 * (k * k) as f64).sin();
         }

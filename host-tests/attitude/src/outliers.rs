@@ -1,7 +1,7 @@
-//! Errors of single stamps, and jumps between two, by what noise makes of them.
+//! Estimates of errors of single stamps, and of jumps between two, by generalised least squares.
 //!
-//! With w = S⁻¹ times the rows, the best estimate of a jump in row k is w_k / mean(1/S), of an error e of one stamp (+e in the
-//! row before it, −e in the row after) (w_{k−1} − w_k) / mean(λ/S). (inference.md, B5.)
+//! With w = S⁻¹ times the rows, the generalised-least-squares estimate of a jump in row k is w_k / mean(1/S), of an error e
+//! of one stamp (+e in the row before it, −e in the row after) (w_{k−1} − w_k) / mean(λ/S). (inference.md, B5.)
 
 use rlg_signal::axes::Triad;
 
@@ -11,20 +11,20 @@ use crate::noise::{Alike, Levels, NoiseTerms};
 /// Median of χ² with three degrees of freedom.
 pub(crate) const MEDIAN_CHI_SQUARED: f64 = 2.366;
 
-/// Rows divided by the noise's power, and what a number of them weighs.
+/// Rows divided by the noise's power, and the information on a jump and on a stamp's error.
 pub struct Weighted {
     rows: Triad,
-    /// Level of each row, by axis; `None` of one level.
+    /// Level of each row, by axis; `None` if constant.
     along: [Option<Vec<f64>>; 3],
     alike: Alike,
-    /// By axis.
+    /// Information by axis \[rad⁻²\].
     jump_information: [f64; 3],
     stamp_information: [f64; 3],
 }
 
 impl Weighted {
     /// # Inputs
-    /// `left_rad`: rows less all that is fitted, between `times_s`; `levels`: of the noise.
+    /// `left_rad`: residuals of rows bounded by `times_s`; `levels`: of the noise.
     pub fn new(
         (band, terms, levels): (&Band, &NoiseTerms, &Levels),
         left_rad: &Triad,
@@ -66,12 +66,12 @@ impl Weighted {
         [0, 1, 2].map(|axis: usize| values[axis] * self.level(axis, row))
     }
 
-    /// Best estimate of a jump in a row \[rad\].
+    /// Best estimate of a jump in a row, by generalised least squares \[rad\].
     pub fn jump_rad(&self, row: usize) -> [f64; 3] {
         self.scaled(self.jump(row), row)
     }
 
-    /// Standard deviation of each of its numbers \[rad\].
+    /// Standard deviation of each component of a jump \[rad\].
     pub fn jump_std_rad(&self, row: usize) -> [f64; 3] {
         let std = self
             .jump_information
@@ -79,17 +79,17 @@ impl Weighted {
         self.scaled(std, row)
     }
 
-    /// A jump in a row, in levels of that row.
+    /// Estimates a jump in a row, in noise levels of that row.
     fn jump(&self, row: usize) -> [f64; 3] {
         [0, 1, 2].map(|axis: usize| self.rows[axis][row] / self.jump_information[axis])
     }
 
-    /// Squared size of a jump in a row, in standard deviations.
+    /// χ² statistic of a jump in a row.
     pub fn of_jump(&self, row: usize) -> f64 {
         self.squared(self.jump(row), self.jump_information)
     }
 
-    /// Best estimate of the error of a stamp, between the rows before and after, in levels of the noise there.
+    /// Estimates the error of a stamp from the rows before and after, in levels of the noise there.
     fn stamp(&self, stamp: usize) -> [f64; 3] {
         [0, 1, 2].map(|axis: usize| {
             let of_row = |row: Option<usize>| row.and_then(|row| self.rows[axis].get(row));
@@ -99,12 +99,12 @@ impl Weighted {
         })
     }
 
-    /// Squared size of the error of a stamp, in standard deviations.
+    /// χ² statistic of the error of a stamp.
     pub fn of_stamp(&self, stamp: usize) -> f64 {
         self.squared(self.stamp(stamp), self.stamp_information)
     }
 
-    /// Squared size in standard deviations.
+    /// χ² statistic of a vector with this information.
     fn squared(&self, vector: [f64; 3], information: [f64; 3]) -> f64 {
         let of_group = |axes: &&[usize]| {
             let sum: f64 = axes.iter().map(|&axis| vector[axis] * vector[axis]).sum();
@@ -113,9 +113,9 @@ impl Weighted {
         self.alike.iter().map(of_group).sum()
     }
 
-    /// Errors of single stamps beyond four standard deviations, by how much they exceed those \[rad\]; one more than rows.
+    /// Excess of single-stamp errors over four standard deviations \[rad\], by stamp; one more than rows.
     pub fn outliers_rad(&self) -> Triad {
-        /// Beyond this many standard deviations a stamp is no longer noise.
+        /// Threshold of an outlier, in standard deviations.
         const BEYOND: f64 = 4.0;
         let mut errors: Triad = std::array::from_fn(|_| vec![0.0; self.rows() + 1]);
         for stamp in 1..self.rows() {

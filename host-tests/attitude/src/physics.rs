@@ -1,5 +1,5 @@
-//! Effects of the catalogue as columns of the attitude's increments: what an effect adds to the gyros, carried through the
-//! attitude.
+//! Effects of the catalogue as columns of the attitude's increments: an effect's contribution to the gyros, transformed by
+//! the attitude.
 
 use std::sync::Arc;
 
@@ -18,24 +18,25 @@ use rlg_signal::streams::Streams;
 use crate::about::About;
 use crate::alignment::GROUPS;
 
-/// Kinds that are registration, or cannot be told from it here: beside a filter of the gyros one of the reference would only
-/// cancel it.
+/// True for kinds of the registration, or not distinguishable from it here: a filter of the reference would only cancel one
+/// of the gyros.
 fn is_registration(kind: &str) -> bool {
     ["reference_scale", "reference_bandwidth"].contains(&kind)
         || GROUPS.iter().any(|group| group.kind == kind)
 }
 
-/// What the gyros measure, ready for columns.
+/// Signals measured by the gyros, prepared for columns.
 pub struct Gyro {
-    /// Channels and derivatives; the case's motion is the gyros' own.
+    /// Channels and derivatives; the case's motion is measured by the gyros.
     pub signals: Signals,
-    /// Case axes from what gyros sense along their own, less their scale errors.
+    /// Map from increments sensed along the gyros' axes, less their scale errors, to the case's axes.
     case_from_sensed: Matrix3<f64>,
 }
 
 impl Gyro {
     /// # Inputs
-    /// `case_rad`: motion in the gyros' case \[rad by row\]; `off_vertical`: where accelerometers tell it.
+    /// `case_rad`: motion in the gyros' case \[rad by row\]; `off_vertical`: turn from the specific force to the vertical,
+    /// with accelerometers.
     pub fn new(
         streams: &Streams,
         model: &Model,
@@ -69,7 +70,7 @@ impl Gyro {
         })
     }
 
-    /// Increments in the case's axes of terms on the gyros, each times its size \[rad by row\].
+    /// Sums terms on the gyros, each times its size, as increments in the case's axes \[rad by row\].
     fn case_rad<'a>(&self, pool: &Pool, terms: impl Iterator<Item = (&'a Term, f64)>) -> Triad {
         let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
         for (term, size) in terms {
@@ -89,7 +90,7 @@ impl Gyro {
         case
     }
 
-    /// What the effects of a model that are no registration add to the gyros, in the case's axes \[rad by row\].
+    /// Sums the contributions of a model's effects outside the registration to the gyros, in the case's axes \[rad by row\].
     pub fn known_rad(&self, model: &Model) -> Triad {
         let mut all: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
         for effect in &model.effects {
@@ -106,7 +107,7 @@ impl Gyro {
     }
 
     fn linear(&self, entry: &Entry, effect: &ModelEffect) -> Option<Triad> {
-        // Carried exactly by the registration, but for what has no value there.
+        // The registration applies these exactly, except parameters without a value in the alignment.
         let is_exact = is_registration(entry.kind)
             && !["earth_rate", "gyro_bandwidth", "reference_bandwidth"].contains(&entry.kind);
         if is_exact {
@@ -138,12 +139,12 @@ impl Gyro {
         Some(self.in_case(&sensed))
     }
 
-    /// A rate of one gyro \[rad/s\] in the case's axes \[rad by row\].
+    /// Transforms a rate of one gyro \[rad/s\] to increments in the case's axes \[rad by row\].
     pub fn sensed_along(&self, axis: usize, rate_rad_s: f64) -> Vector3<f64> {
         self.case_from_sensed.column(axis) * (rate_rad_s * self.signals.period_s())
     }
 
-    /// Effects of physics that these channels can show, each whole.
+    /// Physical effects observable with these channels, each whole.
     pub fn candidates(&self, left_out: &[&str]) -> (Pool, Vec<Candidate>) {
         let (pool, mut all) = self.whole(left_out);
         all.retain(|one| !is_registration(one.kind));
@@ -153,7 +154,7 @@ impl Gyro {
         (pool, all)
     }
 
-    /// Every effect of the catalogue that these channels can show, each with all its numbers.
+    /// Effects of the catalogue observable with these channels, each with all its parameters.
     pub fn whole(&self, left_out: &[&str]) -> (Pool, Vec<Candidate>) {
         let mut pool = Pool::default();
         let mut all = pool.candidates(&self.signals, [true; 3], left_out);
@@ -161,7 +162,7 @@ impl Gyro {
         (pool, all)
     }
 
-    /// What each number of an effect adds to the gyros, in the case's axes \[rad by row\].
+    /// Contribution of each parameter of an effect to the gyros, in the case's axes \[rad by row\].
     pub fn in_case_rad(&self, pool: &Pool, candidate: &Candidate) -> impl Iterator<Item = Triad> {
         (0..candidate.names.len()).map(move |parameter| {
             let terms = candidate.hypothesis.terms.iter();
@@ -170,13 +171,13 @@ impl Gyro {
         })
     }
 
-    /// The column of each number of an effect.
+    /// Column of each parameter of an effect.
     pub fn columns(&self, pool: &Pool, candidate: &Candidate, about: &About) -> Vec<Triad> {
         carried(candidate, self.in_case_rad(pool, candidate), about)
     }
 }
 
-/// Columns of what each number of an effect adds in the case's axes.
+/// Transforms the contributions of an effect's parameters in the case's axes to columns.
 pub fn carried(
     candidate: &Candidate,
     in_case_rad: impl Iterator<Item = Triad>,
@@ -190,10 +191,10 @@ pub fn carried(
     columns
 }
 
-/// An elastic rate whose part about a gyro's own axis is a filter of that gyro, which is always beside.
+/// An elastic rate whose part about a gyro's own axis equals that gyro's filter, which the registration always contains.
 const ELASTIC: &str = "elastic_rate_by_jerk";
 
-/// Takes xx, yy and zz out of an effect.
+/// Removes xx, yy and zz from an effect.
 fn without_own_axes(candidate: &mut Candidate) {
     let kept: Vec<usize> = (0..candidate.names.len())
         .filter(|k| {
@@ -216,7 +217,7 @@ fn without_own_axes(candidate: &mut Candidate) {
     candidate.base = vec![0.0; kept.len()];
 }
 
-/// Takes the mean of some columns out of each: what they share is the delay of the reference, which is always beside.
+/// Subtracts the mean of columns from each: it is the delay of the reference, which the registration always contains.
 fn without_mean(columns: &mut [Triad]) {
     let share = 1.0 / columns.len() as f64;
     let mut mean: Triad = columns[0].each_ref().map(|values| vec![0.0; values.len()]);

@@ -1,31 +1,31 @@
-//! Numbers that decide what is named. Calibrated by `cargo test -p rlg --test diagnose attitude` and on rotated blocks of
+//! Decision thresholds. Calibrated by `cargo test -p rlg --test diagnose attitude` and on rotated blocks of
 //! real recordings (inference.md, B6).
 
 use rlg_signal::own_lines::OwnLinesPlan;
 
-/// See the page above.
+/// Decision thresholds of a diagnosis against attitudes.
 #[derive(Debug, Clone, Copy)]
 pub struct AttitudePlan {
-    /// Least stamps of which this likelihood makes anything: below, the model must state the noise.
+    /// Least number of stamps for an estimate of their noise; below, the noise is declared by the model or has a prior.
     pub least_stamps: usize,
-    /// White noise of an attitude reference that the model does not describe and that too few rows show, the median
+    /// Median of the white noise of an attitude reference that the model does not declare, for rows too few to estimate it
     /// \[rad\]: optical tracking has 1e-4 to 1e-3, a camera 2e-3, a table or corner by hand up to 1e-2.
     pub undeclared_attitude_noise_rad: f64,
-    /// Standard deviation of the logarithm of a noise that few rows have and the model does not declare.
+    /// Standard deviation of the logarithm of an undeclared noise level, for few rows.
     pub undeclared_log_std: f64,
-    /// Share of the stamps at the end that serve the last test alone.
+    /// Share of the stamps, at the end, held out for validation \[1\].
     pub tested_share: f64,
-    /// Least gain in log likelihood, deflated by what blocks disagree and less the price of the search.
+    /// Least gain in log likelihood, deflated by the design effect of blocks and less the price of the search.
     pub least_gain: f64,
-    /// Least log likelihood that an effect of physics gains in blocks that it was not estimated from.
+    /// Least gain in log likelihood of a physical effect in cross-validation over blocks.
     pub least_predicted: f64,
-    /// A kind whose gain is this near the winner's cannot be told from it.
+    /// Largest deficit in log likelihood of a kind not distinguishable from the winner.
     pub alike_within: f64,
-    /// Share of the best gain from which a group of the registration is grown from, too.
+    /// Least share of the best gain at which a registration group is a separate start \[1\].
     pub nearly: f64,
-    /// Most effects of physics.
+    /// Most physical effects.
     pub most_effects: usize,
-    /// What is left is not explained where its power on unseen rows exceeds what the noise predicts so many times.
+    /// Residual power on held-out rows, relative to the noise model, above which the record is not fully explained.
     pub most_power: f64,
     /// Search for lines of the gyros alone.
     pub lines: OwnLinesPlan,

@@ -1,13 +1,13 @@
-//! What the proposed experiment is worth where flexure and elastic rate are confused: the separation that it promises, in
-//! standard deviations.
+//! Separation of flexure and elastic rate expected of the proposed experiment, in standard deviations, if the two are
+//! confused.
 //!
 //! The programme: spin at one turn a second about one axis, both senses, oscillation at the same frequency about another,
-//! phases 0 and 90°, all six pairs. Promised is |(I − P) effect|, P the projection on the rival and on plain errors of gyros,
-//! under the same noise.
+//! phases 0 and 90°, all six pairs. The separation is |(I − P) effect|, P the projection on the rival and on plain errors of
+//! gyros, under the same noise.
 //!
-//! The attitude must be read during the motion. Between two rests ∫ C W dα/dt dt = −∫ C (ω × W α) dt by parts, and that is a
-//! flexure with K_ij = K_kj = W_jj: attitudes before and after cannot tell the two apart, whatever the motion. Between, the
-//! elastic rate stands in the attitude as W α, which a flexure never shows.
+//! The attitude must be measured during the motion. Between two rests ∫ C W dα/dt dt = −∫ C (ω × W α) dt by parts, a flexure
+//! with K_ij = K_kj = W_jj: the two are not distinguishable by attitudes before and after, whatever the motion. During the
+//! motion the elastic rate appears in the attitude as W α, which a flexure never produces.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_catalogue::experiment::Experiment;
@@ -31,10 +31,10 @@ use crate::increments::{Increments, Stamps};
 use crate::physics::Gyro;
 use crate::said::Said;
 
-/// The attitude is read at least ten times a turn \[s\].
+/// Longest interval between attitudes, a tenth of a turn \[s\].
 const READ_EVERY_S: f64 = 0.1;
 
-/// Errors of any gyro, free beside the two.
+/// Errors of any gyro, nuisance parameters of the separation.
 const PLAIN: [&str; 4] = [
     "gyro_bias",
     "reference_misalignment",
@@ -52,7 +52,7 @@ struct RowNoise {
 }
 
 impl RowNoise {
-    /// Whitens rows of three axes: the Cholesky root of their covariance has two diagonals.
+    /// Whitens rows of three axes by the Cholesky root of their covariance, which has two diagonals.
     fn whiten(self, increments: &Increments, values: &Triad) -> DVector<f64> {
         let (walk, angle) = (self.walk_rad_sqrt_s.powi(2), self.angle_rad.powi(2));
         let times = &increments.times_s;
@@ -71,7 +71,7 @@ impl RowNoise {
     }
 }
 
-/// The experiment for flexure and elastic rate where they are confused, with its promise either way round.
+/// Proposes the experiment for flexure and elastic rate if they are confused, with the expected separation for either truth.
 pub(crate) fn promised(said: &Said) -> Option<ExperimentEntry> {
     let named = said.found.physics.iter().chain(&said.found.registration);
     let is_confused = |one: &&Named| {
@@ -110,17 +110,17 @@ pub(crate) fn promised(said: &Said) -> Option<ExperimentEntry> {
     })
 }
 
-/// An effect of the catalogue with all its numbers.
+/// Returns an effect of the catalogue with all its parameters.
 fn whole(gyro: &Gyro, kind: &str) -> Option<(Pool, Candidate)> {
     let (pool, effects) = gyro.whole(&[]);
     let mut effects = effects.into_iter();
     effects.find(|one| one.kind == kind).map(|one| (pool, one))
 }
 
-/// The numbers of an effect in the place of what was named, with the prior width that suits them best: what the recording does
-/// not fix stays small.
+/// Estimates the parameters of an effect in the place of the named one, by ridge regression with the prior width of most
+/// evidence: undetermined parameters stay small.
 fn values(said: &Said, noise: RowNoise, instead_of: &Named, kind: &str) -> Option<Vec<f64>> {
-    /// Turns after which the width hardly changes.
+    /// Iterations of the prior width.
     const TURNS: usize = 8;
     let about = &said.registered.about;
     let (pool, candidate) = whole(said.gyro, kind)?;
@@ -161,7 +161,7 @@ fn values(said: &Said, noise: RowNoise, instead_of: &Named, kind: &str) -> Optio
     Some(estimate.iter().take(count).copied().collect())
 }
 
-/// The proposed motion, as attitudes show it.
+/// Simulated attitudes of the proposed motion.
 struct Spins {
     gyro: Gyro,
     about: About,
@@ -213,7 +213,7 @@ impl Spins {
         })
     }
 
-    /// Size of an effect that neither its rival nor plain errors explain, in standard deviations.
+    /// Separation of an effect from its rival and plain gyro errors, in standard deviations.
     fn separation(&self, noise: RowNoise, truth: (&str, &[f64]), rival: &str) -> Option<f64> {
         let increments = &self.about.increments;
         let columns = |kind: &str| {
@@ -243,7 +243,7 @@ impl Spins {
     }
 }
 
-/// The promise in words.
+/// Returns a sentence on the expected separation.
 pub(crate) fn sentence(experiment: &ExperimentEntry) -> String {
     let each = experiment.separations.iter().map(|one| {
         format!(

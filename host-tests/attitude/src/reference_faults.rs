@@ -1,4 +1,4 @@
-//! Stamps at which the reference was wrong, found before any physics: single ones that stand out, and rough stretches.
+//! Detection of faulty stamps of the reference before the search for physics: spikes, and rough stretches.
 //!
 //! (inference.md, B5.)
 
@@ -8,27 +8,27 @@ use crate::about::About;
 use crate::fitting::Fitting;
 use crate::increments::{Increments, Stamps};
 
-/// Time of the running median that a spike stands out of \[s\].
+/// Width of the running median \[s\].
 const MEDIAN_S: f64 = 0.6;
 
-/// A stamp this many times further from the running median than its neighbours is a spike.
+/// Threshold of a spike: its distance from the running median, relative to its neighbours'.
 const SPIKE: f64 = 12.0;
 
-/// Beside a spike, what is this many times further than its neighbours belongs to it, within this time \[s\].
+/// Threshold of a stamp adjacent to a spike, relative to its neighbours, and its largest distance in time \[s\].
 const SHOULDER: f64 = 4.0;
 const JOINED_S: f64 = 0.1;
 
-/// A stretch of this time \[s\] that is this many times rougher than the median one is no reference.
+/// Duration of a stretch \[s\], and the roughness relative to the median above which it is rejected.
 const STRETCH_S: f64 = 4.0;
 const ROUGH: f64 = 6.0;
 
-/// Stamps slower than this \[s\] have no running median.
+/// Largest period of stamps for a running median \[s\].
 const SLOW_S: f64 = 0.11;
 
-/// Least stretches that have a median.
+/// Least number of stretches for a median.
 const LEAST_STRETCHES: usize = 8;
 
-/// Leaves out stamps that stand out of a running median; whether there are any.
+/// Leaves out stamps far from a running median; true if there are any.
 pub fn spikes(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
     let increments = &about.increments;
     let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
@@ -39,7 +39,7 @@ pub fn spikes(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
     known.leave_out(&increments.stamps, &faulty)
 }
 
-/// Leaves out stretches far rougher than others; whether there are any.
+/// Leaves out stretches far rougher than others; true if there are any.
 pub fn rough_stretches(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
     let increments = &about.increments;
     let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
@@ -52,7 +52,7 @@ pub fn rough_stretches(about: &About, fitting: &Fitting, known: &mut Stamps) -> 
     known.leave_out(&increments.stamps, &faulty)
 }
 
-/// The attitude's error at every stamp \[rad\]: what is left of the rows, summed up.
+/// Attitude error at every stamp, the cumulative sum of the rows' residuals \[rad\].
 fn errors(increments: &Increments, left_rad: &Triad) -> Triad {
     std::array::from_fn(|axis| {
         let mut sum = 0.0;
@@ -80,7 +80,7 @@ fn out_of_median(error_rad: &Triad, period_s: f64, faulty: &mut [bool]) {
         })
         .collect();
     let whole = median(away.clone());
-    // The scale changes with the motion: that of each stretch of four widths, of which a fifth may be faulty.
+    // The scale changes with the motion: the 80th percentile over four widths, of which a fifth may be faulty.
     let sizes = away.chunks(4 * width).flat_map(|stretch| {
         let scale = quantile(stretch.to_vec(), 0.8) + 0.25 * whole;
         stretch.iter().map(move |away| away / scale)
@@ -91,8 +91,8 @@ fn out_of_median(error_rad: &Triad, period_s: f64, faulty: &mut [bool]) {
     join_back(&sizes, reach, faulty);
 }
 
-/// Leaves out spikes, and what still stands out within `reach` stamps of the last one that does: a reference that was wrong comes
-/// back by and by.
+/// Marks spikes, and stamps that still deviate within `reach` stamps of the last marked one: a reference recovers gradually
+/// from a fault.
 fn join(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
     let mut last: Option<usize> = None;
     for stamp in 0..sizes.len() {
@@ -105,7 +105,7 @@ fn join(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
     }
 }
 
-/// The same from the end, where stamps were wrong before.
+/// The same from the end, for faulty stamps before a spike.
 fn join_back(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
     let backwards: Vec<f64> = sizes.iter().rev().copied().collect();
     faulty.reverse();
@@ -113,7 +113,8 @@ fn join_back(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
     faulty.reverse();
 }
 
-/// Stretches rougher than others both by themselves and by their motion: what grows with the rate is no fault.
+/// Marks stretches rougher than the median of all and than that of similar motion: an error that grows with the rate is no
+/// fault.
 fn rough(error_rad: &Triad, rate_rad_s: &[f64], period_s: f64, faulty: &mut [bool]) {
     let length = ((STRETCH_S / period_s) as usize).max(8);
     let stamps = faulty.len();
@@ -136,7 +137,7 @@ fn rough(error_rad: &Triad, rate_rad_s: &[f64], period_s: f64, faulty: &mut [boo
         .collect();
     let typical = median(sizes.iter().map(|(size, _)| *size).collect());
     for (stretch, (size, rate)) in sizes.iter().enumerate() {
-        // Against those that move at least half as much.
+        // Compared with stretches of at least half the rate.
         let alike = sizes.iter().filter(|(_, other)| *other >= 0.5 * rate);
         let of_alike = median(alike.map(|(size, _)| *size).collect());
         if *size > ROUGH * typical && *size > ROUGH * of_alike {
@@ -145,7 +146,7 @@ fn rough(error_rad: &Triad, rate_rad_s: &[f64], period_s: f64, faulty: &mut [boo
     }
 }
 
-/// Mean square about two levels, one before and one after the instant that suits best: a jump is no roughness.
+/// Mean square about two levels, separated at the best change point: a jump is no roughness.
 fn scatter(values: &[f64], used: &[usize]) -> f64 {
     let own: Vec<f64> = used.iter().map(|stamp| values[*stamp]).collect();
     let count = own.len() as f64;

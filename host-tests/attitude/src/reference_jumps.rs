@@ -1,7 +1,7 @@
-//! Jumps of the reference: between two stamps its attitude turned and stayed so, and the gyros sensed nothing.
+//! Jumps of the reference: permanent changes of its attitude between two stamps, not sensed by the gyros.
 //!
-//! One row of the increments is far from its neighbours. A stamp that is wrong by itself puts as much into the next row,
-//! the other way round, and is no jump.
+//! A jump is an outlier of one row of the increments. The error of a single stamp also appears in the next row with opposite
+//! sign, and is no jump.
 
 use crate::about::About;
 use crate::block_sums::Statistic;
@@ -9,32 +9,32 @@ use crate::fitting::Fitting;
 use crate::increments::Stamps;
 use crate::outliers::{MEDIAN_CHI_SQUARED, Weighted};
 
-/// A jump.
+/// A jump of the reference.
 #[derive(Debug, Clone, Copy)]
 pub struct Jump {
-    /// First stamp after it.
+    /// First stamp after the jump.
     pub stamp: usize,
-    /// Row in which it lies.
+    /// Row that contains the jump.
     pub row: usize,
-    /// Navigation frame \[rad\].
+    /// Size in the navigation frame \[rad\].
     pub size_rad: [f64; 3],
-    /// Standard deviation of each number \[rad\].
+    /// Standard deviation of each component \[rad\].
     pub std_rad: [f64; 3],
 }
 
-/// Most jumps: a reference with more is no reference.
+/// Most jumps: a reference with more is unusable.
 const MOST: usize = 12;
 
-/// Gain in log evidence of a jump over noise, less the price of its place.
+/// Least gain in log evidence of a jump over noise, less the price of its position.
 const LEAST_GAIN: f64 = 10.0;
 
-/// A jump is so many times larger, squared, than the largest row that is none.
+/// Least ratio of the statistic of a jump to that of the largest row without one.
 const APART: f64 = 4.0;
 
-/// Rows to either side that say how rough the reference is there.
+/// Half-width of the window of local roughness \[rows\].
 const AROUND: usize = 20;
 
-/// Marks rows in which the reference jumped; whether there are any.
+/// Marks rows in which the reference jumped; true if there are any.
 pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
     let increments = &about.increments;
     let mut left_rad = fitting.left_rad(&increments.rows_rad);
@@ -68,7 +68,7 @@ pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
             left[row] -= jump;
         }
     }
-    // What goes over into the noise's own tail is noise.
+    // Statistics that continue into the noise's own tail are noise.
     let apart = seen
         .windows(2)
         .rposition(|pair| pair[0].1 > APART * pair[1].1);
@@ -79,7 +79,7 @@ pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
     count > 0
 }
 
-/// Sizes of the jumps that are marked, by what the fit leaves of their rows.
+/// Estimates the sizes of marked jumps from the fit's residuals in their rows.
 pub fn sizes(about: &About, fitting: &Fitting, known: &Stamps) -> Vec<Jump> {
     let increments = &about.increments;
     let left_rad = fitting.left_rad(&increments.rows_rad);
@@ -100,7 +100,7 @@ pub fn sizes(about: &About, fitting: &Fitting, known: &Stamps) -> Vec<Jump> {
         .collect()
 }
 
-/// What jumps gain typically about each row, over what noise lets expect; at least 1.
+/// Local median of the jump statistic about each row, relative to that of noise; at least 1.
 fn roughness(weighted: &Weighted) -> Vec<f64> {
     let rows = weighted.rows();
     let all: Vec<f64> = (0..rows).map(|row| weighted.of_jump(row)).collect();

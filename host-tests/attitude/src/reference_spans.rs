@@ -1,4 +1,4 @@
-//! Stretches and stamps at which the reference was wrong, as findings.
+//! Stretches and stamps with a faulty reference, as findings.
 
 use std::collections::BTreeMap;
 
@@ -11,20 +11,20 @@ use rlg_signal::axes::AXES;
 use crate::increments::Stamps;
 use crate::said::{Said, in_body};
 
-/// Stamps in a row that were left out.
+/// Consecutive stamps that were left out.
 pub(crate) struct Span {
     start_s: f64,
     end_s: f64,
     stamps: usize,
 }
 
-/// Up to so many stamps are a spike.
+/// Most stamps of a spike.
 const SPIKE_STAMPS: usize = 3;
 
-/// Contiguous stamps that were left out of the fit but not for the test.
+/// Finds contiguous stamps left out of the fit as faulty, not as held out.
 ///
 /// # Inputs
-/// `known`: before anything was sought; `found`: after.
+/// `known`: flags before the search; `found`: after it.
 pub(crate) fn spans(samples: &[SlowSample], known: &Stamps, found: &Stamps) -> Vec<Span> {
     let mut spans: Vec<Span> = Vec::new();
     let mut is_open = false;
@@ -56,7 +56,7 @@ impl Span {
         }
     }
 
-    /// As the contract has it: a spike of one stamp at its time, else from begin to end.
+    /// Effect of the contract: a dropout from begin to end.
     pub(crate) fn effect(&self) -> ModelEffect {
         let number = |name: &str, value: f64| (name.to_string(), EffectValue::Number(value));
         ModelEffect {
@@ -91,14 +91,14 @@ impl Span {
 
 /// A jump of the reference in the body's axes.
 pub(crate) struct JumpSeen {
-    /// Stamp of the first attitude after it \[s\].
+    /// Time of the first attitude after the jump \[s\].
     time_s: f64,
     size_rad: Vector3<f64>,
-    /// By body axis.
+    /// Standard deviation by body axis \[rad\].
     std_rad: [f64; 3],
 }
 
-/// Jumps that the model does not know.
+/// Jumps not listed in the model.
 pub(crate) fn jumps(said: &Said) -> Vec<JumpSeen> {
     let registered = said.registered;
     let known = &said.observed.known.jumped;
@@ -118,12 +118,12 @@ pub(crate) fn jumps(said: &Said) -> Vec<JumpSeen> {
 }
 
 impl JumpSeen {
-    /// The axis about which it turned most.
+    /// Axis of the largest component.
     fn axis(&self) -> usize {
         self.size_rad.iamax()
     }
 
-    /// One an axis, as the contract has it.
+    /// Effects of the contract, one per axis.
     pub(crate) fn effects(&self) -> [ModelEffect; 3] {
         [0, 1, 2].map(|axis: usize| ModelEffect {
             kind: "reference_jump".to_string(),
@@ -167,7 +167,7 @@ impl JumpSeen {
     }
 }
 
-/// One sentence on all jumps.
+/// Returns one sentence on all jumps.
 pub(crate) fn jumps_sentence(jumps: &[JumpSeen]) -> Option<String> {
     let largest = jumps
         .iter()
@@ -184,7 +184,7 @@ pub(crate) fn jumps_sentence(jumps: &[JumpSeen]) -> Option<String> {
     ))
 }
 
-/// An entry on the reference without numbers.
+/// Entry of a reference fault without parameters.
 fn fault(kind: &str, what: String) -> EffectEntry {
     EffectEntry {
         kind: kind.to_string(),
@@ -203,7 +203,7 @@ fn fault(kind: &str, what: String) -> EffectEntry {
     }
 }
 
-/// One sentence on all of them.
+/// Returns one sentence on all spans.
 pub(crate) fn sentence(spans: &[Span]) -> Option<String> {
     let first = spans.first()?;
     let stamps: usize = spans.iter().map(|span| span.stamps).sum();

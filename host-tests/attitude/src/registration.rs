@@ -1,7 +1,7 @@
-//! Registration: what aligns two instruments before any physics is thought of.
+//! Registration: alignment of two instruments before the search for physics.
 //!
-//! Twenty numbers in groups that join from nothing, each beside those that stand, linear about the last values until those
-//! stand still (inference.md, B4).
+//! Twenty parameters in groups, by forward selection from none, each linearised about its last value until convergence
+//! (inference.md, B4).
 
 use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::{Triad, add_triad};
@@ -15,43 +15,43 @@ use crate::noise::Levels;
 use crate::reference_faults;
 use crate::reference_jumps::{self, Jump};
 
-/// A registration that stands.
+/// A converged registration.
 pub struct Registration {
-    /// About what.
+    /// Linearisation point.
     pub alignment: Alignment,
     /// Levels of the noise terms.
     pub levels: Levels,
-    /// Rows about it.
+    /// Rows about the alignment.
     pub about: About,
-    /// What is known of the stamps.
+    /// Flags of the stamps.
     pub known: Stamps,
-    /// Jumps of the reference that were found.
+    /// Detected jumps of the reference.
     pub jumps: Vec<Jump>,
-    /// Log likelihood at its estimates.
+    /// Profile log likelihood, at the estimates.
     pub log_likelihood: f64,
-    /// Groups that stand, each with one that explains as much in its place.
+    /// Pairs of a selected group and a group not distinguishable from it in its place.
     pub rivals: Vec<(&'static str, &'static str)>,
     /// Standard deviation of the delay \[s\].
     delay_std_s: f64,
-    /// Smoothing variances beside it \[s²\], and their standard deviations.
+    /// Smoothing variances given the delay \[s²\], and their standard deviations.
     smoothing_s2: [(f64, f64); 3],
-    /// What outliers of single stamps were taken to be, in excess of what noise makes of them: subtracted from the rows.
+    /// Errors of single stamps in excess of the noise, subtracted from the rows \[rad\].
     pub corrected_rad: Triad,
 }
 
 /// Most passes.
 const PASSES: usize = 10;
 
-/// Passes with plain noise: a bad start is not called wandering.
+/// Passes with the reduced noise model, so that a bad start is not fitted as correlated noise.
 const PLAIN_PASSES: usize = 2;
 
-/// A step of this many standard deviations is none.
+/// Largest step at convergence, in standard deviations.
 const SETTLED: f64 = 0.1;
 
-/// Gyros, attitudes, and which of those are left out or are known to have jumped.
+/// Gyros, attitudes, and the flags of those left out or known to have jumped.
 pub(crate) type Records<'a> = (&'a Gyros, &'a [SlowSample], &'a Stamps);
 
-/// Rows about an alignment, and the columns of some places fitted to them.
+/// Forms rows about an alignment, and fits the columns of the `kept` indices to them.
 pub(crate) fn fitted(
     (gyros, samples, stamps): Records,
     (model, alignment): (&Alignment, &Alignment),
@@ -67,7 +67,7 @@ pub(crate) fn fitted(
 }
 
 impl Registration {
-    /// Of rows that are too few for passes over their noise and faults.
+    /// Builds the registration of rows too few for estimates of their noise and faults.
     pub(crate) fn of_few(
         alignment: Alignment,
         about: About,
@@ -92,12 +92,12 @@ impl Registration {
         }
     }
 
-    /// The same with the noise beside all columns, to weigh what may join: what is not called for yet is no noise.
+    /// Re-estimates the noise given all columns, for tests of further groups: effects not yet selected are no noise.
     pub(crate) fn weighed(self, gyros: &Gyros, model: &Alignment) -> Self {
         self.weighed_beside(gyros, model, Vec::new())
     }
 
-    /// The same beside effects of physics, too.
+    /// The same given physical effects, too.
     pub(crate) fn weighed_beside(
         self,
         gyros: &Gyros,
@@ -111,7 +111,7 @@ impl Registration {
         add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
         let mut fitting = Fitting::new(&about.increments, columns, false, Some(self.levels));
         fitting.fit_to(&rows_rad);
-        // Levels of the terms and of the record's pieces in turn.
+        // Alternates the levels of the terms and of the record's pieces.
         for _ in 0..2 {
             fitting.modulate(&about.increments.times_s);
         }
@@ -121,23 +121,23 @@ impl Registration {
         }
     }
 
-    /// Whether the gyros are late, and not less smooth than the reference.
+    /// True if the gyros are late, and not less smooth than the reference.
     pub(crate) fn may_be_low_pass(&self, model: &Alignment) -> bool {
-        /// Standard deviations of what is worth a second look.
+        /// Threshold of significance, in standard deviations.
         const SEEN: f64 = 5.0;
         let mut smoothing = self.smoothing_s2.iter();
         let is_of_reference = smoothing.any(|(variance, std)| -variance > SEEN * std);
-        // A low pass is late, too: one that would need a delay against it is none.
+        // A low pass is late, too: a filter that would need an opposite delay is no low pass.
         let is_late = model.delay_s - self.alignment.delay_s > SEEN * self.delay_std_s;
         self.alignment.low_pass_s.is_none() && is_late && !is_of_reference
     }
 }
 
-/// Passes until the alignment no longer changes. A step that leads to less likelihood is shortened: there the rows are not
-/// linear.
+/// Gauss-Newton passes until the alignment converges. A step that lowers the likelihood is shortened (backtracking line
+/// search): the rows are not linear over it.
 ///
 /// # Inputs
-/// `has_faults`: whether faults of the reference are looked for.
+/// `has_faults`: detect faults of the reference.
 pub(crate) fn settle(
     (gyros, samples, stamps): Records,
     (model, start, free): (&Alignment, Alignment, &Free),
@@ -159,7 +159,7 @@ pub(crate) fn settle(
             let how = (&kept[..], is_plain, levels);
             fitted((gyros, samples, known), (model, &alignment), how)
         };
-        // What the last pass left out is looked at anew: far off, an error of the gyros looks like one of the reference.
+        // Faults are detected anew in each pass: far from convergence a gyro error resembles a fault of the reference.
         let mut known = stamps.clone();
         let (mut about, mut fitting) = fitted(&known, levels.take())?;
         let linear_about: Vec<usize> = (0..kept.len())
@@ -206,7 +206,7 @@ pub(crate) fn settle(
             });
         }
         walk.step(steps.estimate);
-        // What a bad start leaves is no noise that comes and goes, either.
+        // Nor are the residuals of a bad start fitted as modulated noise.
         levels = Some(match is_plain {
             true => fitting.fit.levels,
             false => fitting.levels_along(&about.increments.times_s),
@@ -214,28 +214,28 @@ pub(crate) fn settle(
     }
 }
 
-/// Places of groups, in the order of the columns.
+/// Column indices of groups, in ascending order.
 pub(crate) fn places_of(free: &Free) -> Vec<usize> {
     let mut kept: Vec<usize> = free.iter().flat_map(|kind| places(kind)).collect();
     kept.sort_unstable();
     kept
 }
 
-/// Whether rows are linear about a number; what is smoothed or turns with the clock has its value in its column alone.
+/// True if a parameter has a value in the alignment; smoothing variance and Earth rate have theirs in their columns alone.
 fn is_moved(place: usize, alignment: &Alignment) -> bool {
     let is_of = |kind: &str| places(kind).contains(&place);
     let is_smoothing = is_of("gyro_bandwidth") && alignment.low_pass_s.is_none();
     !is_smoothing && !is_of("earth_rate")
 }
 
-/// Steps of an alignment, shortened where they lead too far.
+/// Gauss-Newton iterates of an alignment, with backtracking.
 struct Walk {
     alignment: Alignment,
-    /// Where the last step began, and its estimates.
+    /// Start of the last step, and its estimates.
     last: Option<(Alignment, [f64; COUNT])>,
-    /// Share of that step that was made.
+    /// Share of the last step that was made.
     share: f64,
-    /// Log likelihood of a coefficient where the last step began, and whether noise was plain.
+    /// Log likelihood per coefficient at the start of the last step, and true if its noise model was the reduced one.
     before: Option<(f64, bool)>,
 }
 
@@ -249,11 +249,11 @@ impl Walk {
         }
     }
 
-    /// Shortens the last step where the likelihood is less than where it began; whether it was.
+    /// Shortens the last step if it lowered the likelihood; true if it did.
     fn is_too_far(&mut self, (here, count): (f64, f64), is_plain: bool) -> bool {
-        /// Log likelihood that stamps at the ends of the record may cost.
+        /// Tolerated loss in log likelihood, by stamps at the ends of the record.
         const NEARLY: f64 = 5.0;
-        /// A step is shortened to this share.
+        /// Factor of a shortened step.
         const SHORTER: f64 = 0.4;
         let is_less = |before: f64| here < before - NEARLY / count;
         let is_alike = self.before.filter(|(_, plain)| *plain == is_plain);
@@ -267,7 +267,7 @@ impl Walk {
         false
     }
 
-    /// Whether no part of the last step gains.
+    /// True if no part of the last step increases the likelihood.
     fn is_stuck(&self) -> bool {
         const LEAST: f64 = 0.03;
         self.share < LEAST
@@ -280,16 +280,16 @@ impl Walk {
     }
 }
 
-/// Estimates of all numbers, those that stay at 0.
+/// Steps of all parameters, 0 for the fixed ones.
 pub(crate) struct Steps {
-    /// By place.
+    /// Step by column index.
     pub(crate) estimate: [f64; COUNT],
     std: [f64; COUNT],
 }
 
 impl Steps {
     /// # Inputs
-    /// `kept`: places that are moved, with their estimates and standard deviations.
+    /// `kept`: indices of the estimated parameters, with their estimates and standard deviations.
     pub(crate) fn new(kept: &[usize], estimate: &[f64], std: &[f64]) -> Self {
         let mut steps = Self {
             estimate: [0.0; COUNT],
@@ -302,7 +302,7 @@ impl Steps {
         steps
     }
 
-    /// The largest step of what the rows are linear about \[σ\].
+    /// Largest step of the parameters of the linearisation point \[σ\].
     pub(crate) fn largest(&self) -> f64 {
         let is_linear = |k: &usize| {
             let kinds = ["reference_clock_rate", "earth_rate", "gyro_bandwidth"];
@@ -314,7 +314,7 @@ impl Steps {
             .fold(0.0, f64::max)
     }
 
-    /// Whether what they lead to is within three standard deviations of a place.
+    /// True if the alignment reached is within three standard deviations of another.
     pub(crate) fn lead_to(&self, led: &Alignment, place: &Alignment) -> bool {
         let away = led.beyond(place);
         let mut each = away.iter().zip(&self.std);

@@ -1,6 +1,6 @@
-//! Where the case rests between turns: what the gyros read there is theirs.
+//! Rest of the case between turns: gyro rates at rest are the gyros' own errors.
 //!
-//! A steady rate alone is no rest, a table turns steadily too; a reading that returns after other motion is.
+//! A constant rate alone is no rest, as a table turns constantly too; a mean rate that recurs after other motion is.
 
 use std::ops::Range;
 
@@ -9,30 +9,31 @@ use rlg_signal::still::ROTATION_RAD_S;
 
 use crate::about::Gyros;
 
-/// Rows at rest.
+/// Rows with the case at rest.
 pub(crate) struct Rest {
-    /// Stretches of rows.
+    /// Ranges of rows.
     pub(crate) stretches: Vec<Range<usize>>,
-    /// How long they last together \[s\].
+    /// Total duration \[s\].
     pub(crate) lasts_s: f64,
 }
 
-/// Time of a window \[s\], and its least rows.
+/// Duration of a window \[s\], and its least number of rows.
 const WINDOW_S: f64 = 0.25;
 const LEAST_ROWS: usize = 16;
 
-/// Variance about the mean over that between neighbours, and over that of the quietest windows, of white noise at most.
+/// Largest variance of white noise: about the mean relative to that between neighbours, and relative to the quietest
+/// windows'.
 const WHITE: f64 = 2.0;
 const QUIET: f64 = 4.0;
 
-/// Means agree within so many standard deviations, and the Earth's rate.
+/// Tolerance of equal means in standard deviations, the Earth's rate included.
 const AGREE: f64 = 4.0;
 
-/// A stretch with a steady reading.
+/// A stretch of constant mean rate.
 struct Steady {
     rows: Range<usize>,
     mean_rad: Vector3<f64>,
-    /// Of one row and axis \[rad²\].
+    /// Variance of one row and axis \[rad²\].
     variance: f64,
 }
 
@@ -62,7 +63,7 @@ impl Steady {
     }
 }
 
-/// Stretches with the reading that returns for longest; `None` where none returns.
+/// Finds the stretches of the mean rate that recurs for longest; `None` if none recurs.
 pub(crate) fn find(gyros: &Gyros) -> Option<Rest> {
     let length = ((WINDOW_S * gyros.rate_hz) as usize).max(LEAST_ROWS);
     let windows: Vec<Steady> = (0..gyros.sensed_rad.len() / length)
@@ -95,7 +96,7 @@ pub(crate) fn find(gyros: &Gyros) -> Option<Rest> {
             .filter(|other| one.agrees(other, gyros.rate_hz));
         alike.map(|other| other.rows.clone()).collect::<Vec<_>>()
     });
-    // What follows at once is a reading that drifts, not one that returns.
+    // Adjacent stretches are a drift, not a recurrence.
     let returns =
         |rows: &Vec<Range<usize>>| rows.windows(2).any(|pair| pair[0].end < pair[1].start);
     let count = |rows: &Vec<Range<usize>>| rows.iter().map(Range::len).sum::<usize>();

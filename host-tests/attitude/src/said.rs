@@ -1,4 +1,4 @@
-//! Everything that findings and figures are made of.
+//! Results of all stages, from which findings and figures are formed.
 
 use nalgebra::Vector3;
 use rlg_catalogue::{Candidate, Pool};
@@ -16,13 +16,13 @@ use crate::registration::Registration;
 use crate::search::Found;
 use crate::steps::Step;
 
-/// What few attitudes carry.
+/// Data of few attitudes.
 pub(crate) struct Few {
-    /// Time at rest \[s\].
+    /// Duration at rest \[s\].
     pub(crate) rest_s: f64,
 }
 
-/// Everything that is said of.
+/// Results of all stages of a diagnosis.
 pub(crate) struct Said<'a> {
     pub(crate) observed: &'a Observed<'a>,
     pub(crate) of_model: &'a Alignment,
@@ -32,14 +32,14 @@ pub(crate) struct Said<'a> {
     pub(crate) candidates: &'a Candidates,
     pub(crate) beyond: &'a [f64; COUNT],
     pub(crate) found: &'a Found,
-    /// Of attitudes too few to show their noise.
+    /// Present if attitudes are too few to estimate their noise.
     pub(crate) few: Option<&'a Few>,
     pub(crate) plan: &'a AttitudePlan,
     pub(crate) seed: u64,
 }
 
 impl Said<'_> {
-    /// Columns of an effect of physics about some rows.
+    /// Columns of a physical effect about given rows.
     pub(crate) fn columns(&self, named: &Named, about: &About) -> Vec<Triad> {
         match self.candidate(named) {
             Some(candidate) => self.gyro.columns(self.pool, candidate, about),
@@ -52,7 +52,7 @@ impl Said<'_> {
         }
     }
 
-    /// What each number of an effect of physics adds to the gyros, in the case's axes \[rad by row\].
+    /// Contribution of each parameter of a physical effect to the gyros, in the case's axes \[rad by row\].
     pub(crate) fn in_case_rad(&self, named: &Named) -> Vec<Triad> {
         if let Some(candidate) = self.candidate(named) {
             return self.gyro.in_case_rad(self.pool, candidate).collect();
@@ -75,13 +75,13 @@ impl Said<'_> {
             .map(|(candidate, _)| candidate)
     }
 
-    /// When a step begins \[s\].
+    /// Start time of a step \[s\].
     pub(crate) fn begins_s(&self, step: Step) -> f64 {
         self.observed.streams.begin_s(step.row)
     }
 }
 
-/// A vector of a row in the body's axes.
+/// Transforms a vector of a row to the body's axes.
 pub(crate) fn in_body(
     increments: &Increments,
     motion: &GyroMotion,

@@ -1,4 +1,4 @@
-//! Which effects of physics stand beside the registration, and which numbers of the registration the record supports.
+//! Search for physical effects given the registration, and selection of the registration's groups.
 
 use rlg_catalogue::Pool;
 use rlg_catalogue::entries::{CATALOGUE, PULL, STEP};
@@ -21,39 +21,39 @@ use crate::registration::{Registration, Steps};
 use crate::self_test::OnBlocks;
 use crate::steps::{self, Step};
 
-/// What stands.
+/// Result of the search.
 pub struct Found {
-    /// Effects of physics, in the order in which they were accepted.
+    /// Accepted physical effects, in the order of acceptance.
     pub physics: Vec<Named>,
-    /// Groups of the registration, those that are supported.
+    /// Supported groups of the registration.
     pub registration: Vec<Named>,
-    /// All numbers of the registration and of the accepted effects, by place.
+    /// Column indices of all registration parameters and of the accepted effects.
     pub set: Vec<usize>,
-    /// Their estimates: what they are beyond the model, each beside all.
+    /// Joint estimates of these, relative to the model.
     pub estimates: Estimates,
-    /// Numbers of what is named.
+    /// Column indices of the named parameters.
     pub named_set: Vec<usize>,
-    /// Their estimates, the registration that is not named as the model has it.
+    /// Estimates of the named parameters, with the unnamed registration at the model's values.
     pub of_named: Estimates,
-    /// Sets that were tried.
+    /// Number of sets tried.
     pub tried: usize,
-    /// How the search answers to noise and to known effects; `None` where it was not tried.
+    /// Response of the search to simulated noise and to known effects; `None` if it was not tested.
     pub tested: Option<Tested>,
 }
 
 impl Found {
-    /// Groups of the registration that stand, in the order of their columns.
+    /// Supported groups of the registration, in the order of their columns.
     pub(crate) fn groups(&self) -> Free {
         in_order(self.registration.iter().map(Named::group))
     }
 
-    /// What the named registration is beyond a place that rows are linear about.
+    /// Step of the named registration from the linearisation point.
     pub(crate) fn step_from(&self, beyond: &[f64; COUNT]) -> Steps {
         step_from(&self.named_set, &self.of_named, beyond)
     }
 }
 
-/// What the registration in a set is beyond a place that rows are linear about.
+/// Step of a set's registration parameters from the linearisation point.
 fn step_from(set: &[usize], estimates: &Estimates, beyond: &[f64; COUNT]) -> Steps {
     let own: Vec<usize> = (0..set.len()).filter(|at| set[*at] < COUNT).collect();
     let kept: Vec<usize> = own.iter().map(|at| set[*at]).collect();
@@ -66,7 +66,7 @@ fn step_from(set: &[usize], estimates: &Estimates, beyond: &[f64; COUNT]) -> Ste
     Steps::new(&kept, &estimate, &std)
 }
 
-/// Groups of the registration that the record calls for where no physics is thought of.
+/// Selects registration groups without any physical effect.
 pub(crate) fn called_for(
     of: (&Gyros, &Registration),
     (of_model, beyond): (&Alignment, &[f64; COUNT]),
@@ -90,7 +90,7 @@ pub(crate) fn called_for(
     }
 }
 
-/// Frequencies and noise of a registration's rows.
+/// Band and noise terms of a registration's rows.
 fn basis(registered: &Registration) -> (Band, NoiseTerms) {
     let increments = &registered.about.increments;
     let band = Band::new(increments.rows(), increments.period_s);
@@ -99,7 +99,7 @@ fn basis(registered: &Registration) -> (Band, NoiseTerms) {
     (band, terms)
 }
 
-/// Searches.
+/// Searches for physical effects and bias steps by forward selection.
 pub fn search(
     of: (&Gyros, &Registration),
     (of_model, beyond): (&Alignment, &[f64; COUNT]),
@@ -126,7 +126,7 @@ pub fn search(
         set.extend(&named.places);
         let is_filter = named.kind == PULL;
         physics.push(named);
-        // An attitude that was computed from these gyros shares their errors: it is no witness of more.
+        // An attitude computed from these gyros shares their errors: it is no independent evidence of further effects.
         if is_filter {
             break;
         }
@@ -227,7 +227,7 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// A step of a bias beside a set, its column added to the blocks.
+    /// Tests a step of a bias given a set, and appends its column to the blocks if it is accepted.
     fn step(
         &mut self,
         about: (&About, &Gyro),

@@ -1,8 +1,8 @@
-//! What the search would name in noise alone on this very recording, and find of known effects.
+//! Parametric bootstrap of the search on this recording: names given in noise alone, and detection of known effects.
 //!
-//! Whitened rows of noise are drawn with the scatter that each block shows, effects are added to the sums, and the search
-//! decides on these. What was found is fitted in every trial. Not in the trials: the growth of the registration, and steps of
-//! a bias.
+//! Whitened rows of noise are drawn with the scatter of each block, effects are added to the normal equations, and the
+//! search decides on these. Accepted effects are fitted in every trial. Not in the trials: the growth of the registration,
+//! and steps of a bias.
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -16,35 +16,35 @@ use crate::block_sums::{BlockSums, Statistic};
 use crate::blocks::Blocks;
 use crate::choice::{Choice, Named};
 
-/// A search on blocks of a recording.
+/// Bootstrap trials of the search on a recording's blocks.
 pub(crate) struct OnBlocks<'a> {
     blocks: &'a Blocks<'a>,
     choice: Choice<'a>,
-    /// Effects of physics that were found.
+    /// Accepted physical effects.
     physics: &'a [Named],
-    /// Groups of the registration that were found.
+    /// Accepted groups of the registration.
     found: Vec<&'static Group>,
-    /// Numbers of what was found.
+    /// Column indices of all accepted parameters.
     set: Vec<usize>,
-    /// The same with all of the registration.
+    /// The same with all of the registration's.
     wide: Vec<usize>,
     /// Standard deviation of a whitened row in each block.
     scatter: Vec<f64>,
     planted: Vec<Planted>,
 }
 
-/// An effect that may be added.
+/// An effect added in trials.
 pub(crate) struct Planted {
     kind: &'static str,
     places: Vec<usize>,
     bounds: Vec<Bound>,
-    /// Information of its numbers beside what is fitted with them.
+    /// Joint information matrix of its parameters, given those fitted with them.
     information: DMatrix<f64>,
-    /// The same of each alone.
+    /// Information on each parameter alone, given the same.
     alone: Vec<f64>,
     /// Degrees of freedom of its design effect.
     degrees: f64,
-    /// How many it is picked from.
+    /// Number of alternatives.
     among: usize,
 }
 
@@ -143,7 +143,7 @@ impl<'a> OnBlocks<'a> {
         })
     }
 
-    /// What is named by the sums of a trial: an effect of physics first, as in the search.
+    /// Returns the kind named from the sums of a trial: a physical effect first, as in the search.
     fn named(&self, sums: &BlockSums) -> Option<Said> {
         let choice = Choice {
             sums,
@@ -194,7 +194,7 @@ impl Trials for OnBlocks<'_> {
         let normal = planted.places.iter().map(|_| StandardNormal.sample(random));
         let normal = DVector::<f64>::from_iterator(planted.places.len(), normal);
         let root = planted.information.clone().cholesky()?.l();
-        // Of unit size by the information, in any direction.
+        // Random direction of unit size in the metric of the information.
         let along = root.transpose().solve_upper_triangular(&normal)? / normal.norm();
         let values = along * rho;
         let is_possible = values

@@ -1,4 +1,4 @@
-//! A bias that steps: the instant at which a step of one gyro takes most away, sought over all of them.
+//! Change point of a gyro's bias: the instant of the step of largest statistic, over all gyros.
 
 use rlg_signal::axes::Triad;
 
@@ -11,39 +11,39 @@ use crate::physics::Gyro;
 /// A step of one gyro's bias.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Step {
-    /// Gyro.
+    /// Index of the gyro.
     pub axis: usize,
-    /// Row of the gyros at which it begins.
+    /// First row of the step.
     pub row: usize,
 }
 
 impl Step {
-    /// What a step of 1 rad/s adds to the rows.
+    /// Column of a step of 1 rad/s.
     pub(crate) fn column(&self, about: &About, gyro: &Gyro) -> Triad {
         about.carried(|row| gyro.sensed_along(self.axis, if row >= self.row { 1.0 } else { 0.0 }))
     }
 }
 
-/// What was found.
+/// Step of largest statistic.
 pub struct Sought {
     /// The step.
     pub step: Step,
     /// Its column.
     pub column: Triad,
-    /// What blocks say of it.
+    /// Test statistic from the blocks.
     pub statistic: Statistic,
-    /// Instants that it was picked from, over all gyros.
+    /// Number of instants searched, over all gyros.
     pub places: usize,
 }
 
-/// Instants that are tried first, and in each turn about the best.
+/// Instants of the first grid, and of each refinement to either side of the best.
 const FIRST: usize = 40;
 const AROUND: usize = 4;
 
-/// Waves of the rate over the record that a smooth drift may have.
+/// Number of cosine terms of a smooth drift over the record.
 const WAVES: usize = 6;
 
-/// The step that takes most away beside a set; `None` where a smooth drift of that gyro takes as much.
+/// Finds the step of largest statistic given a set; `None` if a smooth drift of that gyro explains as much.
 pub fn seek(
     blocks: &Blocks,
     (about, gyro): (&About, &Gyro),

@@ -1,15 +1,16 @@
-//! Where a reference's vertical is, and how far the felt force is from it: what pulls an attitude filter.
+//! Vertical of a reference, and its angle to the specific force, the input of an attitude filter's correction.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rlg_signal::attitude_samples::{Shown, SlowSample};
 use rlg_signal::axes::Triad;
 use rlg_signal::streams::Streams;
 
-/// Turn from the felt force of every row to the vertical by the attitude at its begin, from which a filter goes on, by body axis:
-/// (f/|f|) × up \[1\]; 0 where no attitude stands on either side. Up is the axis of the navigation frame that is nearest to the mean felt force: a filter has one there.
+/// Computes the turn from the specific force of every row to the vertical by the attitude at its begin, the state of a
+/// filter, by body axis: (f/|f|) × up \[1\]; 0 without attitudes on both sides. Up is the axis of the navigation frame
+/// nearest to the mean specific force, as in a filter.
 ///
 /// # Returns
-/// `None` without accelerometers, or of sums of increments.
+/// `None` without accelerometers, or for sums of increments.
 pub(crate) fn off_vertical(samples: &[SlowSample], streams: &Streams) -> Option<Triad> {
     let force = streams.force_m_s2.as_ref()?;
     let turned: Option<Vec<(f64, UnitQuaternion<f64>)>> = samples

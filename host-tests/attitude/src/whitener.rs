@@ -1,4 +1,4 @@
-//! Divides rows and columns by the noise, keeps the frequencies that are looked at, and projects free rows out.
+//! Whitening of rows and columns: division by the noise, restriction to the analysed band, projection of free rows.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_inference::Dct;
@@ -9,22 +9,22 @@ use crate::equations::Band;
 use crate::increments::Increments;
 use crate::noise::{Alike, Along, Levels, NoiseTerms};
 
-/// See the page above.
+/// Whitening transform of rows and columns.
 #[derive(Clone)]
 pub(crate) struct Whitener<'a> {
     pub(crate) band: &'a Band,
     inverse: Dct,
     alike: Alike,
     along: Along,
-    /// By group of records that have one noise.
+    /// Weights by noise group.
     groups: Vec<OfGroup>,
 }
 
-/// What divides records of one noise.
+/// Whitening weights of one noise group.
 #[derive(Clone)]
 struct OfGroup {
     weights: Vec<f64>,
-    /// White spectra of free rows, one axis.
+    /// Whitened spectra of free rows, one axis.
     free: Vec<Vec<f64>>,
     of_free: DMatrix<f64>,
 }
@@ -61,7 +61,7 @@ impl<'a> Whitener<'a> {
         }
     }
 
-    /// White rows of unit variance, `band.cut` of each axis.
+    /// Whitens values to rows of unit variance, `band.cut` of each axis.
     pub(crate) fn whiten(&self, values: &Triad) -> Triad {
         let mut all = Triad::default();
         for (axes, group) in self.alike.iter().zip(&self.groups) {
