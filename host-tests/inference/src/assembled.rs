@@ -1,8 +1,8 @@
-//! A set of hypotheses as parameters: products and moments of their columns by record and bin, and what gaps take of
-//! their information.
+//! A set of hypotheses as parameters: products and moments of their columns by record and bin, with the nuisance parameters
+//! of gaps.
 //!
-//! A record's gaps are parameters of that record alone. They are taken out first, record by record: what is left is as
-//! small as the set. Free constants of several records couple them; then all are taken out at once.
+//! A record's gaps are parameters of that record alone. They are integrated out first, record by record: the remainder is as
+//! small as the set. Free constants of several records couple them; then all are integrated out at once.
 
 use std::ops::Range;
 
@@ -19,29 +19,29 @@ pub(crate) struct Assembled {
     pub blocks: Vec<Range<usize>>,
     /// Parameters of each record's gaps, behind those of the members.
     pub gaps: Vec<Range<usize>>,
-    /// The same, joined where they act on one another.
+    /// Blocks of nuisance parameters, joined where coupled.
     apart: Vec<Range<usize>>,
-    /// What a scaled parameter is in its own unit.
+    /// Factor of each scaled parameter to its own unit.
     pub scale: Vec<f64>,
-    /// What each record shows.
+    /// Sums of each record.
     pub records: Vec<OfRecord>,
 }
 
-/// What one record shows of the parameters.
+/// Sums of one record for the parameters.
 pub(crate) struct OfRecord {
-    /// Σ of the squared record in each bin, less what members add whatever their parameters.
+    /// Σ of the squared record in each bin, less the members' fixed contributions.
     pub energy: Vec<f64>,
-    /// Parameters that this record shows, ascending.
+    /// Parameters with an effect on this record, ascending.
     parameters: Vec<usize>,
-    /// Per bin the packed lower triangle of G, row by row.
+    /// Packed lower triangle of G, row by row, per bin.
     gram: Vec<Vec<f64>>,
-    /// Per bin h.
+    /// h, per bin.
     moments: Vec<Vec<f64>>,
 }
 
-/// Information of a set once the gaps' parameters are integrated out.
+/// Information of a set after integration over the gaps' parameters.
 pub(crate) struct BesideGaps {
-    /// Of the members' parameters.
+    /// Information of the members' parameters.
     pub information: DMatrix<f64>,
     /// ln determinant of the gaps' own information.
     pub log_determinant: f64,
@@ -109,7 +109,7 @@ impl Assembled {
         }
     }
 
-    /// Parameters of the members.
+    /// Number of the members' parameters.
     pub(crate) fn of_members(&self) -> usize {
         self.blocks.last().map_or(0, |last| last.end)
     }
@@ -147,7 +147,7 @@ impl Assembled {
         (information, score)
     }
 
-    /// Takes the gaps' parameters out of an information.
+    /// Integrates the gaps' parameters out of an information (Schur complement).
     pub(crate) fn beside_gaps(&self, information: &DMatrix<f64>) -> BesideGaps {
         let own = self.of_members();
         let others = information.nrows() - own;
@@ -174,7 +174,7 @@ impl Assembled {
         }
     }
 
-    /// Information of the members' parameters under the noise of a fit, beside the gaps.
+    /// Information of the members' parameters under the noise of a fit, gaps integrated out.
     pub(crate) fn information(
         &self,
         data: &impl Likelihood,
@@ -198,7 +198,7 @@ impl BesideGaps {
         &self.through
     }
 
-    /// What gaps of a given score explain of a record's power, sᵀ G⁻¹ s.
+    /// Power of the records explained by the gaps, sᵀ G⁻¹ s, for a given score.
     pub(crate) fn power_of_gaps(&self, score: &DVector<f64>) -> f64 {
         let mut at = 0;
         let each = self.inverses.iter().map(|inverse| {
@@ -293,7 +293,7 @@ impl OfRecord {
         }
     }
 
-    /// Expected power left in each bin: of the mean, and of the posterior spread.
+    /// Expected residual power in each bin: of the mean, and of the posterior covariance.
     pub(crate) fn residual_power(
         &self,
         estimate: &DVector<f64>,

@@ -1,7 +1,7 @@
-//! Whether an effect holds in all of a record: least squares on whitened rows with one contiguous block left out in turn.
+//! Cross-validation of an effect over a record: least squares on whitened rows with one contiguous block left out in turn.
 //!
-//! On noise that is Gaussian and stationary this says what the likelihood says. On real noise a likelihood ratio lies where
-//! few rows carry it; blocks that disagree more than noise lets them show that (inference.md, B6).
+//! On Gaussian stationary noise the result equals that of the likelihood. On real noise a likelihood ratio is unreliable
+//! where few rows carry it; these appear as blocks that disagree by more than the noise (inference.md, B6).
 
 use std::ops::Range;
 
@@ -20,14 +20,15 @@ struct Sums {
     moments: DVector<f64>,
 }
 
-/// What blocks say of some parameters beside the others.
+/// Cross-validation of some parameters given the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BlockValidation {
-    /// Log score of each block, predicted by the others, that the parameters gain; summed.
+    /// Gain by the parameters in the log score of each block predicted from the others; summed.
     pub gain: f64,
-    /// Variance of the parameters between blocks over that of their likelihood: 1 where the likelihood is right.
+    /// Jackknife variance of the parameters over that of their likelihood (design effect): 1 where the likelihood is
+    /// correct.
     pub design_effect: f64,
-    /// Degrees of freedom that the blocks leave for it: few where few blocks show the parameters.
+    /// Degrees of freedom of the jackknife variance: few where few blocks observe the parameters.
     pub freedom: f64,
 }
 
@@ -35,8 +36,7 @@ impl BlockSums {
     /// Sums over `blocks` of rows.
     ///
     /// # Inputs
-    /// `records`: whitened; `columns`: of each record and parameter, whitened alike; empty where a parameter does nothing
-    /// there.
+    /// `records`: whitened; `columns`: of each record and parameter, whitened alike; empty where a parameter has no effect.
     pub fn new(records: &[Vec<f64>], columns: &[Vec<Vec<f64>>], blocks: &[Range<usize>]) -> Self {
         let parameters = columns.first().map_or(0, Vec::len);
         let of_block = |rows: &Range<usize>| {
@@ -69,7 +69,7 @@ impl BlockSums {
         }
     }
 
-    /// Blocks of several records under the same parameters.
+    /// Joins blocks of several records under the same parameters.
     pub fn join(parts: impl IntoIterator<Item = Self>) -> Self {
         let parts: Vec<Self> = parts.into_iter().collect();
         Self {
@@ -78,10 +78,10 @@ impl BlockSums {
         }
     }
 
-    /// What blocks say of the parameters in `own`, all others fitted beside them.
+    /// Cross-validates the parameters in `own`, all others fitted as nuisance parameters.
     ///
     /// # Inputs
-    /// `fixed`: parameters whose value is 1 whatever the data; those in `own` are 0 without it.
+    /// `fixed`: parameters held at 1; those in `own` are 0 in the model without them.
     pub fn validate(&self, own: &[usize], fixed: &[usize]) -> BlockValidation {
         let free = |with: bool| -> Vec<usize> {
             (0..self.parameters)
@@ -107,7 +107,7 @@ impl BlockSums {
         }
     }
 
-    /// Σ over the parameters of the number of blocks that show one, by their information, less 1.
+    /// Σ over the parameters of the effective number of blocks that observe one, by their information, less 1.
     fn freedom(&self, own: &[usize]) -> f64 {
         let of_parameter = |k: usize| {
             let informations = self.blocks.iter().map(|sums| sums.gram[(k, k)]);
@@ -123,7 +123,7 @@ impl BlockSums {
         own.iter().copied().map(of_parameter).sum()
     }
 
-    /// Fits of `free` parameters with each block left out, those in `held` at 1.
+    /// Fits `free` parameters with each block left out, those in `held` at 1.
     fn left_out(&self, free: &[usize], held: &[usize]) -> LeftOut {
         let of = |sums: &Sums| -> (DMatrix<f64>, DVector<f64>) {
             let gram =
@@ -134,7 +134,7 @@ impl BlockSums {
             });
             (gram, moments)
         };
-        // −½ Σ (y − Σ held)², up to the y² that every set shares.
+        // −½ Σ (y − Σ held)², up to the y² common to every set.
         let of_held = |sums: &Sums| -> f64 {
             let products: f64 = held
                 .iter()
@@ -152,10 +152,12 @@ impl BlockSums {
             .iter()
             .fold(zero, |(gram, moments), (a, c)| (gram + a, moments + c));
         let whole = pseudo_inverse(&gram) * &moments;
-        // What a block's rows alone show is not known without it: a prior of the size that all show keeps it finite.
+        // A parameter observed in one block alone is undetermined without it: a prior of the size estimated from all keeps
+        // it finite.
         let squared = whole.dot(&moments) / (free.len().max(1) as f64);
         let prior = &gram / squared.max(1.0);
-        // The prior draws every estimate towards 0: blocks disagree about what all rows say under the same prior.
+        // The prior shrinks every estimate towards 0: blocks are compared with the estimate of all rows under the same
+        // prior.
         let under_prior = pseudo_inverse(&(&gram + &prior));
         let whole = &under_prior * &moments;
         let variance = &under_prior * &gram * &under_prior;
@@ -176,7 +178,7 @@ impl BlockSums {
     }
 }
 
-/// Fits with each block left out.
+/// Fits with each block left out (delete-one jackknife).
 struct LeftOut {
     score: f64,
     jackknife: DMatrix<f64>,
@@ -184,7 +186,7 @@ struct LeftOut {
 }
 
 impl LeftOut {
-    /// Geometric mean over some parameters of their variance between blocks over their likelihood's.
+    /// Geometric mean over some parameters of the jackknife variance over the likelihood's.
     fn design_effect(&self, own: &[usize]) -> f64 {
         let ratios = own
             .iter()
@@ -215,7 +217,7 @@ mod tests {
         StandardNormal.sample_iter(rng).take(ROWS).collect()
     }
 
-    /// Sums of one record on one column and on one that does nothing to it, with a held column of size 2.
+    /// Sums of one record on one column and on one without effect, with a held column of size 2.
     fn sums(size: impl Fn(usize) -> f64) -> BlockSums {
         let (column, other, noise) = (normals(1), normals(2), normals(3));
         let record = (0..ROWS)
@@ -244,7 +246,7 @@ mod tests {
         assert!(found.design_effect > 10.0, "{found:?}");
     }
 
-    /// Without it, the prior that shrinks each estimate would pass for a disagreement of the blocks.
+    /// Without a common prior, the shrinkage of each estimate would appear as a disagreement of the blocks.
     #[test]
     fn weak_effects_of_noise_make_blocks_disagree_no_more_than_strong_ones() {
         let mean_of = |size: f64| {

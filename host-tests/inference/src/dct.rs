@@ -17,15 +17,15 @@ pub struct Dct {
 
 struct Plan {
     rows: usize,
-    /// For both directions: at a length with a large prime factor a plan takes megabytes.
+    /// Common to both directions: at a length with a large prime factor a plan takes megabytes.
     fourier: Arc<dyn RealToComplex<f64>>,
     /// exp(−iπk/2n), k up to n/2.
     turns: Vec<Complex64>,
-    /// Buffers that no transform uses at present: new ones of megabytes would be cleared by the system each time.
+    /// Idle buffers for reuse: new ones of megabytes would be cleared by the system each time.
     idle: Mutex<Vec<Buffers>>,
 }
 
-/// What one transform needs besides its values.
+/// Working memory of one transform.
 struct Buffers {
     reordered: Vec<f64>,
     spectrum: Vec<Complex64>,
@@ -74,9 +74,9 @@ impl Dct {
         plan.give_back(buffers);
     }
 
-    /// Undoes [`Dct::forward`].
+    /// Inverts [`Dct::forward`].
     ///
-    /// The real values of a spectrum V are the Hartley transform of Re V − Im V over n, and that is Re F − Im F of its Fourier
+    /// The real values of a spectrum V are the Hartley transform of Re V − Im V over n, equal to Re F − Im F of its Fourier
     /// transform F.
     ///
     /// # Panics
@@ -107,7 +107,7 @@ impl Dct {
         plan.give_back(buffers);
     }
 
-    /// Frees what transforms keep for the next.
+    /// Frees the idle buffers.
     pub fn release(&self) {
         self.plan
             .idle
@@ -159,19 +159,19 @@ fn reordered(row: usize, rows: usize) -> usize {
     }
 }
 
-/// cos(π (first + i · stride) / 2n) of i from 0 to `count`, n being `rows`: waves of the transform's basis, along rows or
+/// cos(π (first + i · stride) / 2n) of i from 0 to `count`, n being `rows`: basis functions of the transform, along rows or
 /// along coefficients.
 pub fn cosines(rows: usize, first: usize, stride: usize, count: usize) -> Vec<f64> {
     turned(rows, first, stride, count, |a, b| a.re * b.re - a.im * b.im)
 }
 
-/// sin(π k / 2n) of k from 0 to n, n being `rows` and not among them.
+/// sin(π k / 2n) of k from 0 to n (exclusive), n being `rows`.
 pub fn sines(rows: usize) -> Vec<f64> {
     turned(rows, 0, 1, rows, |a, b| a.re * b.im + a.im * b.re)
 }
 
 /// `part` of the products of two points on the unit circle whose angles add up to π (first + i · stride) / 2n: one in a
-/// block and one in a table, so that few need a sine.
+/// block and one in a table, so that few trigonometric functions are evaluated.
 fn turned(
     rows: usize,
     first: usize,

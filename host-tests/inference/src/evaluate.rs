@@ -1,8 +1,8 @@
-//! The log posterior of one set of hypotheses: coefficients integrated out, noise at its best.
+//! Log marginal likelihood of a set of hypotheses: coefficients integrated out, noise levels maximised.
 //!
 //! Each hypothesis has a g-prior, `N(0, g F⁻¹)` with F its own information, g by empirical Bayes (MacKay's update). The
-//! noise levels are refitted under every set, from residual powers that hold the posterior covariance of the fit: without
-//! it every level comes out low and everything looks significant.
+//! noise levels are refitted for every set, from residual powers with the posterior covariance of the fit included: without
+//! it every level is underestimated and every significance overestimated.
 
 use std::ops::Range;
 
@@ -14,22 +14,22 @@ use crate::likelihood::Likelihood;
 use crate::linear::{LEAST_INFORMATION, invert, sub_matrix};
 use crate::noise::{NoiseLevels, TERMS};
 
-/// The drift term of one record.
+/// Drift term of one record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Drift {
-    /// None.
+    /// No drift.
     None,
-    /// 1/f.
+    /// Flicker, 1/f.
     Flicker,
-    /// A random walk of the record itself.
+    /// Random walk of the record.
     Walk,
 }
 
 impl Drift {
-    /// All of them.
+    /// All drift terms.
     pub const ALL: [Self; 3] = [Self::None, Self::Flicker, Self::Walk];
 
-    /// Which noise terms are fitted.
+    /// Mask of the fitted noise terms.
     pub fn active(self) -> [bool; TERMS] {
         [true, true, self == Self::Flicker, self == Self::Walk]
     }
@@ -42,7 +42,7 @@ pub struct Fit {
     pub members: Vec<usize>,
     /// Log marginal likelihood.
     pub log_likelihood: f64,
-    /// With prices of drift and of the members.
+    /// Log posterior: log marginal likelihood less the prices of drift and members.
     pub score: f64,
     /// Noise of each record.
     pub levels: Vec<NoiseLevels>,
@@ -56,63 +56,63 @@ pub struct Fit {
     pub estimate: DVector<f64>,
     /// Posterior covariance.
     pub covariance: DMatrix<f64>,
-    /// Number of directions of each member that the data show.
+    /// Rank of each member's information: number of directions observed by the data.
     pub ranks: Vec<usize>,
-    /// Squared size of each member in standard deviations.
+    /// Squared size of each member in standard deviations (Mahalanobis distance from 0).
     pub squared_sizes: Vec<f64>,
-    /// Whether one member adds no direction to the others.
+    /// A member is collinear with the others.
     pub is_redundant: bool,
-    /// Places among the members of those with a value that they cannot have.
+    /// Places among the members of estimates outside their possible range.
     pub impossible: Vec<usize>,
 }
 
 impl Fit {
-    /// Whether every member adds a direction, and none has a value that it cannot have.
+    /// True if every member adds a direction, and all estimates are possible.
     pub fn is_possible(&self) -> bool {
         !self.is_redundant && self.impossible.is_empty()
     }
 }
 
-/// Standard deviations by which an estimate may lie outside what is possible: chance brings it there.
+/// Largest excess of an estimate over its possible range attributed to chance, in standard deviations.
 pub const BY_CHANCE: f64 = 3.0;
 
-/// Steps of an evaluation.
+/// Limits of the iterations of an evaluation.
 #[derive(Debug, Clone, Copy)]
 pub struct Effort {
-    /// Most alternations between coefficients and noise.
+    /// Largest number of alternations between coefficients and noise.
     pub alternations: usize,
-    /// Change of the log likelihood at which they end.
+    /// Change of the log likelihood at convergence.
     pub tolerance: f64,
 }
 
 impl Effort {
-    /// To the end.
+    /// Iterations to convergence.
     pub const FULL: Self = Self {
         alternations: 14,
         tolerance: 5e-3,
     };
-    /// A first look from noise that is nearly right.
+    /// A quick evaluation from nearly converged noise.
     pub const QUICK: Self = Self {
         alternations: 5,
         tolerance: 5e-3,
     };
 }
 
-/// Directions with less than this share of a block's largest information are not seen.
+/// Share of a block's largest information below which a direction is unobserved.
 const LEAST_DIRECTION: f64 = 1e-9;
 
-/// The same for a member beside others, of columns scaled alike; columns are kept in single precision.
+/// Share of a member's scaled information given the others, below which it is collinear; columns are stored in single
+/// precision.
 const LEAST_ADDED: f64 = 1e-8;
 
 /// Bounds of g.
 const G_RANGE: [f64; 2] = [1.0, 1e12];
 
-/// What a block's information says by its directions.
+/// Prior of a block by the eigenvectors of its information.
 struct BlockPrior {
     information: DMatrix<f64>,
     rank: usize,
-    /// Prior precision that does not depend on g: of directions that are not seen, to keep them finite, and of physical
-    /// size.
+    /// Prior precision independent of g: of unobserved directions, to keep them finite, and of physical size.
     fixed: DMatrix<f64>,
 }
 
@@ -155,7 +155,7 @@ impl BlockPrior {
 /// Fits a set with given drift terms, its noise from `start`.
 ///
 /// # Returns
-/// A [`Fit`] whose `score` is still its `log_likelihood`.
+/// A [`Fit`] with the `log_likelihood` as its `score`.
 pub fn evaluate(
     data: &impl Likelihood,
     set: &[&Hypothesis],
@@ -167,7 +167,7 @@ pub fn evaluate(
     evaluate_assembled(data, (set, &assembled), start, drift, effort)
 }
 
-/// The same of a set that is assembled already.
+/// Fits a set that is assembled already.
 pub(crate) fn evaluate_assembled(
     data: &impl Likelihood,
     (set, assembled): (&[&Hypothesis], &Assembled),
@@ -270,14 +270,14 @@ pub(crate) fn evaluate_assembled(
     }
 }
 
-/// Whether what is estimated of a hypothesis lies beyond a value that its columns are made about: a prior about 0 is none of
-/// that, and would halve its variance where the value is found.
+/// True if a hypothesis's columns are made about a nonzero value: the parameters are then deviations from it, and a g-prior
+/// about 0 would halve their variance at that value.
 fn is_beyond_a_value(one: &Hypothesis) -> bool {
     !one.fixed.is_empty()
 }
 
-/// Energy that a fit is expected to leave, by record and bin \[the record's unit squared\]: that of its residual, and
-/// that of what is uncertain of its sizes.
+/// Expected residual energy, by record and bin \[the record's unit squared\]: that of the mean residual, and that of the
+/// posterior covariance.
 pub fn residual_power(data: &impl Likelihood, set: &[&Hypothesis], fit: &Fit) -> Vec<Vec<f64>> {
     let assembled = Assembled::new(data, set);
     let scale = &assembled.scale;
@@ -291,7 +291,7 @@ pub fn residual_power(data: &impl Likelihood, set: &[&Hypothesis], fit: &Fit) ->
         .collect()
 }
 
-/// Noise to start from: a drift term that was off begins at three times the white one.
+/// Initial noise levels: a drift term that was off starts at three times the white one.
 fn start_level(levels: NoiseLevels, drift: Drift) -> NoiseLevels {
     let begun = |level: f64| {
         if level > 0.0 {
@@ -381,7 +381,7 @@ fn finish(
     }
 }
 
-/// xᵀ V⁻¹ x over the directions that V has.
+/// Mahalanobis distance xᵀ V⁻¹ x over the directions of nonzero variance.
 fn squared_size(estimate: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
     let eigen = SymmetricEigen::new(covariance.clone());
     let largest = eigen.eigenvalues.max();
@@ -394,10 +394,10 @@ fn squared_size(estimate: &DVector<f64>, covariance: &DMatrix<f64>) -> f64 {
         .sum()
 }
 
-/// Whether a member adds no direction to the others and the gaps.
+/// True if a member is collinear with the others and the gaps.
 ///
 /// # Inputs
-/// `beside_gaps`: information beside the gaps; `own`: of each parameter by itself.
+/// `beside_gaps`: information with the gaps integrated out; `own`: information of each parameter by itself.
 fn is_redundant(beside_gaps: &DMatrix<f64>, own: &DVector<f64>, blocks: &[Range<usize>]) -> bool {
     let all: Vec<usize> = (0..beside_gaps.nrows()).collect();
     let rank = |of: &[usize]| {
@@ -412,7 +412,7 @@ fn is_redundant(beside_gaps: &DMatrix<f64>, own: &DVector<f64>, blocks: &[Range<
         return false;
     }
     let whole = rank(&all);
-    // What has all directions has each.
+    // At full rank no member is collinear.
     whole < all.len()
         && blocks.iter().any(|block| {
             let others: Vec<usize> = all.iter().copied().filter(|k| !block.contains(k)).collect();

@@ -1,7 +1,7 @@
-//! Scans of all rows for a step of a record, for an impulse and for a window in it.
+//! Matched-filter scans of all rows for a step, an impulse or a window in a record.
 //!
-//! With r the residual's coefficients and S the noise, the inverse transform of r/S is the score of an impulse at every
-//! row, its sum from a row on the score of a step there, and the difference of two such sums that of a window.
+//! With r the residual's coefficients and S the noise, the inverse transform of r/S is the score of an impulse at every row,
+//! its sum from a row on the score of a step there, and the difference of two such sums that of a window.
 
 use std::ops::Range;
 
@@ -10,25 +10,25 @@ use rayon::prelude::*;
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::normal_equations::Transform;
 
-/// What happens at one row.
+/// Kind of an event.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum EventKind {
-    /// The record is larger in one row.
+    /// Outlier in one row.
     Impulse,
-    /// The record is larger from the row on.
+    /// Step from the row on.
     Step,
-    /// The record is larger from the row on, for some rows.
+    /// Step from the row on, of limited duration.
     Window,
 }
 
 /// The strongest event of its kind in a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Event {
-    /// Which.
+    /// Kind of the event.
     pub kind: EventKind,
     /// First row.
     pub row: usize,
-    /// Rows that it lasts.
+    /// Duration in rows.
     pub rows: usize,
     /// Size in standard deviations.
     pub size: f64,
@@ -36,16 +36,16 @@ pub struct Event {
     pub std: f64,
 }
 
-/// Rows at which the information of a step is computed; between them it is interpolated.
+/// Number of rows at which the information of a step is computed; between them it is interpolated.
 const STEP_PLACES: usize = 48;
 
-/// Rows from either end of a span that are not scanned for impulses.
+/// Rows at either end of a span excluded from the scan for impulses.
 const END_ROWS: usize = 4;
 
 /// Scans the first span of a transform.
 ///
 /// # Inputs
-/// `residual`: coefficients of the record less what is fitted.
+/// `residual`: coefficients of the record less the fit.
 pub fn scan(
     transform: &Transform,
     basis: &NoiseBasis,
@@ -82,11 +82,11 @@ fn impulse(transform: &Transform, score: &[f64], powers: &[f64]) -> Option<Event
     })
 }
 
-/// Impulses in the first span, the strongest first, each beside those before it: those that are larger than `least` \[σ\], no
-/// more than `most`.
+/// Finds impulses in the first span, the strongest first, each given those before it: those larger than `least` \[σ\], at
+/// most `most` of them.
 ///
 /// # Inputs
-/// `residual`: coefficients of the record less what is fitted.
+/// `residual`: coefficients of the record less the fit.
 pub fn impulses(
     transform: &Transform,
     basis: &NoiseBasis,
@@ -119,7 +119,7 @@ impl Event {
     }
 }
 
-/// The sum of `score` from each row on, and 0 behind the last.
+/// Sum of `score` from each row on, and 0 behind the last.
 fn sums_from(score: &[f64]) -> Vec<f64> {
     let mut sums = vec![0.0; score.len() + 1];
     for row in (0..score.len()).rev() {
@@ -128,7 +128,7 @@ fn sums_from(score: &[f64]) -> Vec<f64> {
     sums
 }
 
-/// Score of an impulse at every row, and the noise of every coefficient.
+/// Score of an impulse at every row, and the noise power of every coefficient.
 pub fn impulse_scores(
     transform: &Transform,
     basis: &NoiseBasis,
@@ -139,7 +139,7 @@ pub fn impulse_scores(
     (scores_under(transform, residual, &powers), powers)
 }
 
-/// Score of an impulse at every row under known noise of every coefficient.
+/// Score of an impulse at every row for a known noise power of every coefficient.
 fn scores_under(transform: &Transform, residual: &[f64], powers: &[f64]) -> Vec<f64> {
     let weighted: Vec<f64> = residual.iter().zip(powers).map(|(r, s)| r / s).collect();
     transform.rows_of(&weighted)
@@ -148,7 +148,7 @@ fn scores_under(transform: &Transform, residual: &[f64], powers: &[f64]) -> Vec<
 /// Size of the largest impulse in any span of a transform \[σ\].
 ///
 /// # Inputs
-/// `residual`: coefficients of the record less what is fitted.
+/// `residual`: coefficients of the record less the fit.
 pub fn largest_impulse(
     transform: &Transform,
     basis: &NoiseBasis,
@@ -171,7 +171,7 @@ pub fn largest_impulse(
         .fold(0.0, f64::max)
 }
 
-/// Information of a step from row `place` of `rows` on, by bins of single coefficients and samples of wider ones.
+/// Fisher information of a step from row `place` of `rows` on, by bins of single coefficients and samples of wider ones.
 ///
 /// Coefficient k of the step is −√(2/n) sin(π place k/n)/(2 sin(π k/2n)).
 fn step_information(basis: &NoiseBasis, powers: &[f64], rows: usize, place: usize) -> f64 {
@@ -235,9 +235,10 @@ fn step(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event> {
     })
 }
 
-/// Information of a window of `length` of `rows`, well inside of them.
+/// Fisher information of a window of `length` of `rows`, well inside of them.
 ///
-/// Coefficient k is √(2/n) cos(π k (a + L/2)/n) sin(π k L/2n)/sin(π k/2n); the square of the cosine is ½ on average over places.
+/// Coefficient k is √(2/n) cos(π k (a + L/2)/n) sin(π k L/2n)/sin(π k/2n); the square of the cosine is ½ on average over
+/// places.
 fn window_information(basis: &NoiseBasis, powers: &[f64], rows: usize, length: usize) -> f64 {
     const SAMPLES: usize = 16;
     let n = rows as f64;
@@ -263,7 +264,7 @@ fn window_information(basis: &NoiseBasis, powers: &[f64], rows: usize, length: u
 /// # Inputs
 /// `from_row`: sums of the score; `powers`: noise of every bin.
 fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event> {
-    /// Ratio of one length to the next, and places a length: an edge that is a sixteenth off costs a thirtieth of the size.
+    /// Ratio of successive lengths, and places per length: an edge off by a sixteenth costs a thirtieth of the size.
     const RATIO: f64 = 1.15;
     const PLACES: usize = 8;
     let rows = from_row.len() - 1;
@@ -286,7 +287,7 @@ fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event>
             .max_by(larger)
     });
     let (mut row, mut length, mut best) = strongest.max_by(larger)?;
-    // Each edge in turn to where it is best.
+    // Refines each edge in turn.
     for edge in [0, 1, 0, 1] {
         let reach = (length / PLACES).max(1);
         let (start, end) = (row, row + length);
@@ -317,36 +318,36 @@ fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event>
     })
 }
 
-/// When a step may have happened.
+/// Posterior of the change point of a step.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Instant {
-    /// Rows, ascending.
+    /// Candidate rows, ascending.
     pub places: Vec<Place>,
 }
 
-/// One row that a step may have happened at.
+/// A candidate row of a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
-    /// Row in the middle of those that it stands for.
+    /// Middle row of the group.
     pub row: usize,
-    /// Number of those.
+    /// Number of rows in the group.
     pub rows: usize,
-    /// Posterior probability of the rows that it stands for.
+    /// Posterior probability of the group.
     pub probability: f64,
-    /// Best size of a step here, in the record's unit.
+    /// Maximum-likelihood size of a step here, in the record's unit.
     pub size: f64,
 }
 
-/// Rows that stand for the stretch around a step, and for each gap in it.
+/// Groups of rows around a step, and per gap in it.
 const SEEN_PLACES: usize = 48;
 const GAP_PLACES: usize = 16;
 
 impl Instant {
-    /// Goes through the rows around a step of `sigmas` standard deviations at `row`, in the first span of a transform, ever more
-    /// closely where the step may have been. All rows of a gap are alike: what is seen is the same wherever in it the step is.
+    /// Computes the posterior around a step of `sigmas` standard deviations at `row`, in the first span of a transform, on a
+    /// grid refined towards probable rows. All rows of a gap have the same likelihood.
     ///
     /// # Inputs
-    /// `record`: on all rows, the step in it.
+    /// `record`: values on all rows, step included.
     pub fn around(
         transform: &Transform,
         basis: &NoiseBasis,
@@ -354,7 +355,7 @@ impl Instant {
         record: &[f64],
         (row, sigmas): (usize, f64),
     ) -> Self {
-        /// Probability of a place below which the step was not there.
+        /// Probability below which a group is dropped.
         const NOT_THERE: f64 = 1e-4;
         let span = &transform.observations().spans[0];
         let weights = basis.weights(levels);
@@ -370,7 +371,7 @@ impl Instant {
             }
             (0.5 * score * score / information, score / information)
         };
-        // Ten times the length within which a step of this size is known.
+        // Ten times the resolution of the change point of a step of this size.
         let reach = (20.0 * span.rows.len() as f64 / (sigmas * sigmas).max(4.0)).ceil() as usize;
         let inner = span.rows.start + 1..span.rows.end - 1;
         let mut within = row.saturating_sub(reach).max(inner.start)..(row + reach).min(inner.end);
@@ -386,7 +387,7 @@ impl Instant {
             };
             let begin = first.row.saturating_sub(first.rows).max(within.start);
             let closer = begin..(last.row + last.rows + 1).min(within.end);
-            // Half as wide would be known no better.
+            // Stops unless the interval is halved.
             if within.len() <= SEEN_PLACES || 2 * closer.len() > within.len() {
                 return found;
             }
@@ -394,7 +395,7 @@ impl Instant {
         }
     }
 
-    /// The posterior probability of groups of rows that are alike, each row of which stands for so many.
+    /// Posterior probabilities of groups of rows of equal likelihood, each row with the number it represents.
     fn among(
         groups: &[(Vec<usize>, usize)],
         likelihood: &(impl Fn(usize) -> (f64, f64) + Sync),
@@ -417,7 +418,7 @@ impl Instant {
         Self { places }
     }
 
-    /// Mean row.
+    /// Posterior mean row.
     pub fn row(&self) -> usize {
         let rows = self.places.iter();
         rows.map(|place| place.probability * place.row as f64)
@@ -425,7 +426,7 @@ impl Instant {
             .round() as usize
     }
 
-    /// Standard deviation \[rows\]: that of the places, and that of the rows of a place, which are alike.
+    /// Posterior standard deviation \[rows\]: that of the places, and that of the rows within a group.
     pub fn std_rows(&self) -> f64 {
         let mean = self.row() as f64;
         let squares = self.places.iter();
@@ -439,7 +440,8 @@ impl Instant {
     }
 }
 
-/// Places of a stretch: rows at equal steps, and gaps, whose rows are alike; each row with how many it stands for.
+/// Groups of rows in an interval: equal steps, and gaps, whose rows have equal likelihood; each row with the number it
+/// represents.
 fn groups(within: &Range<usize>, gaps: &[Range<usize>]) -> Vec<(Vec<usize>, usize)> {
     let is_reached = |gap: &&Range<usize>| gap.start <= within.end && gap.end >= within.start;
     let reached: Vec<&Range<usize>> = gaps.iter().filter(is_reached).collect();
@@ -527,8 +529,8 @@ mod tests {
         assert_eq!(first.len(), 1);
     }
 
-    /// A large step is known to a row although the stretch around it is looked through coarsely first; of a weak one the rows
-    /// that the places stand for are no less uncertain than the places.
+    /// A large step is located to a row in spite of the coarse first grid; for a weak one the spread of the rows within a
+    /// group adds to that of the groups.
     #[test]
     fn the_deviation_of_an_instant_does_not_depend_on_how_far_around_it_is_looked() {
         let (transform, basis, levels) = white();
@@ -547,8 +549,8 @@ mod tests {
         }
     }
 
-    /// White noise of variance 4 in which a step of 1 is 14 standard deviations: its row is known to some (2/1)² rows; in a gap
-    /// it may be anywhere.
+    /// White noise of variance 4 with a step of 1, 14 standard deviations: its row is resolved to some (2/1)² rows; in a gap
+    /// its posterior is uniform.
     #[test]
     fn the_instant_of_a_step_is_known_to_some_rows_and_in_a_gap_to_the_gap() {
         let rows = 2000;

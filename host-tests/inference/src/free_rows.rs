@@ -1,8 +1,9 @@
-//! Takes out what is free in a span: impulses and boxes over its rows, of any size.
+//! Projection of nuisance parameters out of a span: impulses and boxes over its rows, of unknown size.
 //!
-//! With E what is free, S the noise: y − E (EᵀS⁻¹E)⁻¹ EᵀS⁻¹ y. Few are kept as spectra. Of many, as where a recorder lost rows
-//! here and there, spectra would take gigabytes, and their products minutes: they stay on their rows. S⁻¹ between two rows of a
-//! DCT-II is c(i − j) + c(i + j + 1), c the cosine sum of 1/S over n: one transform instead of a product for each pair.
+//! With E their shapes, S the noise: y − E (EᵀS⁻¹E)⁻¹ EᵀS⁻¹ y (generalised least squares). Few are stored as spectra. For
+//! many, as where a recorder lost scattered rows, spectra would take gigabytes, and their products minutes: they stay on
+//! their rows. S⁻¹ between two rows of a DCT-II is c(i − j) + c(i + j + 1), c the cosine sum of 1/S over n: one transform
+//! instead of a product for each pair.
 
 use std::ops::Range;
 
@@ -12,19 +13,19 @@ use realfft::RealFftPlanner;
 use crate::dct::Dct;
 use crate::linear::{invert, pseudo_inverse};
 
-/// One free number: an impulse in a row, so much of a box over some rows, or both.
+/// A nuisance parameter: an impulse in a row, a box over some rows, or both.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FreeNumber {
     /// Row of the impulse, counted from the span's begin.
     pub impulse: Option<usize>,
-    /// Rows of the box, counted so, and its height.
+    /// Rows of the box, counted from the span's begin, and its height.
     pub across: Option<(Range<usize>, f64)>,
 }
 
-/// Free numbers above which rows cost less than spectra: two transforms against two products of each.
+/// Number of nuisance parameters above which rows cost less than spectra: two transforms against two products of each.
 const FEW: usize = 24;
 
-/// What is free in a span under one noise, ready to be taken out.
+/// Nuisance parameters of a span under one noise, prepared for projection.
 pub struct FreeRows {
     /// The shapes E.
     shapes: Shapes,
@@ -33,14 +34,14 @@ pub struct FreeRows {
 }
 
 enum Shapes {
-    /// Their spectra, in single precision, for they are many.
+    /// Spectra, in single precision to save memory.
     Spectra(Vec<Vec<f32>>),
-    /// The numbers on their rows.
+    /// Nuisance parameters on their rows.
     Rows(Vec<FreeNumber>),
 }
 
 impl FreeRows {
-    /// Prepares to take `numbers` out of spectra of `dct`.
+    /// Prepares the projection of `numbers` out of spectra of `dct`.
     ///
     /// # Inputs
     /// `spectrum_of`: coefficients of one of them; `weights`: 1/S of each coefficient.
@@ -99,7 +100,7 @@ impl FreeRows {
         }
     }
 
-    /// Takes them out of the coefficients `values`.
+    /// Projects them out of the coefficients `values`.
     pub fn take_out(&self, values: &mut [f64], weights: &[f64], dct: &Dct) {
         match &self.shapes {
             Shapes::Spectra(spectra) => {
@@ -127,7 +128,7 @@ impl FreeRows {
         }
     }
 
-    /// Share of each coefficient's power that they take: the diagonal of E (EᵀS⁻¹E)⁻¹ Eᵀ S⁻¹.
+    /// Leverage: share of each coefficient's power removed, the diagonal of E (EᵀS⁻¹E)⁻¹ Eᵀ S⁻¹.
     pub fn leverage(&self, weights: &[f64], dct: &Dct) -> Vec<f64> {
         let mut squares = match &self.shapes {
             Shapes::Spectra(spectra) => (0..weights.len())
@@ -189,7 +190,7 @@ impl FreeRows {
 }
 
 impl FreeNumber {
-    /// Product of its shape with rows.
+    /// Dot product of its shape with rows.
     fn gather(&self, rows: &[f64]) -> f64 {
         let impulse = self.impulse.map_or(0.0, |row| rows[row]);
         let across = self.across.as_ref();
@@ -200,7 +201,7 @@ impl FreeNumber {
     }
 }
 
-/// The sum of shapes of some sizes, on rows.
+/// Sum of shapes of given sizes, on rows.
 fn scattered(numbers: &[FreeNumber], sizes: &[f64], rows: usize) -> Vec<f64> {
     let mut sum = vec![0.0; rows];
     for (one, size) in numbers.iter().zip(sizes) {
@@ -216,7 +217,7 @@ fn scattered(numbers: &[FreeNumber], sizes: &[f64], rows: usize) -> Vec<f64> {
     sum
 }
 
-/// Rows behind 1/S.
+/// Filters rows by 1/S.
 fn through(rows: &mut [f64], weights: &[f64], dct: &Dct) {
     dct.forward(rows);
     rows.iter_mut()
@@ -225,7 +226,7 @@ fn through(rows: &mut [f64], weights: &[f64], dct: &Dct) {
     dct.inverse(rows);
 }
 
-/// A place on the circle of 2n, from 0 to n.
+/// Reflects a place on the circle of 2n into 0 to n.
 fn folded(place: usize, rows: usize) -> usize {
     place.min(2 * rows - place)
 }
@@ -248,10 +249,10 @@ fn cosine_sums(h: &[f64]) -> Vec<f64> {
     spectrum.iter().map(|value| value.re).collect()
 }
 
-/// Shapes whose sums are formed side by side: each is as by itself to the last bit, and one addition need not wait for another.
+/// Number of shapes summed in parallel: each sum is unchanged to the last bit, and additions do not wait for one another.
 const SIDE_BY_SIDE: usize = 4;
 
-/// EᵀS⁻¹ y of at most as many shapes.
+/// EᵀS⁻¹ y of at most `SIDE_BY_SIDE` shapes.
 fn scores(group: &[Vec<f32>], values: &[f64], weights: &[f64]) -> Vec<f64> {
     match group.len() {
         1 => scores_of::<1>(group, values, weights).to_vec(),
@@ -261,7 +262,7 @@ fn scores(group: &[Vec<f32>], values: &[f64], weights: &[f64]) -> Vec<f64> {
     }
 }
 
-/// The same of `N` shapes.
+/// EᵀS⁻¹ y of `N` shapes.
 fn scores_of<const N: usize>(group: &[Vec<f32>], values: &[f64], weights: &[f64]) -> [f64; N] {
     let rows = values.len().min(weights.len());
     let (values, weights) = (&values[..rows], &weights[..rows]);
@@ -301,7 +302,7 @@ mod tests {
     fn rows_and_spectra_take_the_same_out() {
         const ROWS: usize = 300;
         let dct = Dct::new(ROWS);
-        // Angle random walk and white noise of angle: neighbours are anything but independent.
+        // Angle random walk and white noise of angle: neighbouring rows are strongly correlated.
         let weights: Vec<f64> = (0..ROWS)
             .map(|k| {
                 let sine = (std::f64::consts::PI * k as f64 / (2 * ROWS) as f64).sin();
@@ -333,7 +334,7 @@ mod tests {
         let [mut one, mut other] = [values.clone(), values];
         by_spectra.take_out(&mut one, &weights, &dct);
         by_rows.take_out(&mut other, &weights, &dct);
-        // Single precision of the spectra, behind an inverse of condition some thousand.
+        // Single precision of the spectra, amplified by an inverse of condition some thousand.
         for (a, b) in one.iter().zip(&other) {
             assert!((a - b).abs() < 1e-4, "{a} {b}");
         }

@@ -1,9 +1,9 @@
-//! What gaps leave unknown.
+//! Nuisance parameters of gaps.
 //!
-//! A likelihood that is diagonal in frequency needs a value in every row, and rows of a gap have none: they are free. In full
-//! that is a parameter a row. A straight line across the gap, an impulse at either end and a box over it all say the same up
-//! to the frequency at which a gap holds no power. Without the box, white angle (an encoder's noise) makes the standard
-//! deviation of a constant come out at 0.6 of what it is.
+//! A likelihood diagonal in frequency needs a value in every row; the unknown rows of a gap are nuisance parameters, in full
+//! one per row. A straight line across the gap, an impulse at either end and a box over it are equivalent up to the
+//! frequency at which a gap holds no power. Without the box, white angle (an encoder's noise) reduces the standard deviation
+//! of a constant to 0.6 of its true value.
 
 use std::ops::Range;
 
@@ -11,17 +11,17 @@ use crate::dct::{cosines, sines};
 use crate::free_rows::FreeNumber;
 use crate::observations::Span;
 
-/// A gap shorter than this share of its span needs no box: impulses at its ends say the same.
+/// Shortest gap with a box, as a share of its span: in shorter ones the impulses at its ends are equivalent.
 const SHORTEST: f64 = 1.0 / 64.0;
 
-/// Share of the power in coefficient `k` of a span of `rows` that a gap of `gap` rows takes away: what is free of it follows any
-/// noise up to about once across the gap, white angle a little further than white noise.
+/// Share of the power in coefficient `k` of a span of `rows` lost in a gap of `gap` rows: the nuisance parameters follow any
+/// noise up to about one cycle across the gap, white angle a little further than white noise.
 pub fn missing(gap: usize, rows: usize, k: usize) -> f64 {
     let share = gap as f64 / rows as f64;
     share * ((k as f64 * share - 0.5) / 1.5).clamp(0.0, 1.0)
 }
 
-/// What is free at the ends of gaps: impulses less the box that holds as much, so that slow noise sees nothing of them.
+/// Nuisance parameters at the ends of gaps: impulses less the box of equal area, without effect on slow noise.
 pub fn ends(span: &Span) -> Vec<FreeNumber> {
     let rows = span.rows.len();
     let mut all = Vec::new();
@@ -37,8 +37,8 @@ pub fn ends(span: &Span) -> Vec<FreeNumber> {
     all
 }
 
-/// What else is free in a span: its first and its last row, whose angles have no neighbour, all rows of each gap that is
-/// long enough, by as much, and its level where that is free.
+/// Slow nuisance parameters of a span: its first and its last row, whose angles have no neighbour, a box over each gap that
+/// is long enough, and its level where that is free.
 pub fn slow(span: &Span) -> Vec<FreeNumber> {
     let rows = span.rows.len();
     let of_span = [0, rows - 1].map(|row| FreeNumber {
@@ -57,7 +57,7 @@ pub fn slow(span: &Span) -> Vec<FreeNumber> {
     of_span.into_iter().chain(long).chain(level).collect()
 }
 
-/// Coefficients of a free number in a span of `rows`.
+/// Coefficients of a nuisance parameter's shape in a span of `rows`.
 pub fn spectrum(one: &FreeNumber, rows: usize) -> Vec<f64> {
     let mut sum = one
         .impulse
@@ -74,7 +74,7 @@ fn is_long(gap: usize, rows: usize) -> bool {
     gap > 2 && gap as f64 >= SHORTEST * rows as f64
 }
 
-/// Coefficients of 1 in some rows of a span of `rows`.
+/// Coefficients of a box over some rows of a span of `rows`.
 fn across(rows: usize, gap: &Range<usize>) -> Vec<f64> {
     let [first_sines, end_sines] = [gap.start, gap.end].map(|row| step_sines(rows, row));
     let scale = (2.0 / rows as f64).sqrt();
@@ -86,12 +86,12 @@ fn across(rows: usize, gap: &Range<usize>) -> Vec<f64> {
     spectrum
 }
 
-/// sin(π row k/n) for all k of a span of n rows: cosines, a quarter turn back.
+/// sin(π row k/n) for all k of a span of n rows, from cosines a quarter turn back.
 fn step_sines(rows: usize, row: usize) -> Vec<f64> {
     cosines(rows, 3 * rows, 2 * row, rows)
 }
 
-/// Coefficients of 1 in one row of a span of `rows`.
+/// Coefficients of an impulse in one row of a span of `rows`.
 fn impulse(rows: usize, row: usize) -> Vec<f64> {
     let scale = (2.0 / rows as f64).sqrt();
     let mut impulse = cosines(rows, 0, 2 * row + 1, rows);

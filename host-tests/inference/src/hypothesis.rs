@@ -1,6 +1,6 @@
-//! A hypothesis: parameters, and how each scales columns into records.
+//! A hypothesis: parameters, and their scaled columns in the records.
 
-/// `parameter · coefficient · column` is part of a record.
+/// A contribution `parameter · coefficient · column` to a record.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Term {
     /// Place of the parameter in its hypothesis.
@@ -13,7 +13,7 @@ pub struct Term {
     pub coefficient: f64,
 }
 
-/// `size · column` is part of a record whatever the parameters.
+/// A contribution `size · column` to a record, independent of the parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Fixed {
     /// Place of the record.
@@ -24,23 +24,24 @@ pub struct Fixed {
     pub size: f64,
 }
 
-/// What is known of a parameter before looking: its size, and values that it cannot have.
+/// Prior knowledge of a parameter: its size, and its possible range.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bound {
-    /// Standard deviation of its prior about 0, in its unit; infinite where its size is not known.
+    /// Standard deviation of its prior about 0, in its unit; infinite for an unknown size.
     pub std: f64,
     /// Least and largest possible value.
     pub range: [f64; 2],
 }
 
 impl Bound {
-    /// Nothing is known.
+    /// No prior knowledge.
     pub const NONE: Self = Self {
         std: f64::INFINITY,
         range: [f64::NEG_INFINITY, f64::INFINITY],
     };
 
-    /// The same of what a parameter is beyond `base`: the prior of a size is about 0, and none is left of it about another value.
+    /// Bound of the parameter's deviation from `base`: the prior of the size is about 0, and does not apply about another
+    /// value.
     pub fn about(self, base: f64) -> Self {
         Self {
             std: if base == 0.0 { self.std } else { f64::INFINITY },
@@ -48,32 +49,32 @@ impl Bound {
         }
     }
 
-    /// Whether an estimate lies outside the range by more than `deviations` of its standard deviations.
+    /// True if an estimate lies outside the range by more than `deviations` of its standard deviations.
     pub fn excludes(&self, value: f64, std: f64, deviations: f64) -> bool {
         let [least, largest] = self.range;
         value < least - deviations * std || value > largest + deviations * std
     }
 }
 
-/// One thing that may or may not be there, as a block of parameters.
+/// A possible effect, as a block of parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hypothesis {
     /// Number of parameters.
     pub parameters: usize,
-    /// What they do.
+    /// Contributions scaled by the parameters.
     pub terms: Vec<Term>,
-    /// What it does besides, without a parameter of its own.
+    /// Contributions without a parameter.
     pub fixed: Vec<Fixed>,
-    /// Place of a hypothesis without which this one means something else: its columns are made behind that one.
+    /// Place of a hypothesis required by this one: its columns are made given that one.
     pub requires: Option<usize>,
-    /// What is known of each parameter; empty where nothing is known of any.
+    /// Prior knowledge of each parameter; empty for none at all.
     pub bounds: Vec<Bound>,
-    /// ln of the number of places it was picked from, less what makes it likelier than others: a price in log posterior.
+    /// Price in log posterior: ln of the number of places searched (look-elsewhere), less the ln of its prior weight.
     pub price: f64,
 }
 
 impl Hypothesis {
-    /// Parameters of which nothing is known, at no price.
+    /// Parameters without prior knowledge, at no price.
     pub fn of_terms(parameters: usize, terms: Vec<Term>) -> Self {
         Self {
             parameters,
@@ -85,12 +86,12 @@ impl Hypothesis {
         }
     }
 
-    /// What is known of a parameter.
+    /// Prior knowledge of a parameter.
     pub fn bound(&self, parameter: usize) -> Bound {
         self.bounds.get(parameter).copied().unwrap_or(Bound::NONE)
     }
 
-    /// The same with what it does without a parameter as one more, whose value is 1.
+    /// Turns the fixed contributions into those of one more parameter, of value 1.
     pub fn with_fixed_as_parameter(&self) -> Self {
         let mut whole = self.clone();
         whole.terms.extend(whole.fixed.drain(..).map(|one| Term {

@@ -1,6 +1,6 @@
-//! What data say of a set's parameters under a known noise: the normal equations of generalised least squares.
+//! Normal equations of generalised least squares for a set's parameters under a known noise.
 //!
-//! Of y = Xθ + n, n with covariance S: XᵀS⁻¹X θ = XᵀS⁻¹y (Kay, *Estimation Theory*, 1993, Eq. 4.25). Independent data add.
+//! For y = Xθ + n, n with covariance S: XᵀS⁻¹X θ = XᵀS⁻¹y (Kay, *Estimation Theory*, 1993, Eq. 4.25). Independent data add.
 
 use std::ops::Range;
 
@@ -12,7 +12,7 @@ use crate::likelihood::Likelihood;
 use crate::linear::pseudo_inverse_beside;
 use crate::noise::NoiseLevels;
 
-/// What is left of an effect's power beside others below this share of it is rounding.
+/// Share of an effect's power given others, below which it is rounding.
 const ROUNDING: f64 = 1e-6;
 
 /// Normal equations of one set of parameters.
@@ -36,7 +36,7 @@ impl Information {
         }
     }
 
-    /// Sums up data under a known noise, with what gaps and ends leave unknown fitted away.
+    /// Sums up data under a known noise, the nuisance parameters of gaps and ends projected out.
     ///
     /// # Inputs
     /// `set`: hypotheses, whose parameters follow one another; `levels`: noise of each record.
@@ -66,7 +66,7 @@ impl Information {
     /// Adds independent data on some of the parameters.
     ///
     /// # Inputs
-    /// `places`: where each parameter of `part` stands here.
+    /// `places`: place here of each parameter of `part`.
     pub fn add(&mut self, part: &Self, places: &[usize]) {
         self.power += part.power;
         for (a, &to_a) in places.iter().enumerate() {
@@ -77,10 +77,10 @@ impl Information {
         }
     }
 
-    /// What is left of the information on some parameters beside free others, and how an effect of some is spread over them.
+    /// Schur complement of the information on some parameters given free others, and the regression of the others on them.
     ///
     /// # Inputs
-    /// `own`: the parameters in question; `beside`: parameters that are free, each with the standard deviation of its prior.
+    /// `own`: the parameters in question; `beside`: free nuisance parameters, each with the standard deviation of its prior.
     fn beside(&self, own: &[usize], beside: &[(usize, f64)]) -> (DMatrix<f64>, DMatrix<f64>) {
         let fisher = |a: usize, b: usize| self.fisher[(a, b)];
         let free = DMatrix::from_fn(beside.len(), beside.len(), |a, b| {
@@ -93,11 +93,11 @@ impl Information {
         (whole - across.tr_mul(&spread), spread)
     }
 
-    /// How far the effect of parameters lies outside what free others can make, in standard deviations.
+    /// Distance of an effect from the span of free other parameters, in standard deviations.
     ///
     /// # Inputs
-    /// `own`: the parameters; `values`: of them; `beside`: parameters that are free, each with the standard deviation of its
-    /// prior.
+    /// `own`: the parameters; `values`: their values; `beside`: free nuisance parameters, each with the standard deviation
+    /// of its prior.
     pub fn separation(&self, own: Range<usize>, values: &[f64], beside: &[(usize, f64)]) -> f64 {
         let own: Vec<usize> = own.collect();
         let values = DVector::from_column_slice(values);
@@ -111,7 +111,7 @@ impl Information {
         }
     }
 
-    /// The values that free parameters take where nothing but an effect of others is there.
+    /// Estimates of the free parameters in the absence of the effect's own parameters (aliasing of the effect).
     ///
     /// # Inputs
     /// As of [`Self::separation`].
@@ -123,7 +123,7 @@ impl Information {
             .to_vec()
     }
 
-    /// Standard deviations of parameters beside free others; infinite where nothing is said of one.
+    /// Standard deviations of parameters given free others; infinite for unobserved ones.
     ///
     /// # Inputs
     /// `own`: the parameters, each with the standard deviation of its prior; `beside`: the free ones alike.
@@ -143,7 +143,7 @@ impl Information {
             .collect()
     }
 
-    /// Weighed square of what parameters of given values leave, (y − Xθ)ᵀS⁻¹(y − Xθ).
+    /// Weighted residual sum of squares for given parameter values, (y − Xθ)ᵀS⁻¹(y − Xθ).
     pub fn power_left(&self, values: &DVector<f64>) -> f64 {
         self.power - 2.0 * values.dot(&self.score) + values.dot(&(&self.fisher * values))
     }
@@ -205,7 +205,7 @@ mod tests {
         let records = [record.clone()];
         let equations = NormalEquations::new(observations, &records, &Waves, levels);
         let found = Information::of(&equations, &[&set()], &[levels]);
-        // The unseen row is free, and so are the two ends.
+        // The unseen row is free, as are the two ends.
         let rows: Vec<usize> = (1..ROWS - 1).filter(|row| *row != 50).collect();
         let [one, two] = [0, 1].map(|place| Waves.column(place));
         let x = DMatrix::from_fn(rows.len(), 2, |row, column| match column {
@@ -249,12 +249,12 @@ mod tests {
         let known = of_three(angle);
         let apart = known.separation(0..1, &[5.0], &[(1, f64::INFINITY)]);
         assert!((apart - 5.0 * angle.sin()).abs() < 1e-9);
-        // What others can make together is not apart of them.
+        // An effect within the span of the others has no distance.
         assert_eq!(
             known.separation(0..1, &[5.0], &[(1, f64::INFINITY), (2, f64::INFINITY)]),
             0.0
         );
-        // A prior keeps the other from standing in.
+        // A prior prevents aliasing with the other.
         assert!((known.separation(0..1, &[5.0], &[(1, 1e-6)]) - 5.0).abs() < 1e-6);
         let instead = known.stand_in(0..1, &[5.0], &[(1, f64::INFINITY)]);
         assert!((instead[0] - 5.0 * angle.cos()).abs() < 1e-9);

@@ -1,18 +1,17 @@
-//! Which of many linear hypotheses a set of noisy records calls for, and how large each is.
+//! Bayesian selection of linear hypotheses for a set of noisy records, with estimates of their sizes.
 //!
-//! The observation model is `y = Σ coefficient · column + noise`, for several records (one a sensor) on the same rows.
-//! The noise is stationary with the terms of IEEE 952 (angle random walk, white angle, flicker, rate random walk);
-//! all four are diagonal in a DCT-II, so that one likelihood holds down to the lowest frequency. Nothing here
-//! knows what the columns mean.
+//! The observation model is `y = Σ coefficient · column + noise`, for several records (one a sensor) on the same rows. The
+//! noise is stationary with the terms of IEEE 952 (angle random walk, white angle, flicker, rate random walk); all four are
+//! diagonal in a DCT-II, so that one Whittle likelihood holds down to the lowest frequency. Columns have no physical meaning
+//! here.
 //!
-//! In the order of the data:
-//! [`dct`] transforms → [`observations`] says which rows are seen → [`noise`] gives the spectrum of each term →
-//! [`normal_equations`] frees what gaps leave unknown and sums columns and records by frequency → [`evaluate`] fits a set
-//! of hypotheses with its noise, over any data with a [`likelihood`]; [`information`] says what is known of its parameters →
-//! [`search`] finds the set; [`score_test`] goes through long lists of what could be added, over [`sums`] of rows where
-//! there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for lines, and [`periodogram`] with
-//! [`phase_course`] for lines between the coefficients whose phase may wander, and [`line_fit`] with their exact columns;
-//! [`block_validation`] asks blocks of rows whether an effect holds in all of them.
+//! In the order of the data: [`dct`] transforms → [`observations`] selects the seen rows → [`noise`] computes the spectrum
+//! of each term → [`normal_equations`] removes the nuisance parameters of gaps and sums columns and records by frequency →
+//! [`evaluate`] fits a set of hypotheses with its noise, over any data with a [`likelihood`]; [`information`] holds the
+//! normal equations of its parameters → [`search`] finds the set; [`score_test`] screens long lists of additions, over
+//! [`sums`] of rows where there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for
+//! lines, and [`periodogram`] with [`phase_course`] for lines between the coefficients with a wandering phase, and
+//! [`line_fit`] with their exact columns; [`block_validation`] cross-validates an effect over blocks of rows.
 
 pub mod block_validation;
 

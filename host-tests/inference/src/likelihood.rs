@@ -1,7 +1,7 @@
-//! What a search needs of data: per record its noise terms by bin, its energy, and its products with columns.
+//! Data interface of the search: per record its noise terms by bin, its energy, and its products with columns.
 //!
-//! Data of any kind are records of one likelihood; log-likelihoods of independent data add ([`JointLikelihood`]). Modelled on
-//! `bilby/core/likelihood.py` (Ashton et al. 2019), whose joint and zero likelihoods serve the same ends.
+//! Data of any kind are records of one likelihood; log-likelihoods of independent data add ([`JointLikelihood`]). Modelled
+//! on `bilby/core/likelihood.py` (Ashton et al. 2019), whose joint and zero likelihoods serve the same ends.
 
 use std::ops::Range;
 
@@ -11,8 +11,8 @@ use crate::normal_equations::NormalEquations;
 
 /// Gaussian data with noise of unknown levels, as sums by frequency bin.
 ///
-/// A column is known by its place among those of its record's part: the same place means different columns in records of
-/// different parts.
+/// A column is identified by its place among those of its record's part: the same place denotes different columns in records
+/// of different parts.
 pub trait Likelihood: Sync {
     /// Number of records.
     fn record_count(&self) -> usize;
@@ -29,14 +29,14 @@ pub trait Likelihood: Sync {
     /// Σ of the product of two columns of a record's part in a bin, both at unit power.
     fn product(&self, record: usize, bin: usize, a: usize, b: usize) -> f64;
 
-    /// Factor that brings a column of a record's part to unit power; 0 where it has none.
+    /// Factor of a column of a record's part to unit power; 0 where it has none.
     fn scale(&self, record: usize, column: usize) -> f64;
 
-    /// Parameters without a prior that are fitted beside every set: by record, what its gaps leave unknown; behind them
-    /// constants of several records.
+    /// Nuisance parameters with flat priors, fitted with every set: by record those of its gaps; behind them constants of
+    /// several records.
     fn free(&self) -> &[Hypothesis];
 
-    /// Records of one unit at one time, which drift together or not at all; ascending, all records.
+    /// Drift groups: records of one unit at one time, which drift together or not at all; ascending, all records.
     fn sisters(&self) -> Vec<Range<usize>>;
 }
 
@@ -74,7 +74,8 @@ impl Likelihood for NormalEquations {
     }
 }
 
-/// Independent data under common hypotheses: their log-likelihoods add. Records count through all parts, in their order.
+/// Independent data under common hypotheses: their log-likelihoods add. Records are numbered through all parts, in their
+/// order.
 pub struct JointLikelihood<'a, L> {
     parts: Vec<&'a L>,
     /// Part and place in it of each record.
@@ -114,7 +115,7 @@ impl<'a, L: Likelihood> JointLikelihood<'a, L> {
     }
 }
 
-/// A part's hypothesis with records counted behind `first` others.
+/// Renumbers a part's hypothesis to records behind `first` others.
 pub fn behind(hypothesis: &Hypothesis, first: usize) -> Hypothesis {
     let mut moved = hypothesis.clone();
     let terms = moved.terms.iter_mut().map(|Term { record, .. }| record);
@@ -162,14 +163,14 @@ impl<L: Likelihood> Likelihood for JointLikelihood<'_, L> {
     }
 }
 
-/// No data: every log-likelihood is 0, so that a search shows its prior alone.
+/// No data: every log-likelihood is 0, and the posterior of a search is its prior.
 pub struct ZeroLikelihood {
     records: usize,
     basis: NoiseBasis,
 }
 
 impl ZeroLikelihood {
-    /// A likelihood of so many records without a row.
+    /// A likelihood of `records` records without rows.
     pub fn new(records: usize) -> Self {
         Self {
             records,

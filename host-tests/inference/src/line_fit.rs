@@ -1,7 +1,7 @@
-//! A line fitted with its exact columns, for which its turns may be few and its gaps long.
+//! Least-squares fit of a line with its exact columns, for few turns and long gaps.
 //!
-//! [`crate::phase_course`] takes sine and cosine for orthogonal and a gap for rows that say nothing. Of a line of some ten turns
-//! neither holds: here the columns go through the same transform as the records.
+//! [`crate::phase_course`] assumes orthogonal sine and cosine and ignores gap rows. For a line of some ten turns neither
+//! holds: here the columns undergo the same transform as the records.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -11,25 +11,27 @@ use crate::linear::{dot, pseudo_inverse};
 use crate::normal_equations::Transform;
 use crate::phase_course::{Course, legendre};
 
-/// Records that show a line.
+/// Records of a line.
 pub struct Shown<'a> {
-    /// Coefficients of each record, the line among them.
+    /// Coefficients of each record, including the line.
     pub spectra: &'a [Vec<f64>],
     /// 1/S of each coefficient.
     pub weights: &'a [&'a [f64]],
 }
 
-/// What a record says of a line's columns: cosine and sine of its phase times each polynomial from the constant on.
+/// Normal equations of a record for a line's columns: cosine and sine of its phase times each polynomial from the constant
+/// on.
 struct Sums {
     gram: DMatrix<f64>,
     moments: DVector<f64>,
 }
 
 impl Shown<'_> {
-    /// Fits amplitudes and the polynomials of a phase from the first on, by Gauss and Newton.
+    /// Fits amplitudes and the phase polynomials from the first on (Gauss–Newton).
     ///
     /// # Inputs
-    /// `phase_rad`: of each of the record's `rows`, from which the fit begins; `degree`: 0 where it is known.
+    /// `phase_rad`: initial phase at each of the record's `rows`; `degree`: number of phase polynomials, 0 for a known
+    /// phase.
     pub fn fit(
         &self,
         transform: &Transform,
@@ -38,7 +40,7 @@ impl Shown<'_> {
         phase_rad: impl Fn(usize) -> f64 + Sync,
     ) -> Course {
         const MOST_STEPS: usize = 4;
-        /// A step below this changes nothing \[rad\].
+        /// Step size at convergence \[rad\].
         const SETTLED: f64 = 1e-4;
         let mut polynomial = vec![0.0; degree];
         let mut covariance = DMatrix::zeros(degree, degree);
@@ -139,14 +141,14 @@ fn amplitude(sums: &Sums) -> (Complex64, DMatrix<f64>) {
     (Complex64::new(parts[0], -parts[1]), inverse)
 }
 
-/// One step of the polynomials beside free amplitudes, and its covariance.
+/// One Gauss–Newton step of the polynomials with free amplitudes, and its covariance.
 fn step(sums: &[Sums], degree: usize) -> (DVector<f64>, DMatrix<f64>) {
     let count = degree + 2 * sums.len();
     let mut information = DMatrix::zeros(count, count);
     let mut slope = DVector::zeros(count);
     for (record, one) in sums.iter().enumerate() {
         let (a, _) = amplitude(one);
-        // From the numbers that are sought to sizes of the columns: a change of phase is a quarter of a turn ahead.
+        // Jacobian of the column sizes in the parameters: a change of phase is a quarter of a turn ahead.
         let mut of_numbers = DMatrix::zeros(one.moments.len(), count);
         for shape in 1..=degree {
             of_numbers[(2 * shape, shape - 1)] = -a.im;

@@ -4,15 +4,15 @@ use std::ops::Range;
 
 use nalgebra::{DMatrix, SymmetricEigen};
 
-/// Information below which a direction counts as empty.
+/// Information below which a direction is empty.
 pub(crate) const LEAST_INFORMATION: f64 = 1e-200;
 
-/// Inverse over the directions that are there, rows scaled to unit diagonal before.
+/// Pseudo-inverse over the nonzero eigenvalues, after scaling to unit diagonal.
 pub fn pseudo_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     pseudo_inverse_beside(matrix, matrix)
 }
 
-/// The same of what is left of a `whole` matrix, over the directions that are left of that: the rest is rounding.
+/// Pseudo-inverse of a Schur complement, scaled by the diagonal of the `whole` matrix: smaller eigenvalues are rounding.
 pub fn pseudo_inverse_beside(matrix: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMatrix<f64> {
     let scale: Vec<f64> = (0..matrix.nrows())
         .map(|k| 1.0 / whole[(k, k)].max(1e-200).sqrt())
@@ -36,7 +36,7 @@ pub fn pseudo_inverse_beside(matrix: &DMatrix<f64>, whole: &DMatrix<f64>) -> DMa
     DMatrix::from_fn(count, count, |i, j| inverse[(i, j)] * scale[i] * scale[j])
 }
 
-/// Σ a b, in eight sums side by side.
+/// Dot product Σ a b, in eight parallel sums.
 pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     let mut sums = [0.0; 8];
     let (a_eight, b_eight) = (a.chunks_exact(8), b.chunks_exact(8));
@@ -54,7 +54,7 @@ pub(crate) fn dot(a: &[f64], b: &[f64]) -> f64 {
     sums.iter().sum::<f64>() + rest
 }
 
-/// Inverse and ln determinant of a positive matrix, scaled to unit diagonal before.
+/// Inverse and ln determinant of a positive matrix, after scaling to unit diagonal.
 pub fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     let count = precision.nrows();
     if count == 0 {
@@ -63,7 +63,7 @@ pub fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     let scale: Vec<f64> = (0..count)
         .map(|k| 1.0 / precision[(k, k)].max(LEAST_INFORMATION).sqrt())
         .collect();
-    // Members that add nothing to each other leave a matrix without an inverse; their set is refused by its rank.
+    // Collinear members make the matrix singular; their set is rejected by its rank.
     for ridge in [1e-12, 1e-9, 1e-6] {
         let mut scaled =
             DMatrix::from_fn(count, count, |i, j| precision[(i, j)] * scale[i] * scale[j]);
@@ -84,7 +84,7 @@ pub fn invert(precision: &DMatrix<f64>) -> (DMatrix<f64>, f64) {
     (DMatrix::zeros(count, count), f64::INFINITY)
 }
 
-/// A square on the diagonal.
+/// Diagonal block of a matrix.
 pub(crate) fn sub_matrix(matrix: &DMatrix<f64>, block: &Range<usize>) -> DMatrix<f64> {
     matrix
         .view((block.start, block.start), (block.len(), block.len()))

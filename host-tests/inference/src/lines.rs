@@ -1,24 +1,24 @@
-//! The strongest line in what is left of a record, against the power beside it.
+//! The strongest spectral line of a residual, against the local noise power.
 
-/// A line.
+/// A spectral line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
     /// Frequency as a share of the row rate.
     pub share: f64,
-    /// Its power over the median of its neighbours' \[1\].
+    /// Ratio of its power to the median of its neighbours' \[1\].
     pub ratio: f64,
 }
 
-/// Coefficients of a block whose median a line is held against.
+/// Coefficients of a block for the median.
 const BLOCK: usize = 48;
 
-/// The strongest line of a span.
+/// Finds the strongest line of a span.
 ///
 /// # Inputs
-/// `residual`: coefficients of the span, `rows` of them from the first on. A line between two coefficients stands in
-/// both, so pairs are looked at. Whatever noise was fitted does not matter: a line that passed for drift is seen as well.
+/// `residual`: coefficients of the span, `rows` of them from the first on. A line between two coefficients appears in both,
+/// so pairs are summed. The fitted noise is not used: a line absorbed by a drift term is found as well.
 pub fn strongest(residual: &[f64], rows: usize) -> Option<Line> {
-    /// Below this a line is a few periods long: drift.
+    /// Lowest coefficient; below it a line is a few periods long, as drift.
     const FIRST: usize = 6;
     let power: Vec<f64> = residual[..rows].iter().map(|c| c * c).collect();
     let pairs: Vec<f64> = power.windows(2).map(|pair| pair[0] + pair[1]).collect();
@@ -30,7 +30,7 @@ pub fn strongest(residual: &[f64], rows: usize) -> Option<Line> {
             *block.select_nth_unstable_by(middle, f64::total_cmp).1
         })
         .collect();
-    // Beside a steep spectrum the stronger neighbour counts.
+    // In a steep spectrum the larger of two neighbouring medians is used.
     let beside = |k: usize| {
         let block = k / BLOCK;
         let other = if k % BLOCK < BLOCK / 2 {

@@ -1,9 +1,9 @@
 //! Stationary noise in the terms of IEEE 952, each diagonal in a DCT-II.
 //!
-//! With λ_k = 4 sin²(π k / 2n), per row: angle random walk (N) is 1, white angle (Q) is λ_k, flicker (B) is 1/k,
-//! rate random walk (K) is 1/λ_k. The two drift terms are scaled to 1 at the second and the first frequency of the
-//! whole record. A constant under drift (k = 0) has the variance that the drift builds up until then: a random walk
-//! from 0 has a mean of variance σ² (a + m/3) over m rows after a rows.
+//! With λ_k = 4 sin²(π k / 2n), the power per row is 1 for angle random walk (N), λ_k for white angle (Q), 1/k for flicker
+//! (B), and 1/λ_k for rate random walk (K). The two drift terms are scaled to 1 at the second and the first frequency of the
+//! whole record. A constant under drift (k = 0) has the variance of the drift accumulated until then: a random walk from 0
+//! has a mean of variance σ² (a + m/3) over m rows after a rows.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -18,9 +18,9 @@ pub const TERMS: usize = 4;
 /// Power of each term per row, in the record's unit squared: N, Q, B, K in this order.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct NoiseLevels {
-    /// White noise of the record: angle random walk.
+    /// Angle random walk: white noise of the record.
     pub white: f64,
-    /// White noise of its sum, differenced: quantisation, pickoff, encoder.
+    /// White angle noise, differenced in the record: quantisation, pickoff, encoder.
     pub angle: f64,
     /// Flicker, at the second frequency of the record.
     pub flicker: f64,
@@ -29,12 +29,12 @@ pub struct NoiseLevels {
 }
 
 impl NoiseLevels {
-    /// In the order N, Q, B, K.
+    /// Levels in the order N, Q, B, K.
     pub fn as_array(self) -> [f64; TERMS] {
         [self.white, self.angle, self.flicker, self.walk]
     }
 
-    /// From the order N, Q, B, K.
+    /// Levels from the order N, Q, B, K.
     pub fn from_array([white, angle, flicker, walk]: [f64; TERMS]) -> Self {
         Self {
             white,
@@ -44,12 +44,12 @@ impl NoiseLevels {
         }
     }
 
-    /// Power of white noise of rate and of angle at a frequency, as a share of the row rate.
+    /// Power of white rate and white angle noise at a frequency, as a share of the row rate.
     pub fn of_share(self, share: f64) -> f64 {
         self.white + self.angle * 4.0 * (PI * share).sin().powi(2)
     }
 
-    /// The mean of several records' levels.
+    /// Mean of several records' levels.
     pub fn mean(levels: &[Self]) -> Self {
         let count = levels.len() as f64;
         let mut sum = [0.0; TERMS];
@@ -61,8 +61,8 @@ impl NoiseLevels {
         Self::from_array(sum)
     }
 
-    /// The noise of increments by rows of another length, in a record of another: angle random walk and drift have the same
-    /// power a hertz; so has white noise of angle below half the slower rate, as if the faster rows were summed.
+    /// Converts the levels to rows of another length, in a record of another: angle random walk and drift keep their power a
+    /// hertz; so does white angle below half the slower rate, as if the faster rows were summed.
     ///
     /// # Inputs
     /// `own`, `other`: rows a second \[Hz\] and length \[s\] of the record.
@@ -76,7 +76,7 @@ impl NoiseLevels {
         }
     }
 
-    /// Without drift.
+    /// Levels without drift.
     pub fn stationary(self) -> Self {
         Self {
             flicker: 0.0,
@@ -91,11 +91,11 @@ impl NoiseLevels {
 pub struct NoiseBasis {
     /// Coefficients of each bin, counted through all spans.
     pub bins: Vec<Range<usize>>,
-    /// Effective number of observations in each bin: gaps hold none of their own.
+    /// Effective number of observations in each bin; gaps contribute none.
     pub counts: Vec<f64>,
     /// Mean power of each term in each bin.
     pub power: [Vec<f64>; TERMS],
-    /// Place of each bin's middle frequency \[cycles per row\].
+    /// Middle frequency of each bin \[cycles per row\].
     pub frequency: Vec<f64>,
     spans: Vec<SpanShape>,
     record_rows: usize,
@@ -108,17 +108,17 @@ struct SpanShape {
     before: usize,
 }
 
-/// Bins are single up to this coefficient.
+/// Last coefficient of single-coefficient bins.
 const SINGLE_BINS: usize = 32;
 
-/// Width of a bin beyond, as a share of its frequency.
+/// Width of a wider bin, as a share of its frequency.
 const BIN_WIDTH: f64 = 0.08;
 
-/// Zero frequency of differenced noise: a quarter of the next.
+/// Power of differenced noise at zero frequency, as a share of that at the next.
 const CONSTANT_OF_ANGLE: f64 = 0.25;
 
 impl NoiseBasis {
-    /// No bins.
+    /// A basis without bins.
     pub fn empty() -> Self {
         let none = Observations {
             spans: Vec::new(),
@@ -127,10 +127,10 @@ impl NoiseBasis {
         Self::new(&none)
     }
 
-    /// Terms of independent observations, a bin each: values that stand on no rows, as means over stretches of time.
+    /// Terms of independent observations, a bin each: values not on rows, such as means over intervals.
     ///
     /// # Inputs
-    /// `power`: of each term in each observation; `counts`: how many observations each stands for.
+    /// `power`: of each term in each observation; `counts`: number of observations represented by each.
     pub fn of_values(power: [Vec<f64>; TERMS], counts: Vec<f64>) -> Self {
         Self {
             bins: (0..counts.len()).map(|one| one..one + 1).collect(),
@@ -222,9 +222,9 @@ impl NoiseBasis {
         [1.0, lambda, flicker * n / k as f64, walk / lambda]
     }
 
-    /// Takes shares of a span's coefficients, `taken` of each, out of the counts of its bins.
+    /// Reduces the counts of a span's bins by the shares `taken` of each coefficient.
     pub(crate) fn take_out(&mut self, span: Range<usize>, taken: impl Fn(usize) -> f64) {
-        /// Coefficients that stand for a wide bin.
+        /// Coefficients sampled in a wide bin.
         const SAMPLES: usize = 16;
         for (count, bin) in self.counts.iter_mut().zip(&self.bins) {
             if !span.contains(&bin.start) {
@@ -237,7 +237,7 @@ impl NoiseBasis {
         }
     }
 
-    /// Takes a number of observations out of each bin's count.
+    /// Reduces each bin's count by a number of observations.
     pub(crate) fn take_out_of_bins(&mut self, taken: impl Iterator<Item = f64>) {
         for (count, taken) in self.counts.iter_mut().zip(taken) {
             *count = (*count - taken).max(LEAST_COUNT);
@@ -285,11 +285,11 @@ impl NoiseBasis {
         powers.map(|power| 1.0 / power).collect()
     }
 
-    /// The levels of `active` terms that maximise `−½ Σ count (ln S + P/S)`, from `start`.
+    /// Fits the levels of `active` terms by the Whittle likelihood, maximising `−½ Σ count (ln S + P/S)`, from `start`.
     ///
     /// # Inputs
-    /// `power`: sum of squared coefficients expected in each bin, positive. Multiplicative steps first, which
-    /// come near from anywhere; then Fisher scoring as non-negative least squares.
+    /// `power`: expected sum of squared coefficients in each bin, positive. Multiplicative updates first, which converge
+    /// from any start; then Fisher scoring as non-negative least squares.
     pub fn fit(&self, power: &[f64], start: NoiseLevels, active: [bool; TERMS]) -> NoiseLevels {
         if power.is_empty() {
             return start;
@@ -374,7 +374,7 @@ impl NoiseBasis {
         NoiseLevels::from_array(levels)
     }
 
-    /// Factors of one multiplicative step.
+    /// Factors of one multiplicative update.
     fn multiplicative(&self, density: &[f64], levels: [f64; TERMS]) -> [f64; TERMS] {
         let mut sums = [[0.0; 2]; TERMS];
         for (bin, density) in density.iter().enumerate() {
@@ -391,7 +391,7 @@ impl NoiseBasis {
         sums.map(|[above, below]| above / below)
     }
 
-    /// Levels that one Fisher-scoring step asks for.
+    /// Levels after a full Fisher-scoring step.
     fn scoring(
         &self,
         density: &[f64],
@@ -424,16 +424,17 @@ impl NoiseBasis {
     }
 }
 
-/// Flicker's constant has the power of its frequency 0.55, as a random walk's mean has.
+/// Flicker's constant has the power at frequency 0.55, as a random walk's mean has.
 const CONSTANT_OF_FLICKER: f64 = 0.55;
-/// A bin that free rows take out almost wholly still has a power.
+/// Least count of a bin, where nuisance parameters take almost all.
 const LEAST_COUNT: f64 = 1e-3;
-/// Power below which a bin counts as empty.
+/// Power below which a bin is empty.
 const LEAST_POWER: f64 = 1e-300;
 const MOST_MULTIPLICATIVE: usize = 60;
 const MOST_SCORING: usize = 10;
 
-/// Minimises ½ xᵀ A x − bᵀ x over x ≥ 0 with only `active` entries free: the best of all subsets whose solution is positive.
+/// Minimises ½ xᵀ A x − bᵀ x over x ≥ 0 with only `active` entries free: the best of all subsets with a non-negative
+/// solution.
 fn non_negative(
     a: &[[f64; TERMS]; TERMS],
     b: &[f64; TERMS],

@@ -1,27 +1,28 @@
-//! All four noise terms of one record together, with their covariance.
+//! Joint estimate of all four noise terms of one record, with their covariance.
 
 use nalgebra::DMatrix;
 
 use crate::noise::{NoiseBasis, NoiseLevels, TERMS};
 
-/// Levels of noise with what the record leaves uncertain of them.
+/// Estimated noise levels with their uncertainty.
 #[derive(Debug, Clone, PartialEq)]
 pub struct NoiseEstimate {
-    /// Levels of highest likelihood, none below 0.
+    /// Maximum-likelihood levels, none below 0.
     pub levels: NoiseLevels,
     /// Their standard deviations in the order N, Q, B, K, from the Fisher information of all four together.
     pub stds: [f64; TERMS],
 }
 
 impl NoiseBasis {
-    /// Fits angle random walk, white angle, flicker and rate random walk together \[the record's unit squared\].
+    /// Fits angle random walk, white angle, flicker and rate random walk together \[the record's unit squared\], by the
+    /// Whittle likelihood.
     ///
     /// # Inputs
-    /// `power`: sum of squared coefficients expected in each bin. The constant of each span is left out: a bias that
-    /// nobody knows says nothing of noise.
+    /// `power`: expected sum of squared coefficients in each bin. The constant of each span is excluded: an unknown bias
+    /// holds no information on noise.
     ///
     /// # Returns
-    /// `None` where the bins do not tell four terms apart.
+    /// `None` where the four terms are not distinguishable.
     pub fn estimate(&self, power: &[f64]) -> Option<NoiseEstimate> {
         let (basis, power) = self.without_constants(power);
         let density: Vec<f64> = power
@@ -29,7 +30,7 @@ impl NoiseBasis {
             .zip(&basis.counts)
             .map(|(p, n)| p / n)
             .collect();
-        // Flicker and walk pass for one another: there is a maximum beside either.
+        // Flicker and walk are hardly distinguishable: there is a local maximum near either.
         let white = 0.5 * median(density.iter().copied());
         let of_angle = density.iter().zip(&basis.power[1]);
         let angle = 0.5 * median(of_angle.map(|(density, power)| density / power));
@@ -61,7 +62,7 @@ impl NoiseBasis {
             .sum::<f64>()
     }
 
-    /// The bins beside those of zero frequency, with their powers.
+    /// Removes the bins of zero frequency.
     fn without_constants(&self, power: &[f64]) -> (Self, Vec<f64>) {
         let is_left: Vec<bool> = self.frequency.iter().map(|&middle| middle > 0.0).collect();
         fn left<T: Clone>(values: &[T], is_left: &[bool]) -> Vec<T> {
@@ -79,7 +80,7 @@ impl NoiseBasis {
         (basis, left(power, &is_left))
     }
 
-    /// Standard deviations of levels that were all fitted.
+    /// Standard deviations of jointly fitted levels.
     fn stds(&self, levels: NoiseLevels) -> Option<[f64; TERMS]> {
         let s = self.binned(levels);
         let information = DMatrix::from_fn(TERMS, TERMS, |a, b| {
@@ -89,7 +90,7 @@ impl NoiseBasis {
             })
             .sum::<f64>()
         });
-        // Scaled, for the levels differ by many powers of ten.
+        // Scaled, as the levels differ by many powers of ten.
         let scale = DMatrix::from_diagonal(&information.diagonal().map(|one| one.sqrt().recip()));
         let covariance = &scale * (&scale * information * &scale).try_inverse()? * &scale;
         Some(std::array::from_fn(|term| {
@@ -98,7 +99,7 @@ impl NoiseBasis {
     }
 }
 
-/// A level to start from beside one that explains the record.
+/// Initial ratio of the weaker drift level.
 const WEAK: f64 = 1e-3;
 
 fn median(values: impl Iterator<Item = f64>) -> f64 {
@@ -141,7 +142,7 @@ mod tests {
             .collect()
     }
 
-    /// Estimates of a record's terms over their standard deviations from what was put in.
+    /// Pulls of a record's estimated terms: errors over their standard deviations.
     fn pulls(seed: u64, put_in: [f64; TERMS]) -> [f64; TERMS] {
         let basis = NoiseBasis::new(&Observations::bridged(&[true; ROWS]).expect("rows"));
         let mut spectrum = record(seed, put_in);

@@ -1,7 +1,7 @@
-//! Sums over frequency bins of all products between columns and records.
+//! Normal equations by frequency bin: sums of all products between columns and records.
 //!
-//! Per bin: `G = Σ X Xᵀ`, `h = Σ X y`, `e = Σ y²`. A change of noise or of the set of columns is then small dense
-//! algebra; rows are passed over again only for new columns.
+//! Per bin: `G = Σ X Xᵀ`, `h = Σ X y`, `e = Σ y²`. A change of noise or of the set of columns is then small dense algebra;
+//! rows are processed again only for new columns.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -14,7 +14,7 @@ use crate::linear::{dot, pseudo_inverse};
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::observations::{Observations, Span};
 
-/// Where columns come from: they are formed one after the other and not kept.
+/// Source of columns: they are formed one after the other and not stored.
 pub trait Columns: Sync {
     /// Number of columns.
     fn count(&self) -> usize;
@@ -22,13 +22,13 @@ pub trait Columns: Sync {
     fn column(&self, place: usize) -> Vec<f64>;
 }
 
-/// Transforms of the spans of an [`Observations`], with what their gaps and ends leave unknown taken out.
+/// Transforms of the spans of an [`Observations`], with the nuisance parameters of gaps and ends projected out.
 pub struct Transform {
     observations: Observations,
     dct: Vec<Dct>,
-    /// What is free in each span.
+    /// Nuisance parameters of each span.
     free: Vec<FreeRows>,
-    /// 1/S of each coefficient, for taking it out.
+    /// 1/S of each coefficient, for the projection.
     weights: Vec<f64>,
 }
 
@@ -36,10 +36,10 @@ impl Transform {
     /// Plans the transforms for a known noise.
     ///
     /// # Inputs
-    /// `levels`: the noise under which gaps and ends are taken out.
+    /// `levels`: noise of the projection of gaps and ends.
     ///
     /// # Returns
-    /// The transforms, and the noise terms with as many observations in each bin as are left.
+    /// The transforms, and the noise terms with the remaining number of observations in each bin.
     pub fn with_basis(observations: Observations, levels: NoiseLevels) -> (Self, NoiseBasis) {
         Self::taking_out(observations, levels, |span| {
             let slow = gaps::slow(span).into_iter();
@@ -47,7 +47,7 @@ impl Transform {
         })
     }
 
-    /// The same with what is `free` in a span.
+    /// Plans the transforms with the nuisance parameters `free_in` a span.
     fn taking_out(
         observations: Observations,
         levels: NoiseLevels,
@@ -82,7 +82,7 @@ impl Transform {
         (transform, basis)
     }
 
-    /// Coefficients of a record or column on all rows, what is free taken out.
+    /// Coefficients of a record or column, nuisance parameters projected out.
     pub fn spectrum(&self, rows: &[f64]) -> Vec<f64> {
         let mut all = Vec::new();
         for (place, span) in self.observations.spans.iter().enumerate() {
@@ -98,7 +98,7 @@ impl Transform {
         all
     }
 
-    /// Coefficients of what is free in a single span at all frequencies, gaps' ends taken out.
+    /// Coefficients of the slow nuisance parameters of a single span, gaps' ends projected out.
     fn slow(&self) -> Vec<Vec<f64>> {
         let mut slow: Vec<Vec<f64>> = match self.observations.spans.as_slice() {
             [span] => gaps::slow(span)
@@ -113,16 +113,16 @@ impl Transform {
         slow
     }
 
-    /// Takes what is free in the span at `place`, whose coefficients begin at `first`, out of its `values`.
+    /// Projects the nuisance parameters of the span at `place`, whose coefficients begin at `first`, out of its `values`.
     fn take_out(&self, place: usize, first: usize, values: &mut [f64]) {
         let weights = &self.weights[first..first + values.len()];
         self.free[place].take_out(values, weights, &self.dct[place]);
     }
 
-    /// Rows of a record or column divided by the root of their noise, coefficient by coefficient \[σ\].
+    /// Rows of a record or column whitened by the root of the noise of each coefficient \[σ\].
     ///
     /// # Inputs
-    /// `roots`: of the noise of every coefficient.
+    /// `roots`: roots of the noise power of every coefficient.
     pub fn whitened(&self, rows: &[f64], roots: &[f64]) -> Vec<f64> {
         let mut spectrum = self.spectrum(rows);
         let pairs = spectrum.iter_mut().zip(roots);
@@ -130,7 +130,7 @@ impl Transform {
         self.rows_of(&spectrum)
     }
 
-    /// Puts coefficients back on rows; rows outside all spans are 0.
+    /// Transforms coefficients back to rows; rows outside all spans are 0.
     pub fn rows_of(&self, spectrum: &[f64]) -> Vec<f64> {
         let mut rows = vec![0.0; self.observations.record_rows];
         let mut first = 0;
@@ -143,28 +143,28 @@ impl Transform {
         rows
     }
 
-    /// Frees what the transforms keep for the next.
+    /// Frees the buffers of the transforms.
     pub fn release(&self) {
         self.dct.iter().for_each(Dct::release);
     }
 
-    /// Which rows are seen.
+    /// Spans of the seen rows.
     pub fn observations(&self) -> &Observations {
         &self.observations
     }
 }
 
-/// The sums, with what is needed to add columns.
+/// The sums, with the spectra for further columns.
 pub struct NormalEquations {
     /// Bins and noise terms.
     pub basis: NoiseBasis,
     /// Transforms of rows.
     pub transform: Transform,
-    /// Per bin the packed lower triangle of G.
+    /// Packed lower triangle of G, per bin.
     gram: Vec<Vec<f64>>,
-    /// Per record and bin, h.
+    /// h, per record and bin.
     moments: Vec<Vec<Vec<f64>>>,
-    /// Per record and bin, e.
+    /// e, per record and bin.
     energy: Vec<Vec<f64>>,
     /// Columns' coefficients, each scaled to unit power.
     spectra: Vec<Vec<f32>>,
@@ -172,25 +172,25 @@ pub struct NormalEquations {
     scale: Vec<f64>,
     /// Records' coefficients.
     records: Vec<Vec<f64>>,
-    /// By record, what its gaps leave unknown, and behind them constants of several records that nobody knows: parameters with
-    /// no prior. Their columns stand before all others.
+    /// Nuisance parameters: of each record's gaps, followed by constants of several records, all with flat priors. Their
+    /// columns precede all others.
     gaps: Vec<Hypothesis>,
     slow: usize,
-    /// Columns of gaps and constants.
+    /// Number of columns of gaps and constants.
     leading: usize,
 }
 
-/// Columns from here on are what gaps and ends leave unknown.
+/// First column number of the nuisance parameters.
 const SLOW: usize = usize::MAX / 2;
 
-/// Coefficients that are multiplied at once, to stay within the cache.
+/// Coefficients multiplied at once, within the cache.
 const CHUNK: usize = 512;
 
 impl NormalEquations {
-    /// Passes over the rows of `records` and `columns`.
+    /// Sums over the rows of `records` and `columns`.
     ///
     /// # Inputs
-    /// `levels`: the noise under which ends are taken out; another noise later costs efficiency, never a bias.
+    /// `levels`: noise for the projection of ends; another noise later costs efficiency, never a bias.
     pub fn new(
         observations: Observations,
         records: &[Vec<f64>],
@@ -200,7 +200,7 @@ impl NormalEquations {
         Self::with_constants(observations, records, columns, levels, &[])
     }
 
-    /// The same beside constants whose sizes nobody knows.
+    /// Sums with constants of unknown sizes as nuisance parameters.
     ///
     /// # Inputs
     /// `constants`: share of each in each record.
@@ -216,10 +216,10 @@ impl NormalEquations {
         Self::beside(observations, records, columns, levels, free)
     }
 
-    /// The same beside columns whose sizes nobody knows.
+    /// Sums with columns of unknown sizes as nuisance parameters.
     ///
     /// # Inputs
-    /// `free`: the columns, and parameters without a prior: their terms count these columns.
+    /// `free`: the columns, and parameters with flat priors, whose terms refer to these columns.
     pub fn with_free(
         observations: Observations,
         records: &[Vec<f64>],
@@ -281,14 +281,14 @@ impl NormalEquations {
         equations
     }
 
-    /// Adds columns behind those that are there.
+    /// Appends columns.
     pub fn add(&mut self, columns: &impl Columns) {
         let transformed = spectra_of(columns, &self.transform);
         self.transform.release();
         self.push(transformed);
     }
 
-    /// Adds columns, each with its scale.
+    /// Appends spectra, each with its scale.
     fn push(&mut self, transformed: Vec<(Vec<f32>, f64)>) {
         let before = self.spectra.len();
         for (spectrum, scale) in transformed {
@@ -310,7 +310,7 @@ impl NormalEquations {
         }
     }
 
-    /// Forgets all columns from `count` on.
+    /// Removes all columns from `count` on.
     pub fn truncate(&mut self, count: usize) {
         let count = self.leading + count;
         self.spectra.truncate(count);
@@ -328,18 +328,18 @@ impl NormalEquations {
         self.spectra.len() - self.leading
     }
 
-    /// By record, what its gaps leave unknown; behind them constants of several records, if there are any.
+    /// Nuisance parameters of each record's gaps, followed by constants of several records, if any.
     pub fn gaps(&self) -> &[Hypothesis] {
         &self.gaps
     }
 
-    /// Coefficients of a column as they are kept, and the factor that brings them to its own unit.
+    /// Stored coefficients of a column, and the factor to its own unit.
     pub(crate) fn kept(&self, column: usize) -> (&[f32], f64) {
         let place = self.place(column);
         (&self.spectra[place], 1.0 / self.scale[place])
     }
 
-    /// Where a column is kept.
+    /// Storage place of a column.
     fn place(&self, column: usize) -> usize {
         if column >= SLOW {
             column - SLOW
@@ -348,7 +348,7 @@ impl NormalEquations {
         }
     }
 
-    /// The noise terms with as many observations in each bin as gaps leave of them under a noise.
+    /// Noise terms with the remaining number of observations in each bin, gaps integrated out under a noise.
     pub fn basis_beside_gaps(&self, levels: NoiseLevels) -> NoiseBasis {
         let mut basis = self.basis.clone();
         let weights: Vec<f64> = basis.binned(levels).iter().map(|s| 1.0 / s).collect();
@@ -391,7 +391,7 @@ impl NormalEquations {
         &self.records[record]
     }
 
-    /// Factor that brings a column to unit power; 0 where it has none.
+    /// Factor of a column to unit power; 0 where it has none.
     pub fn scale(&self, column: usize) -> f64 {
         self.scale[self.place(column)]
     }
@@ -412,7 +412,7 @@ impl NormalEquations {
     }
 }
 
-/// What gaps and ends leave unknown, as free parameters of one record.
+/// Nuisance parameters of the gaps and ends of one record.
 fn free_on(record: usize, count: usize) -> Hypothesis {
     let each = (0..count).map(|place| Term {
         parameter: place,
@@ -423,7 +423,7 @@ fn free_on(record: usize, count: usize) -> Hypothesis {
     Hypothesis::of_terms(count, each.collect())
 }
 
-/// The column 1 on a number of rows.
+/// A column of ones.
 struct Constant(usize);
 
 impl Columns for Constant {
@@ -436,7 +436,7 @@ impl Columns for Constant {
     }
 }
 
-/// Constants of several records as free parameters, of column 0.
+/// Constants of several records as nuisance parameters, on column 0.
 fn constant_on(constants: &[Vec<f64>]) -> Hypothesis {
     let each = constants
         .iter()
@@ -477,7 +477,7 @@ fn scaled(spectrum: &[f64]) -> (Vec<f32>, f64) {
 /// Power below which a column is empty.
 const LEAST_POWER: f64 = 1e-290;
 
-/// Rows `from..` of the packed triangle of products, and the moments of those columns, in one bin.
+/// Rows `from..` of the packed triangle of products, and the moments of their columns, in one bin.
 fn products(
     spectra: &[Vec<f32>],
     records: &[Vec<f64>],

@@ -1,9 +1,9 @@
-//! Which rows of the records are seen, and how the others are bridged.
+//! Seen rows of the records, and interpolation over the others.
 //!
-//! A span is a stretch of rows that is transformed as one. Rows inside it that are not seen are bridged: a straight line
-//! through the means of as many rows on either side as the gap is long. The same linear operation is applied to
-//! records and columns, so coefficients are not biased; drift stays continuous. How far the rows of a gap may lie from the
-//! line is free, and taken out with the transform.
+//! A span is a stretch of rows transformed as one. Unseen rows inside it are bridged: a straight line through the means of
+//! as many rows on either side as the gap is long. The same linear operation is applied to records and columns, so
+//! coefficients are unbiased; drift stays continuous. Deviations of a gap's rows from the line are nuisance parameters,
+//! projected out with the transform.
 
 use std::ops::Range;
 
@@ -12,13 +12,14 @@ use std::ops::Range;
 pub struct Span {
     /// Rows of the record.
     pub rows: Range<usize>,
-    /// Rows within that are not seen, ascending, inside `rows` and touching neither end.
+    /// Unseen rows within, ascending, inside `rows` and touching neither end.
     pub gaps: Vec<Range<usize>>,
-    /// Whether a constant over it may have any size: that of a stretch of a longer record is known from all of that.
+    /// The span's level is a nuisance parameter, as for a stretch of a longer record, whose level is estimated from the
+    /// whole.
     pub has_free_level: bool,
 }
 
-/// All spans that a likelihood looks at.
+/// All spans of a likelihood.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Observations {
     /// Spans, ascending.
@@ -64,8 +65,8 @@ impl Observations {
         }
     }
 
-    /// The same with up to 1 % of each span's last rows left out, so that its length has no prime factor above 7: its
-    /// transforms are then several times as fast.
+    /// Drops up to 1 % of each span's last rows for a length without a prime factor above 7: the transforms are then several
+    /// times as fast.
     pub fn to_fast_length(mut self) -> Self {
         for span in &mut self.spans {
             let (first, rows) = (span.rows.start, span.rows.len());
@@ -83,7 +84,7 @@ impl Observations {
         self
     }
 
-    /// The same with the level of every span free.
+    /// Makes the level of every span a nuisance parameter.
     pub fn with_free_levels(mut self) -> Self {
         self.spans
             .iter_mut()
@@ -97,7 +98,7 @@ impl Observations {
     }
 }
 
-/// Fewer rows than this are no span.
+/// Least number of rows of a span.
 const LEAST_ROWS: usize = 8;
 
 fn has_small_factors(mut rows: usize) -> bool {
@@ -155,8 +156,8 @@ impl Span {
         lines
     }
 
-    /// Rows of the span at which differenced white noise is not stationary, from the span's begin: its two ends, and the first
-    /// and the last row of each gap.
+    /// Rows of the span at which differenced white noise is not stationary, from the span's begin: its two ends, and the
+    /// first and the last row of each gap.
     pub fn edges(&self) -> Vec<usize> {
         let ends = [0, self.rows.len() - 1];
         let gaps = self.gaps.iter().flat_map(|gap| [gap.start, gap.end - 1]);

@@ -1,4 +1,4 @@
-//! Lines at all frequencies, between the coefficients too: what a sine and a cosine would gain in the likelihood.
+//! Periodogram of lines at all frequencies, between the coefficients too: likelihood gain of a sine and a cosine.
 
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
@@ -6,23 +6,23 @@ use realfft::num_complex::Complex64;
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::normal_equations::Transform;
 
-/// A residual weighed by the inverse of its noise.
+/// A residual weighted by the inverse of its noise.
 pub struct Weighed {
     /// S⁻¹ times the residual on rows, 0 where a row is not seen.
     pub rows: Vec<f64>,
-    /// Rows that are seen.
+    /// Number of seen rows.
     pub seen: usize,
     /// Noise power of each coefficient of the span.
     power: Vec<f64>,
-    /// The same without drift.
+    /// Noise power of each coefficient without drift.
     stationary: Vec<f64>,
 }
 
 impl Weighed {
-    /// Weighs a record by its noise.
+    /// Weights a record by the inverse of its noise.
     ///
     /// # Inputs
-    /// `transform`, `basis`: of one span; `seen`: rows that count.
+    /// `transform`, `basis`: of one span; `seen`: usable rows.
     pub fn new(
         record: &[f64],
         seen: &[bool],
@@ -54,20 +54,20 @@ impl Weighed {
         place.min(self.power.len() - 1)
     }
 
-    /// Whether most of the noise at a frequency is drift, which a slow line passes for.
+    /// True if most of the noise at a frequency is drift, which may be a slow line.
     fn is_drift(&self, share: f64) -> bool {
         let place = self.coefficient(share);
         2.0 * self.stationary[place] < self.power[place]
     }
 }
 
-/// What a line would gain at each frequency.
+/// Likelihood gain of a line at each frequency.
 pub struct Periodogram<'a> {
     weighed: &'a Weighed,
     /// 2 Δ ln L of a sine and a cosine.
     gains: Vec<f64>,
     padded: usize,
-    /// Frequencies from one resolution of the record to the next.
+    /// Frequencies per resolution of the record.
     step: usize,
 }
 
@@ -76,18 +76,18 @@ pub struct Periodogram<'a> {
 pub struct Peak {
     /// Frequency as a share of the row rate.
     pub share: f64,
-    /// ln of its chance, all frequencies counted.
+    /// ln of its false-alarm probability, over all frequencies.
     pub ln_chance: f64,
 }
 
 /// Turns in the record below which a line is drift.
 const LEAST_TURNS: usize = 4;
 
-/// A gain below which no frequency is looked at more closely.
+/// Gain below which a frequency is skipped.
 const LEAST_GAIN: f64 = 16.0;
 
 impl<'a> Periodogram<'a> {
-    /// Transforms a weighed residual, four frequencies a resolution at least.
+    /// Transforms a weighted residual, with at least four frequencies a resolution.
     pub fn new(weighed: &'a Weighed) -> Self {
         let rows = weighed.rows.len();
         let padded = (4 * rows).next_power_of_two();
@@ -114,8 +114,8 @@ impl<'a> Periodogram<'a> {
         place as f64 / self.padded as f64
     }
 
-    /// ln of the chance that noise gains as much at one frequency: under the noise that was fitted, or under what stands
-    /// beside it, whichever makes more.
+    /// ln of the probability of a noise gain as large at one frequency: under the fitted noise, or under the local noise
+    /// around it, the larger.
     fn ln_chance(&self, place: usize) -> f64 {
         let gain = self.gains[place];
         let (level, freedom) = self.beside(place);
@@ -126,13 +126,13 @@ impl<'a> Periodogram<'a> {
         }
     }
 
-    /// Gain that noise makes beside a frequency, over what it should make, by the median; and how well that is known.
+    /// Ratio of the gains around a frequency to their expectation, by the median; and its effective number of samples.
     fn beside(&self, place: usize) -> (f64, f64) {
         /// Resolutions on either side.
         const AROUND: usize = 48;
-        /// Resolutions that belong to the line itself.
+        /// Resolutions excluded as part of the line itself.
         const OWN: usize = 2;
-        /// Of the median of exponential numbers: its variance is (ln 2)⁻² times that of the mean.
+        /// Efficiency of the median of exponential variables: its variance is (ln 2)⁻² times that of the mean.
         const EFFICIENCY: f64 = std::f64::consts::LN_2 * std::f64::consts::LN_2;
         let below = (OWN + 1..=AROUND).filter_map(|away| place.checked_sub(away * self.step));
         let above = (OWN + 1..=AROUND).map(|away| place + away * self.step);
@@ -154,14 +154,14 @@ impl<'a> Periodogram<'a> {
     }
 }
 
-/// The line of the least chance, on one record or on all together.
+/// Finds the line of least false-alarm probability, on one record or on all together (Fisher's combination of p-values).
 ///
 /// # Inputs
-/// `is_free`: whether a frequency, as a share of the row rate, may be looked at.
+/// `is_free`: true for a frequency, as a share of the row rate, within the search.
 pub fn strongest(records: &[Periodogram], is_free: impl Fn(f64) -> bool) -> Option<Peak> {
     let first = records.first()?;
     let count = records.len() as f64;
-    // Frequencies that differ, and between them.
+    // Number of trials: independent frequencies, and those between.
     let trials = 1.5 * first.weighed.rows.len() as f64;
     let places = LEAST_TURNS * first.step..first.gains.len() - first.step;
     let all = |place: usize| records.iter().map(move |one| one.gains[place]);
@@ -170,7 +170,7 @@ pub fn strongest(records: &[Periodogram], is_free: impl Fn(f64) -> bool) -> Opti
     let peak = peaks.map(|place| {
         let each: Vec<f64> = records.iter().map(|one| one.ln_chance(place)).collect();
         let least = each.iter().copied().fold(0.0, f64::min) + count.ln();
-        // A sum of exponential numbers: e^−s Σ s^k/k!.
+        // Tail probability of a sum of exponential variables: e^−s Σ s^k/k!.
         let sum = -each.iter().sum::<f64>();
         let mut term = 1.0;
         let mut series = 1.0;
@@ -199,7 +199,7 @@ mod tests {
 
     const ROWS: usize = 6000;
 
-    /// The strongest line of two records, of which the second holds a sine of an amplitude in noise of variance 1.
+    /// The strongest line of two records, the second with a sine of an amplitude in noise of variance 1.
     fn found(amplitude: f64, seed: u64) -> super::Peak {
         let rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         let noise: Vec<f64> = StandardNormal.sample_iter(rng).take(2 * ROWS).collect();
@@ -229,7 +229,7 @@ mod tests {
             (peak.share - 0.012_345).abs() < 0.2 / ROWS as f64,
             "{peak:?}"
         );
-        // 2 Δ ln L is 0.2² · 4800/2 = 96 and its chance e^−48, held against as many neighbours.
+        // 2 Δ ln L is 0.2² · 4800/2 = 96 and its chance e^−48, tested against as many neighbours.
         assert!(peak.ln_chance < (1e-6_f64).ln(), "{peak:?}");
         let by_chance = (10..40).filter(|&seed| found(0.0, seed).ln_chance < (0.05_f64).ln());
         // Of 30 nulls 1.5 are expected below 0.05.

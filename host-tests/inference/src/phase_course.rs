@@ -1,8 +1,8 @@
-//! Amplitude, phase and frequency of a line whose phase may wander, by the likelihood.
+//! Maximum-likelihood amplitude, phase and frequency of a line with a wandering phase.
 //!
 //! A line is Re(a exp(iθ)) with θ = 2π f t + Σ c_d P_d(2t/T − 1), P Legendre's polynomials: the first is a frequency, the
-//! second its drift. A weighed residual is turned back by the phase that is known and summed in blocks, so short that no
-//! polynomial turns in them; what is left to find is then a few numbers.
+//! second its drift. A weighted residual is demodulated by the known phase and summed in blocks too short for a turn of any
+//! polynomial; a few parameters remain.
 
 use nalgebra::{DMatrix, DVector};
 use realfft::num_complex::Complex64;
@@ -10,29 +10,29 @@ use realfft::num_complex::Complex64;
 use crate::linear::pseudo_inverse;
 use crate::periodogram::Weighed;
 
-/// Blocks of rows.
+/// Number of blocks.
 const BLOCKS: usize = 256;
 
-/// Sums of several weighed residuals, turned back by one phase.
+/// Demodulated sums of several weighted residuals.
 pub struct Baseband {
     /// Middle of each block, from −1 to 1.
     places: Vec<f64>,
-    /// Of each record, the sum in each block.
+    /// Sum of each record in each block.
     sums: Vec<Vec<Complex64>>,
-    /// Of each record, the information on its amplitude in each block.
+    /// Fisher information on each record's amplitude in each block.
     weights: Vec<Vec<f64>>,
 }
 
-/// A line as it is fitted.
+/// A fitted line.
 #[derive(Debug, Clone)]
 pub struct Course {
-    /// Of Legendre's polynomials from the first on \[rad\], beyond the phase that was turned back.
+    /// Coefficients of Legendre's polynomials from the first on \[rad\], beyond the demodulated phase.
     pub polynomial: Vec<f64>,
-    /// Their covariance.
+    /// Covariance of the coefficients.
     pub covariance: DMatrix<f64>,
     /// Amplitude and phase in each record.
     pub amplitudes: Vec<Complex64>,
-    /// Standard deviation of either part of each.
+    /// Standard deviation of either part of each amplitude.
     pub stds: Vec<f64>,
     /// 2 Δ ln L in each record.
     pub gains: Vec<f64>,
@@ -59,10 +59,10 @@ pub fn legendre(coefficients: &[f64], x: f64) -> f64 {
 }
 
 impl Baseband {
-    /// Turns records back and sums them.
+    /// Demodulates records and sums them in blocks.
     ///
     /// # Inputs
-    /// `phase_rad`: of each row; `share`: the line's frequency as a share of the row rate.
+    /// `phase_rad`: phase at each row; `share`: the line's frequency as a share of the row rate.
     pub fn new(
         records: &[&Weighed],
         seen: &[bool],
@@ -101,10 +101,10 @@ impl Baseband {
         }
     }
 
-    /// Fits a course of a degree from where another ended, by Gauss and Newton.
+    /// Fits a course of a degree from the end of another (Gauss–Newton).
     pub fn fit(&self, degree: usize, from: &[f64]) -> Course {
         const MOST_STEPS: usize = 20;
-        /// A step below this changes nothing \[rad\].
+        /// Step size at convergence \[rad\].
         const SETTLED: f64 = 1e-4;
         let mut polynomial = from.to_vec();
         polynomial.resize(degree, 0.0);
@@ -133,7 +133,7 @@ impl Baseband {
         best
     }
 
-    /// Fits courses of every degree up to `most`, and keeps the one whose numbers are worth `price` in ln L each.
+    /// Fits courses of every degree up to `most`, and selects one by penalised likelihood, `price` in ln L per coefficient.
     pub fn fit_wandering(&self, most: usize, price: f64) -> Course {
         let worth = |course: &Course| 0.5 * course.gain() - price * course.polynomial.len() as f64;
         let mut best = self.fit(1, &[]);
@@ -174,7 +174,7 @@ impl Baseband {
         }
     }
 
-    /// Polynomials in each block, their weighed means taken out: those are the amplitudes' phases.
+    /// Polynomials in each block less their weighted means, which belong to the amplitudes' phases.
     fn shapes(&self, degree: usize, weights: &[f64]) -> Vec<Vec<f64>> {
         let total: f64 = weights.iter().sum();
         let unit = |place: usize| {
@@ -225,12 +225,12 @@ impl Baseband {
         slope
     }
 
-    /// Share of a line's power in `pieces` of the record that one phase explains \[1\].
+    /// Share of a line's power in `pieces` of the record explained by one phase \[1\].
     pub fn coherence(&self, course: &Course, pieces: usize) -> f64 {
         let length = self.places.len().div_ceil(pieces).max(1);
         let (mut whole, mut parts) = (0.0, 0.0);
         for (sums, weights) in self.sums.iter().zip(&self.weights) {
-            // Sums are over the noise's power: their own is that of the signal over it.
+            // Sums are weighted by the inverse noise power: their squares are signal over noise.
             let weight: f64 = weights.iter().sum();
             let turned: Vec<Complex64> = sums
                 .iter()
@@ -262,7 +262,8 @@ mod tests {
     const ROWS: usize = 8000;
     const TURN: f64 = TAU * 0.0613;
 
-    /// Pulls of amplitude and frequency of a line of amplitude 0.3 whose phase has a drift, and the numbers of its course.
+    /// Pulls of amplitude and frequency of a line of amplitude 0.3 with a drifting phase, and the number of its
+    /// coefficients.
     fn fitted(seed: u64, drift_rad: f64) -> ([f64; 2], usize) {
         let rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
         let noise: Vec<f64> = StandardNormal.sample_iter(rng).take(ROWS).collect();
@@ -281,7 +282,7 @@ mod tests {
         let observations = Observations::bridged(&seen).expect("rows enough");
         let (transform, basis) = Transform::with_basis(observations, levels);
         let weighed = Weighed::new(&record, &seen, (&transform, &basis), levels);
-        // Turned back by half a resolution too much.
+        // Demodulated by half a resolution too much.
         let off = 0.5 * TAU / ROWS as f64;
         let turned = |row: usize| (TURN + off) * (row as f64 + 0.5);
         let baseband = Baseband::new(&[&weighed], &seen, 0.0613, turned);
@@ -307,7 +308,7 @@ mod tests {
                 // Four standard deviations of the root mean square of 20 normal numbers.
                 assert!((0.37..1.63).contains(&rms), "{drift_rad} {part}: {rms}");
             }
-            // A price of 4.5 in ln L is paid by chance in one of 370 numbers.
+            // A price of 4.5 in ln L is exceeded by chance for one coefficient in 370.
             let as_put_in = each.iter().filter(|(_, found)| *found == degree).count();
             assert!(as_put_in >= 18, "{drift_rad}: {as_put_in}");
         }

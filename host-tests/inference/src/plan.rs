@@ -1,25 +1,25 @@
-//! What is decided before looking at the data: the numbers of the search.
+//! Settings of the search, chosen before any data.
 
 /// Prior odds and prices of the search, in units of log posterior.
 ///
-/// Each was chosen on trials whose seeds are not those of the marks; `rlg challenge --marks` shows what they give.
+/// Each was chosen on trials with seeds other than those of the marks; `rlg challenge --marks` shows their results.
 #[derive(Debug, Clone, Copy)]
 pub struct SearchPlan {
-    /// Effects that a model is expected to lack, over all hypotheses together \[1\].
+    /// Prior expected number of effects missing from a model, over all hypotheses together \[1\].
     pub expected_effects: f64,
-    /// Most hypotheses in one set: more has not been needed, and the exchanges grow with the square.
+    /// Largest number of hypotheses in a set: more has not been needed, and the exchanges grow with the square.
     pub most_members: usize,
-    /// Price of one drift term of one record: its level is free over some e² of prior width.
+    /// Price of one drift term of one record: its level has a prior width of some e².
     pub drift_term: f64,
     /// Price of any drift: one unit in ten drifts visibly in one recording.
     pub drift_any: f64,
-    /// Price of a record that drifts where its sisters do not, or the reverse.
+    /// Price of a record that drifts without its drift group, or the reverse.
     pub drift_odd: f64,
-    /// How far behind the best set an addition may be at the present noise and still be refitted.
+    /// Largest deficit of a screened addition against the best set, at the present noise, for a refit.
     pub screening: f64,
-    /// Candidates refitted at each step.
+    /// Number of candidates refitted at each step.
     pub refitted: usize,
-    /// Share of a member's squared size that a rival may leave and still explain as much \[1\].
+    /// Residual share of a member's squared size up to which a rival is an equivalent explanation \[1\].
     pub left_share: f64,
 }
 

@@ -1,7 +1,7 @@
-//! What a hypothesis would add to a fit, by its score alone.
+//! Score test (Rao) of a hypothesis as an addition to a fit, with the fit's members as nuisance parameters.
 //!
-//! Nothing is refitted and nothing is kept: a long list of expressions, frequencies or orders is gone through at the cost
-//! of one transform a column. With X the hypothesis' columns, M the members', W = 1/S: A = XᵀWX − XᵀWM (MᵀWM)⁻¹ MᵀWX,
+//! Nothing is refitted or stored: a long list of expressions, frequencies or orders is screened at the cost of one transform
+//! a column. With X the hypothesis' columns, M the members', W = 1/S: A = XᵀWX − XᵀWM (MᵀWM)⁻¹ MᵀWX,
 //! h = XᵀWr − XᵀWM (MᵀWM)⁻¹ MᵀWr, and ln L grows by ½ hᵀA⁻¹h.
 
 use std::collections::{BTreeMap, BTreeSet};
@@ -16,12 +16,12 @@ use crate::linear::{dot, pseudo_inverse};
 use crate::noise::NoiseLevels;
 use crate::normal_equations::{Columns, NormalEquations};
 
-/// A fit that hypotheses are held against.
+/// The null model: a fit and its noise.
 pub struct ScoreTest<'a> {
     equations: &'a NormalEquations,
     /// 1/S of each coefficient, by record.
     weights: Vec<Vec<f64>>,
-    /// The records' own coefficients over their noise.
+    /// The records' own coefficients over their noise power.
     weighted: Vec<Vec<f64>>,
     members: Vec<Member<'a>>,
     /// (MᵀWM)⁻¹.
@@ -30,7 +30,7 @@ pub struct ScoreTest<'a> {
     score: DVector<f64>,
 }
 
-/// What a member's parameter adds to one record.
+/// Contribution of a member's parameter to one record.
 struct Member<'a> {
     parameter: usize,
     record: usize,
@@ -39,14 +39,14 @@ struct Member<'a> {
 
 /// Coefficients of a member.
 enum Values<'a> {
-    /// Its own.
+    /// Own coefficients.
     Own(Vec<f64>),
-    /// Those of a column that the equations keep, times a factor.
+    /// Coefficients of a stored column of the equations, times a factor.
     Kept(&'a [f32], f64),
 }
 
 impl Values<'_> {
-    /// Some of them, written into `block`.
+    /// Copies a range of coefficients into `block`.
     fn read(&self, rows: Range<usize>, block: &mut [f64]) {
         match self {
             Self::Own(values) => block.copy_from_slice(&values[rows]),
@@ -59,7 +59,7 @@ impl Values<'_> {
     }
 }
 
-/// The largest growth of ln L, and the parameters there.
+/// The largest growth of ln L, and its parameters.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Gain {
     /// Growth of ln L.
@@ -68,14 +68,14 @@ pub struct Gain {
     pub estimate: Vec<f64>,
 }
 
-/// A parameter of which the members leave less than this share of its information adds nothing.
+/// Share of a parameter's information given the members, below which it is collinear.
 const LEAST_FREE: f64 = 1e-6;
 
 impl<'a> ScoreTest<'a> {
     /// Prepares the members of a fit.
     ///
     /// # Inputs
-    /// `set`: the fit's members; `columns`: what their terms count; `levels`: the noise, by record.
+    /// `set`: the fit's members; `columns`: columns of their terms; `levels`: the noise, by record.
     pub fn new(
         equations: &'a NormalEquations,
         set: &[&Hypothesis],
@@ -165,10 +165,10 @@ impl<'a> ScoreTest<'a> {
         }
     }
 
-    /// What members leave of a hypothesis' information and score.
+    /// Projects the members out of a hypothesis' information and score.
     ///
     /// # Inputs
-    /// `spectra`: coefficients of the columns that its terms count, by column.
+    /// `spectra`: coefficients of the columns of its terms, by column.
     pub fn project(
         &self,
         hypothesis: &Hypothesis,
@@ -209,7 +209,7 @@ impl<'a> ScoreTest<'a> {
                         let others = &spectra[&other.column][rows.clone()];
                         let product = size * other.coefficient * dot(weighed, others);
                         own[(a, b)] += product;
-                        // Two terms of one parameter stand in its square twice.
+                        // A pair of terms of one parameter enters its square twice.
                         if !std::ptr::eq(*term, *other) {
                             own[(b, a)] += product;
                         }
@@ -226,13 +226,13 @@ impl<'a> ScoreTest<'a> {
     }
 }
 
-/// What each hypothesis would add to each of several fits.
+/// Computes the gain of each hypothesis over each of several fits.
 ///
 /// # Inputs
-/// `groups`: hypotheses that share columns; the columns of one group are alive at once, on each thread.
+/// `groups`: hypotheses of common columns; the columns of one group are in memory at once, on each thread.
 ///
 /// # Returns
-/// By group, hypothesis and test.
+/// Gains by group, hypothesis and test.
 pub fn gains(
     tests: &[ScoreTest],
     groups: &[Vec<Hypothesis>],
@@ -251,7 +251,7 @@ pub fn gains(
         .collect()
 }
 
-/// Coefficients of the columns that some hypotheses count.
+/// Coefficients of the columns of some hypotheses.
 pub fn spectra(
     tests: &[ScoreTest],
     hypotheses: &[Hypothesis],
@@ -269,7 +269,7 @@ pub fn spectra(
     each.collect()
 }
 
-/// Information and score of a hypothesis beside the members of a fit.
+/// Information and score of a hypothesis given the members of a fit.
 #[derive(Debug, Clone)]
 pub struct Projected {
     free: DMatrix<f64>,
@@ -278,7 +278,7 @@ pub struct Projected {
 }
 
 impl Projected {
-    /// Those of parameters that move this hypothesis' along `sizes`, (its parameters × theirs).
+    /// Information and score in parameters mapped to the hypothesis' by `sizes`, (its parameters × theirs).
     pub fn along(&self, sizes: &DMatrix<f64>) -> Self {
         let free = sizes.transpose() * &self.free * sizes;
         Self {
@@ -288,7 +288,7 @@ impl Projected {
         }
     }
 
-    /// The same with what other data say of the same parameters.
+    /// Adds information and score of independent data on the same parameters.
     pub fn joined(&self, other: &Self) -> Self {
         Self {
             free: &self.free + &other.free,
@@ -302,7 +302,7 @@ impl Projected {
         self.score.dot(parameters) - 0.5 * parameters.dot(&(&self.free * parameters))
     }
 
-    /// The other parameters at the largest growth where the first is 1.
+    /// The other parameters of largest growth given the first at 1.
     pub fn beside_one(&self) -> DVector<f64> {
         let others = self.score.len() - 1;
         let free = self.free.view((1, 1), (others, others)).into_owned();
@@ -310,7 +310,7 @@ impl Projected {
         pseudo_inverse(&free) * toward
     }
 
-    /// The largest growth.
+    /// Computes the largest growth.
     pub fn gain(&self) -> Gain {
         let count = self.score.len();
         let shown: Vec<usize> = (0..count)
@@ -337,7 +337,7 @@ impl Projected {
     }
 }
 
-/// Noise of a fit with and without its drift: what drift has swallowed is looked for as well.
+/// Noise of a fit with and without its drift: the search includes effects absorbed by drift.
 pub fn noises(fit: &Fit) -> Vec<Vec<NoiseLevels>> {
     let stationary: Vec<NoiseLevels> = fit.levels.iter().map(|one| one.stationary()).collect();
     if stationary == fit.levels {
@@ -357,7 +357,7 @@ fn times(values: &[f64], weights: &[f64]) -> Vec<f64> {
     values.iter().zip(weights).map(|(a, b)| a * b).collect()
 }
 
-/// Runs `of` on all members' coefficients block by block, while a block is near the processor: [`BLOCK`] of each member.
+/// Runs `of` on all members' coefficients block by block, [`BLOCK`] of each member, within the cache.
 fn blocks(members: &[&Member], rows: usize, mut of: impl FnMut(Range<usize>, &[f64])) {
     let mut values = vec![0.0; members.len() * BLOCK];
     for first in (0..rows).step_by(BLOCK) {
@@ -369,7 +369,7 @@ fn blocks(members: &[&Member], rows: usize, mut of: impl FnMut(Range<usize>, &[f
     }
 }
 
-/// Rows of which all products are formed together: some dozens of columns of so many fit into a second-level cache.
+/// Rows of a block of products: some dozens of columns of this length fit into a second-level cache.
 const BLOCK: usize = 512;
 
 #[cfg(test)]
@@ -410,7 +410,7 @@ mod tests {
         )
     }
 
-    /// Beside a member that is much like it: the growth is that of least squares on both less that on one.
+    /// Given a correlated member, the growth is that of least squares on both less that on one.
     #[test]
     fn the_growth_is_that_of_a_refit_and_what_members_span_adds_nothing() {
         let (own, other) = (normals(1), normals(2));
@@ -438,7 +438,7 @@ mod tests {
         let test = ScoreTest::new(&equations, &[&member], &columns, &fit.levels);
         let found = gains(&[test], &[vec![on_first(1), on_first(0)]], &columns);
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
-        // By Gram–Schmidt; the rows at both ends are left out by both, near enough.
+        // By Gram–Schmidt; the end rows, dropped in the test, hardly matter.
         let share = dot(&alike, &own) / dot(&own, &own);
         let free: Vec<f64> = alike.iter().zip(&own).map(|(a, b)| a - share * b).collect();
         let size = dot(&free, &record) / dot(&free, &free);

@@ -1,4 +1,5 @@
-//! Which set of hypotheses has the best log posterior: forwards, backwards, and exchanges one for one.
+//! Search for the set of hypotheses of largest log posterior: stepwise selection, forward, backward, and exchanges one for
+//! one.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -15,7 +16,7 @@ use crate::noise::NoiseLevels;
 use crate::normal_equations::NormalEquations;
 use crate::plan::SearchPlan;
 
-/// What is known of drift before the data.
+/// Prior knowledge of drift.
 #[derive(Debug, Clone, PartialEq)]
 pub enum DriftPrior {
     /// Possible on every record, at the plan's prices.
@@ -34,7 +35,7 @@ pub struct Search<'a, L = NormalEquations> {
     pub kinds: usize,
     /// Prices.
     pub plan: &'a SearchPlan,
-    /// Drift.
+    /// Prior of drift.
     pub drift: &'a DriftPrior,
     /// Fits so far, by members.
     seen: BTreeMap<Vec<usize>, Fit>,
@@ -42,38 +43,38 @@ pub struct Search<'a, L = NormalEquations> {
     tried: usize,
 }
 
-/// A member of the best set, with what could stand in its place.
+/// A member of the best set, with its rivals.
 #[derive(Debug, Clone)]
 pub struct Judged {
     /// Place of the hypothesis.
     pub hypothesis: usize,
-    /// What it costs in log posterior to do without, everything else allowed in its place.
+    /// Loss of log posterior without the member, noise and drift refitted.
     pub cost_without: f64,
-    /// The same if drift had no price beyond that of its terms.
+    /// The same loss with drift priced by its terms only.
     pub cost_against_drift: f64,
-    /// The noise with the drift that comes nearest to it; empty where drift is declared.
+    /// Noise levels with the best drift in its place; empty where drift is declared.
     pub drift_levels: Vec<NoiseLevels>,
-    /// Hypotheses that reach within `within` of it in its place, nearest first, and how far behind.
+    /// Hypotheses in its place whose log posterior is less by no more than `within`, best first, with the difference.
     pub rivals: Vec<(usize, f64)>,
 }
 
-/// What is known of the best set beside others.
+/// The best set in comparison with others.
 #[derive(Debug, Clone)]
 pub struct JudgedSet {
     /// Its members with cost and rivals.
     pub members: Vec<Judged>,
     /// Rivals of each member whose columns span it.
     pub spanned_by: Vec<Vec<usize>>,
-    /// Those of them that explain as much as it, to within what tells nothing apart.
+    /// Rivals among them of equivalent fit.
     pub reached_by: Vec<Vec<usize>>,
-    /// The set without each member, fitted anew.
+    /// The set without each member, refitted.
     pub without: Vec<Fit>,
-    /// Nothing but noise.
+    /// The empty set: noise alone.
     pub empty: Fit,
 }
 
 impl<'a, L: Likelihood> Search<'a, L> {
-    /// Begins a search, the noise from `start`.
+    /// Starts a search, the noise from `start`.
     pub fn new(
         data: &'a L,
         hypotheses: &'a [Hypothesis],
@@ -94,19 +95,19 @@ impl<'a, L: Likelihood> Search<'a, L> {
         }
     }
 
-    /// The same with fits of an earlier search, whose hypotheses were the first of these.
+    /// Takes over fits of an earlier search, whose hypotheses were the first of these.
     pub fn with_seen(mut self, (seen, tried): (BTreeMap<Vec<usize>, Fit>, usize)) -> Self {
         self.seen = seen;
         self.tried = tried;
         self
     }
 
-    /// All fits, and the number of sets that were looked at.
+    /// All fits, and the number of evaluated sets.
     pub fn into_seen(self) -> (BTreeMap<Vec<usize>, Fit>, usize) {
         (self.seen, self.tried)
     }
 
-    /// Sets that were looked at.
+    /// Number of evaluated sets.
     pub fn tried_sets(&self) -> usize {
         self.tried
     }
@@ -115,7 +116,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         key.iter().map(|&place| &self.hypotheses[place]).collect()
     }
 
-    /// The members of a set without one, and without those that mean something else then.
+    /// Members of a set without one, and without those that require it.
     pub fn without(&self, members: &[usize], member: usize) -> Vec<usize> {
         let stays =
             |place: &usize| *place != member && self.hypotheses[*place].requires != Some(member);
@@ -150,7 +151,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         self.data.sisters().into_iter().map(of_sisters).sum()
     }
 
-    /// Price of drift's terms alone: what stays where a class with drift is asked about.
+    /// Price of drift's terms alone, for the comparison of a member with drift.
     fn drift_terms(&self, drift: &[Drift]) -> f64 {
         if matches!(self.drift, DriftPrior::Declared(_)) {
             return 0.0;
@@ -159,7 +160,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         self.plan.drift_term * on as f64
     }
 
-    /// Fits a set to the end, drift included; from `levels` where they are given.
+    /// Fits a set to convergence, drift selected; from `levels` where they are given.
     pub fn fit(&mut self, key: &[usize], levels: Option<&[NoiseLevels]>) -> Fit {
         let mut key = key.to_vec();
         key.sort_unstable();
@@ -172,7 +173,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         fit
     }
 
-    /// Fits several sets side by side.
+    /// Fits several sets in parallel.
     pub fn fit_all(&mut self, keys: Vec<Vec<usize>>, levels: &[NoiseLevels]) -> Vec<Fit> {
         let mut keys = keys;
         keys.iter_mut().for_each(|key| key.sort_unstable());
@@ -231,7 +232,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         best
     }
 
-    /// A few steps from the noise of `current`: its drift as it is, and without.
+    /// Log posterior after few iterations from the noise of `current`: with its drift, and without.
     fn quick(&self, current: &Fit, key: &[usize]) -> f64 {
         let mut key = key.to_vec();
         key.sort_unstable();
@@ -258,7 +259,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         }
     }
 
-    /// Scores of `keys` at the present noise.
+    /// Log posteriors of `keys` at the present noise.
     fn screen(&mut self, current: &Fit, keys: &[Vec<usize>]) -> Vec<f64> {
         self.tried += keys.len();
         keys.par_iter()
@@ -266,7 +267,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
             .collect()
     }
 
-    /// The best set that steps from `start` lead to, of at most `most` members.
+    /// Returns the best set reached by steps from `start`, of at most `most` members.
     pub fn run(&mut self, start: &[usize], most: usize) -> Fit {
         let mut current = self.fit(start, None);
         loop {
@@ -286,7 +287,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         }
     }
 
-    /// The best single addition, or the set as it is.
+    /// The best single addition, or the unchanged set.
     fn extend(&mut self, current: Fit) -> Fit {
         let keys: Vec<Vec<usize>> = (0..self.hypotheses.len())
             .filter(|place| !current.members.contains(place))
@@ -310,7 +311,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         self.fit_all(chosen, &current.levels)
     }
 
-    /// The set without the member whose loss improves it first.
+    /// The best improvement by the loss of one member.
     fn reduce(&mut self, current: &Fit) -> Option<Fit> {
         let keys: Vec<Vec<usize>> = current
             .members
@@ -323,7 +324,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
             .max_by(|a, b| a.score.total_cmp(&b.score))
     }
 
-    /// The set with one member exchanged, where that is better.
+    /// The first improvement by the exchange of one member.
     fn exchange(&mut self, current: &Fit) -> Option<Fit> {
         for member in current.members.clone() {
             let rest = self.without(&current.members, member);
@@ -343,11 +344,11 @@ impl<'a, L: Likelihood> Search<'a, L> {
         None
     }
 
-    /// The set beside others.
+    /// Compares the set with others.
     ///
     /// # Inputs
-    /// `within`: how far behind in log posterior a rival may be; `separation`: what a rival's columns may leave of a member that
-    /// they span \[σ\].
+    /// `within`: largest deficit of a rival's log posterior; `separation`: largest residual of a spanned member outside a
+    /// rival's columns \[σ\].
     pub fn judge_set(&mut self, best: &Fit, within: f64, separation: f64) -> JudgedSet {
         let members = self.judge(best, within);
         let searched = &*self;
@@ -372,7 +373,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
                 .collect()
         };
         let spanned_by = nearer_than(&|_| separation);
-        // Of a large effect columns are never quite the same.
+        // For a large effect a small share remains, as columns are never identical.
         let left_of = |squared_size: f64| self.plan.left_share * squared_size;
         let reached_by =
             nearer_than(&|squared_size| left_of(squared_size).max(2.0 * within).sqrt());
@@ -393,7 +394,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         }
     }
 
-    /// Each member of `best` with its cost and its rivals.
+    /// Computes cost and rivals of each member of `best`.
     pub fn judge(&mut self, best: &Fit, within: f64) -> Vec<Judged> {
         best.members
             .clone()
@@ -441,7 +442,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         }
     }
 
-    /// What it costs to explain by drift what a member explains, only drift's terms priced, and the noise with that drift.
+    /// Cost of drift in place of a member, only drift's terms priced, and the noise levels with that drift.
     fn against_drift(&self, best: &Fit, rest: &[usize]) -> (f64, Vec<NoiseLevels>) {
         if matches!(self.drift, DriftPrior::Declared(_)) {
             return (f64::INFINITY, Vec::new());
@@ -481,7 +482,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
         })
     }
 
-    /// How far a member's effect lies outside what `rival` and the other members can make, in standard deviations.
+    /// Distance of a member's effect from the span of `rival` and the other members, in standard deviations.
     pub fn separation(&self, best: &Fit, member: usize, rival: usize) -> f64 {
         let place = best
             .members
@@ -489,7 +490,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
             .position(|&other| other == member)
             .expect("a member of the set");
         let whole = self.hypotheses[member].with_fixed_as_parameter();
-        // What is made behind the member would stand for it.
+        // Members that require this one are excluded: their columns would stand in for it.
         let beside = self.without(&best.members, member);
         let mut set = vec![&whole];
         set.extend(self.members(&beside));
@@ -526,10 +527,10 @@ impl<'a, L: Likelihood> Search<'a, L> {
     }
 }
 
-/// A rival may gain this much from refitting the noise.
+/// Largest gain of a rival by a refit of the noise.
 const SCREENING_MARGIN: f64 = 5.0;
 
-/// The best of several fits, or the present one.
+/// Returns the best of several fits and the present one.
 pub fn best_of(fits: Vec<Fit>, current: Fit) -> Fit {
     fits.into_iter().fold(
         current,

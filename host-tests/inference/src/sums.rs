@@ -1,4 +1,4 @@
-//! Records and columns summed over blocks of rows: what is slow is kept at a fraction of the cost.
+//! Sums of records and columns over blocks of rows: slow signals at a fraction of the cost.
 
 use std::ops::Range;
 
@@ -6,7 +6,7 @@ use crate::noise::NoiseLevels;
 use crate::normal_equations::Columns;
 use crate::observations::{Observations, Span};
 
-/// Sums over whole blocks of `each` rows; rows behind the last whole block are left out.
+/// Sums over whole blocks of `each` rows; rows behind the last whole block are dropped.
 pub fn sums(values: &[f64], each: usize) -> Vec<f64> {
     values
         .chunks_exact(each)
@@ -33,7 +33,7 @@ impl<C: Columns> Columns for Summed<'_, C> {
 }
 
 impl Observations {
-    /// Blocks of `each` rows: one is seen where all of its rows are.
+    /// Blocks of `each` rows, seen where all of their rows are.
     pub fn summed(&self, each: usize) -> Self {
         let inside = |rows: &Range<usize>| rows.start.div_ceil(each)..rows.end / each;
         let outside = |rows: &Range<usize>| rows.start / each..rows.end.div_ceil(each);
@@ -61,7 +61,7 @@ impl Observations {
 }
 
 impl NoiseLevels {
-    /// Noise of sums over blocks of `each` rows, at the frequencies that they keep.
+    /// Noise levels of sums over blocks of `each` rows, at the remaining frequencies.
     ///
     /// White angle telescopes: its differences are as large over a block as over a row.
     pub fn summed(self, each: usize) -> Self {

@@ -1,21 +1,20 @@
-//! The accelerometers' readings on rows of their own.
+//! The accelerometers' samples on rows of their own.
 //!
-//! Enters: a recording and the gyros' rows (rate, start, number). Leaves: [`Rows`], velocity increments \[m/s\] on rows that lie
-//! within the gyros', with a mask; and [`Rows::gather`], which brings what is known on the gyros' rows onto these.
+//! Enters: a recording and the gyros' rows (rate, start, number). Leaves: [`Rows`], velocity increments \[m/s\] on rows
+//! within the gyros', with a mask; and [`Rows::gather`], which sums values of the gyros' rows over these.
 //!
-//! Rows shorter than a millisecond are added up to about one: gravity turning with a case has nothing faster
-//! to say, the mean over a row stays exact because the prediction is added up the same way, and the work
-//! falls by four for a unit at 4 kHz.
+//! Rows shorter than a millisecond are summed to about one: gravity in a turning case varies no faster, the mean over a row
+//! stays exact because the prediction is summed alike, and the work falls by four for a unit at 4 kHz.
 //!
 //! Deliberately not here: accelerometers with stamps instead of a rate, or on three different clocks.
 
 use crate::axes::{AXES, Triad};
 use rlg_recording::{Clock, Quantity, Recording};
 
-/// See the page above.
+/// Highest row rate after summation \[Hz\]; see the page above.
 const FASTEST_HZ: f64 = 1000.0;
 
-/// Fewer rows than this say nothing.
+/// Least number of rows.
 const FEWEST: usize = 128;
 
 /// Rows of the accelerometers.
@@ -29,7 +28,7 @@ pub struct Rows {
     pub count: usize,
     /// Velocity increment of each accelerometer over each row \[m/s\].
     pub sensed_m_s: Triad,
-    /// Rows in which all accelerometers were measured and, once masked, the case's motion.
+    /// Rows with all accelerometers measured and, once masked, the case's motion.
     pub usable: Vec<bool>,
     /// Gyro rows from the gyros' beginning to this table's, and gyro rows in one of these.
     first: f64,
@@ -37,7 +36,7 @@ pub struct Rows {
 }
 
 impl Rows {
-    /// Finds the accelerometers; why there is nothing to diagnose where there is not.
+    /// Finds the accelerometers; an error names the reason for their absence.
     pub fn new(
         recording: &Recording,
         (gyro_rate_hz, gyro_start_s, gyro_rows): (f64, f64, usize),
@@ -61,7 +60,7 @@ impl Rows {
             return Err("the three accelerometers run on different clocks".to_string());
         }
         let together = (rate_hz / FASTEST_HZ).ceil().max(1.0) as usize;
-        // Whole rows within the gyros' span; a clock that differs by less than this is the same.
+        // Whole rows within the gyros' span, up to this rounding of the clocks.
         const SAME: f64 = 1e-6;
         let late_rows = (gyro_start_s - start_s) * rate_hz;
         let begin = (late_rows - SAME).ceil().max(0.0) as usize;
@@ -85,7 +84,7 @@ impl Rows {
                 .map(|row| {
                     let from = begin + row * together;
                     let sum: f64 = channel.values[from..from + together].iter().sum();
-                    // What was not measured is held, so that filters stay finite; the mask remembers.
+                    // Unmeasured values are held, so that filters stay finite; the mask excludes them.
                     if sum.is_finite() {
                         last = sum * unit;
                     } else {
@@ -108,7 +107,7 @@ impl Rows {
         })
     }
 
-    /// Sums over these rows of `values`, which are sums over the gyros' rows.
+    /// Sums `values` of the gyros' rows over these rows.
     pub fn gather(&self, values: &[f64]) -> Vec<f64> {
         let mut running = Vec::with_capacity(values.len() + 1);
         let mut sum = 0.0;
@@ -136,12 +135,12 @@ impl Rows {
             .collect()
     }
 
-    /// One row's period \[s\].
+    /// Period of a row \[s\].
     pub fn period_s(&self) -> f64 {
         1.0 / self.rate_hz
     }
 
-    /// Middle of a row \[s\].
+    /// Mid-time of a row \[s\].
     pub fn middle_s(&self, row: usize) -> f64 {
         self.start_s + (row as f64 + 0.5) / self.rate_hz
     }

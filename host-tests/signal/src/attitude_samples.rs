@@ -1,12 +1,12 @@
-//! What a slow reference reads.
+//! Samples of a reference slower than the gyros.
 //!
-//! Enters: the four `reference_attitude` channels of one table, at any rate or stamped, or `reference_increment`
-//! channels on a clock of their own. Leaves: unit quaternions, body to navigation frame, or the increments summed up,
-//! with their time \[s\]; rows without a value are passed over. Either sign of a quaternion is the same attitude.
+//! Enters: the four `reference_attitude` channels of one table, at any rate or stamped, or `reference_increment` channels on
+//! a clock of their own. Leaves: unit quaternions, body to navigation frame, or cumulative sums of increments, with their
+//! time \[s\]; rows without a value are skipped. Either sign of a quaternion is the same attitude.
 //!
-//! Increments are the integral of the case's rate in its own axes, and so is what the gyros add up over the same time:
-//! sums are compared with sums, whatever the case does within a row. An attitude made of them would miss the cones that
-//! are too fast for their rate. After a gap the sum begins anew, and the sample says so.
+//! Increments are the integral of the case's rate in its own axes, as are the gyros' sums over the same time: sums are
+//! compared with sums, for any motion within a row. An attitude integrated from them would lack coning above their rate.
+//! After a gap the sum restarts from zero, and the sample is flagged.
 
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
@@ -17,7 +17,7 @@ use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
 /// One attitude.
 #[derive(Debug, Clone, Copy)]
 pub struct AttitudeSample {
-    /// When \[s\]: the row's end, or its stamp.
+    /// Time \[s\]: the row's end, or its stamp.
     pub time_s: f64,
     /// Body to navigation frame.
     pub navigation_from_body: UnitQuaternion<f64>,
@@ -29,7 +29,7 @@ impl AttitudeSample {
     }
 }
 
-/// What a slow reference reads.
+/// Measured value of a slow reference.
 #[derive(Debug, Clone, Copy)]
 pub enum Shown {
     /// Body to navigation frame.
@@ -39,7 +39,7 @@ pub enum Shown {
 }
 
 impl Shown {
-    /// The same of a reference whose turn is undone.
+    /// Removes the reference's rotation relative to the body.
     pub fn turned_back(self, body_from_reference: &UnitQuaternion<f64>) -> Self {
         match self {
             Self::Attitude(of) => Self::Attitude(of * body_from_reference.inverse()),
@@ -47,7 +47,7 @@ impl Shown {
         }
     }
 
-    /// What takes another's reading to this one.
+    /// Rotation from the other to this attitude, or difference of the sums.
     pub fn against(&self, other: &Self) -> Self {
         match (self, other) {
             (Self::Attitude(own), Self::Attitude(other)) => Self::Attitude(own * other.inverse()),
@@ -56,7 +56,7 @@ impl Shown {
         }
     }
 
-    /// Whether it is another's attitude to the last bit, of either sign; a sum that stays is no attitude that was held.
+    /// True if both are the same attitude to the last bit, of either sign (a held sample); false for sums.
     pub fn repeats(&self, other: &Self) -> bool {
         let (Self::Attitude(own), Self::Attitude(other)) = (self, other) else {
             return false;
@@ -64,7 +64,7 @@ impl Shown {
         own.coords == other.coords || own.coords == -other.coords
     }
 
-    /// As an angle \[rad\].
+    /// Rotation vector \[rad\].
     pub fn angle_rad(&self) -> Vector3<f64> {
         match self {
             Self::Attitude(of) => of.scaled_axis(),
@@ -72,7 +72,7 @@ impl Shown {
         }
     }
 
-    /// The turn from here to a later reading \[rad, body axes\].
+    /// Rotation vector from here to a later sample \[rad, body axes\].
     pub fn turn_to(&self, later: &Self) -> Vector3<f64> {
         match (self, later) {
             (Self::Attitude(from), Self::Attitude(to)) => (from.inverse() * to).scaled_axis(),
@@ -81,25 +81,25 @@ impl Shown {
     }
 }
 
-/// One reading of a slow reference.
+/// One sample of a slow reference.
 #[derive(Debug, Clone, Copy)]
 pub struct SlowSample {
-    /// When \[s\]: the row's end, or its stamp.
+    /// Time \[s\]: the row's end, or its stamp.
     pub time_s: f64,
-    /// What it reads.
+    /// The measured value.
     pub shown: Shown,
-    /// Whether its relation to the sample before is unknown.
+    /// The sample's relation to its predecessor is unknown.
     pub after_gap: bool,
 }
 
-/// A unit quaternion printed to four places, or stored in single precision, is good to this; further off it is
+/// Largest deviation from 1 of a quaternion's norm: four printed places or single precision keep it below; larger ones are
 /// no attitude.
 const NOT_A_UNIT: f64 = 1e-3;
 
-/// A norm below this is how some recorders write "no attitude".
+/// Norm below which a quaternion stands for "no attitude", as written by some recorders.
 const NOTHING: f64 = 1e-6;
 
-/// Whether the recording has attitude samples.
+/// True if the recording has attitude samples.
 pub fn has_attitude(recording: &Recording) -> bool {
     ["w", "x", "y", "z"].iter().all(|axis| {
         recording
@@ -108,7 +108,7 @@ pub fn has_attitude(recording: &Recording) -> bool {
     })
 }
 
-/// The samples of whichever slow reference there is; attitudes before increments.
+/// Returns the samples of the slow reference present; attitudes before increments.
 pub fn slow_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError> {
     if has_attitude(recording) {
         let attitudes = attitude_samples(recording)?;
@@ -123,7 +123,7 @@ pub fn slow_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError
     }
 }
 
-/// Reads attitudes.
+/// Reads attitude samples.
 pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, InputError> {
     let missing = |axis: &str| {
         InputError::new(
@@ -166,8 +166,8 @@ pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, In
     Ok(without_held(samples))
 }
 
-/// A recorder faster than its reference holds the last attitude: only the first of equal ones is new. A reference
-/// that stood still repeats itself too, but not in most of its rows.
+/// Removes held samples: a recorder faster than its reference repeats the last attitude, and only the first of equal ones is
+/// new. A reference at rest repeats itself too, but not in most of its rows.
 fn without_held(samples: Vec<AttitudeSample>) -> Vec<AttitudeSample> {
     let same = |pair: &[AttitudeSample]| pair[1].shown().repeats(&pair[0].shown());
     let held = samples.windows(2).filter(|pair| same(pair)).count();
@@ -187,7 +187,7 @@ fn end_s(table: &Table, row: usize) -> f64 {
     }
 }
 
-/// Sums up increments that do not lie on the gyros' rows.
+/// Sums up increments on a clock other than the gyros'.
 fn increment_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError> {
     let file = recording.folder.join("recording.toml");
     let channels = AXES.map(|axis| recording.channel(&Quantity::ReferenceIncrement, axis));

@@ -12,20 +12,20 @@ pub fn add(into: &mut [f64], part: &[f64], size: f64) {
         .for_each(|(sum, part)| *sum += size * part);
 }
 
-/// The same of each axis, side by side.
+/// Computes a value for each axis, in parallel.
 pub fn each_axis<T: Send>(of: impl Fn(usize) -> T + Sync) -> [T; 3] {
     let (x, (y, z)) = rayon::join(|| of(0), || rayon::join(|| of(1), || of(2)));
     [x, y, z]
 }
 
-/// The same on every axis.
+/// Adds `size` times `part` on every axis.
 pub fn add_triad(into: &mut Triad, part: &Triad, size: f64) {
     for (into, part) in into.iter_mut().zip(part) {
         add(into, part, size);
     }
 }
 
-/// A weighted sum of the three channels.
+/// Computes a weighted sum of the three channels.
 pub fn weighted_sum(weights: [f64; 3], channels: &Triad) -> Vec<f64> {
     let mut sum = vec![0.0; channels[0].len()];
     for (weight, channel) in weights.into_iter().zip(channels) {

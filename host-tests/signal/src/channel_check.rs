@@ -1,8 +1,8 @@
-//! Judges whether gyros and reference mean the same axes, the same way round and the same unit.
+//! Tests if gyros and reference share axes, signs and unit.
 //!
-//! The map between them is split into factors of the gyros and an orthogonal matrix. A small rotation and a factor near
-//! one are ordinary errors, left to the search of effects. A large proper rotation is how the unit is mounted. One that
-//! turns a right-handed set of axes into a left-handed one, and a gross factor, are faults of the recording.
+//! The map between them is split into scale factors of the gyros and an orthogonal matrix. A small rotation and a factor
+//! near one are ordinary errors, left to the search of effects. A large proper rotation is the installation of the unit. An
+//! improper rotation (left-handed axes) and a gross factor are faults of the recording.
 
 use nalgebra::{Matrix3, Vector3};
 
@@ -10,23 +10,23 @@ use crate::coherent_map::{CoherentMap, measure};
 use crate::map_plan::MapPlan;
 use crate::same_motion::SameMotionPlan;
 
-/// Numbers of the judgement.
+/// Settings of the test.
 #[derive(Debug, Clone, Copy)]
 pub struct ChannelPlan {
-    /// Whether both show one motion; `None`: not asked.
+    /// Test for a common motion; `None` skips it.
     pub same_motion: Option<SameMotionPlan>,
-    /// How the map is measured.
+    /// Estimation of the map.
     pub map: MapPlan,
-    /// Rotation \[rad\] up to which it is an ordinary tilt: installations and misalignments are sought to 0.3 rad.
+    /// Largest rotation \[rad\] of an ordinary tilt: installations and misalignments are sought to 0.3 rad.
     pub tilt_rad: f64,
-    /// Gross factors \[1\]: the smallest and largest that may be a scale error.
+    /// Smallest and largest factor \[1\] of an ordinary scale error.
     pub scale: [f64; 2],
-    /// Share by which noise and other effects may move a factor that lies on a bound \[1\].
+    /// Relative error by noise and other effects of a factor on a bound \[1\].
     pub allowance: f64,
-    /// Largest share of what a gyro reads by which its gain may differ over frequency and still be one factor \[1\]: a tenth
-    /// of the gain is a hundredth of the power.
+    /// Largest variation over frequency of a gyro's gain, as a share of its power, still consistent with one factor \[1\]: a
+    /// tenth of the gain is a hundredth of the power.
     pub uneven: f64,
-    /// Departure from an orthogonal matrix \[1\] beyond which the map is no rotation, whatever else it is.
+    /// Departure from orthogonality \[1\] beyond which the map is no rotation.
     pub shear: f64,
 }
 
@@ -44,44 +44,44 @@ impl Default for ChannelPlan {
     }
 }
 
-/// How gyros and reference are related, where it is no ordinary error.
+/// Relation of gyros and reference, beyond ordinary errors.
 #[derive(Debug, Clone)]
 pub struct Crossing {
-    /// Orthogonal: what the gyros' axes are in the reference's. The identity where only factors are gross.
+    /// Orthogonal: the gyros' axes in the reference's. The identity where only factors are gross.
     pub axes: Matrix3<f64>,
-    /// By gyro: how many times the reference it reads; 1 where the factor is ordinary.
+    /// Scale factor of each gyro relative to the reference \[1\]; 1 where the factor is ordinary.
     pub factors: [f64; 3],
-    /// What was measured.
+    /// The estimated map.
     pub measured: CoherentMap,
 }
 
 impl Crossing {
-    /// Whether the axes are other ones, or turned.
+    /// True if the axes are exchanged, inverted or rotated.
     pub fn is_turned(&self) -> bool {
         self.axes != Matrix3::identity()
     }
 
-    /// Whether no rotation turns the reference's axes into the gyros'.
+    /// True if the axes are related by an improper rotation.
     pub fn is_improper(&self) -> bool {
         self.axes.determinant() < 0.0
     }
 
-    /// Whether any factor is gross.
+    /// True if any factor is gross.
     pub fn has_factor(&self) -> bool {
         self.factors.iter().any(|factor| *factor != 1.0)
     }
 
-    /// Whether the recording can be used once the reference is turned into the gyros' axes.
+    /// True if the recording is usable after a rotation of the reference into the gyros' axes.
     pub fn is_registration(&self) -> bool {
         !self.is_improper() && !self.has_factor()
     }
 
-    /// What each gyro reads of the reference.
+    /// Map from the reference's axes to the gyros' samples.
     pub fn map(&self) -> Matrix3<f64> {
         Matrix3::from_diagonal(&Vector3::from(self.factors)) * self.axes
     }
 
-    /// For each gyro the axis of the reference that it follows and the sign, where each follows one axis alone.
+    /// Reference axis and sign followed by each gyro, where each follows one axis alone.
     pub fn order(&self) -> Option<[(usize, f64); 3]> {
         let is_unit = self
             .axes
@@ -95,13 +95,13 @@ impl Crossing {
     }
 }
 
-/// Checks the gyros against the reference, row by row increments \[rad\].
+/// Compares the gyros with the reference, by increments \[rad\] on common rows.
 ///
 /// # Inputs
-/// `expected`: scale that the model already gives each gyro, 1 where it has none; `seen`: rows that may be looked at.
+/// `expected`: scale factor of each gyro in the model, 1 where it has none; `seen`: rows that may be used.
 ///
 /// # Returns
-/// `None` where nothing but ordinary errors is seen, or where nothing moves.
+/// `None` where only ordinary errors are found, or where nothing moves.
 pub fn check(
     gyros_rad: [&[f64]; 3],
     reference_rad: [&[f64]; 3],
@@ -113,14 +113,14 @@ pub fn check(
     let own = Matrix3::from_diagonal(&Vector3::from(expected.map(|scale| 1.0 / scale)));
     let judged = |map: &Matrix3<f64>| judge(&(own * map), measured.moves, plan);
     let (mut axes, mut factors) = judged(&measured.map)?;
-    // What a soft mount or a filter takes is no factor.
+    // Attenuation by a soft mount or a filter is no factor.
     for (factor, uneven) in factors.iter_mut().zip(measured.uneven) {
         if uneven > plan.uneven {
             *factor = 1.0;
         }
     }
-    // At one frequency a delay of half a period is a sign, of a quarter an exchange: the ordinary explanation counts. A
-    // factor is none of a delay.
+    // At one frequency a delay of half a period is equivalent to a sign, of a quarter to an exchange: the ordinary
+    // explanation is preferred. A delay causes no factor.
     let own_axes = |map| judged(map).is_none_or(|(axes, _)| axes == Matrix3::identity());
     if measured.others.iter().any(own_axes) {
         axes = Matrix3::identity();
@@ -135,7 +135,7 @@ pub fn check(
     })
 }
 
-/// Splits a map into factors and axes; `None` where both are ordinary.
+/// Factorises a map into scale factors and axes; `None` where both are ordinary.
 fn judge(
     map: &Matrix3<f64>,
     moves: [bool; 3],
@@ -155,10 +155,11 @@ fn judge(
     (axes != Matrix3::identity() || factors != [1.0; 3]).then_some((axes, factors))
 }
 
-/// The map with columns or rows of length one, and the factor of each gyro: 1 where it follows nothing that moves.
+/// Normalises the columns or rows of the map to unit length. Returns it with the factor of each gyro, 1 where it follows no
+/// moving axis.
 ///
-/// A gyro of another unit stretches its row, an axis of the reference of another unit its column; the one that leaves
-/// the better rotation is taken.
+/// A gyro of another unit stretches its row, an axis of the reference of another unit its column; the normalisation closer
+/// to orthogonality is selected.
 fn normalised(map: &Matrix3<f64>, moving: &[usize]) -> (Matrix3<f64>, [f64; 3]) {
     let mut by_column = Matrix3::zeros();
     let mut factors = [1.0; 3];
@@ -181,8 +182,8 @@ fn normalised(map: &Matrix3<f64>, moving: &[usize]) -> (Matrix3<f64>, [f64; 3]) 
     }
 }
 
-/// The orthogonal matrix nearest to a map of unit columns, the identity where it is a small rotation of it; `None`
-/// where the map is far from any.
+/// Computes the orthogonal matrix nearest to a map of unit columns (polar factor, by the singular value decomposition), the
+/// identity for a small rotation; `None` where the map is far from orthogonal.
 fn orthogonal(unit: &Matrix3<f64>, moving: &[usize], plan: &ChannelPlan) -> Option<Matrix3<f64>> {
     if let Some(exchanged) = exchanged(unit, moving, plan.tilt_rad) {
         return Some(exchanged);
@@ -202,8 +203,8 @@ fn orthogonal(unit: &Matrix3<f64>, moving: &[usize], plan: &ChannelPlan) -> Opti
     })
 }
 
-/// Whole axes that the gyros follow, with their signs, where every moving axis is that near to one of them. Axes that
-/// stand still are taken to be as the model has them, as far as that leaves a rotation.
+/// Signed permutation matrix of the axes, where every moving axis is within the tilt of one of the gyros' axes. Axes at rest
+/// keep the model's assignment, as far as a rotation allows.
 fn exchanged(unit: &Matrix3<f64>, moving: &[usize], tilt_rad: f64) -> Option<Matrix3<f64>> {
     let mut axes = Matrix3::zeros();
     for &axis in moving {
@@ -233,9 +234,9 @@ fn exchanged(unit: &Matrix3<f64>, moving: &[usize], tilt_rad: f64) -> Option<Mat
     Some(axes)
 }
 
-/// Fills in the columns of axes that stand still, as near to the model's as a right-handed set allows.
+/// Fills in the columns of axes at rest, as near to the model's as a right-handed set allows.
 fn completed(unit: &Matrix3<f64>, moving: &[usize]) -> Matrix3<f64> {
-    /// Below it an axis is square to its place in the model.
+    /// Cosine below which an axis is perpendicular to its place in the model.
     const SQUARE: f64 = 0.3;
     let mut whole = *unit;
     match *moving {

@@ -1,7 +1,7 @@
-//! Whether gyros and reference, and gyros and their pickoffs, mean the same axes, the same way round and in the same unit.
+//! Axes, signs and unit of the gyros against the reference, and of the gyros against their pickoffs.
 //!
-//! Enters: the aligned channels. Leaves: what is no ordinary error, as [`Crossing`]s. Here are the rows that may be looked
-//! at; the measurement and the judgement are those of [`super::coherent_map`] and [`super::channel_check`].
+//! Enters: the aligned channels. Leaves: errors beyond ordinary ones, as [`Crossing`]s. The usable rows are selected here;
+//! the measurement and the test are in [`super::coherent_map`] and [`super::channel_check`].
 
 use rlg_model::Model;
 
@@ -13,7 +13,7 @@ use super::qualify;
 use super::same_motion::{Apart, apart};
 use super::streams::Streams;
 
-/// What the gyros follow.
+/// Signal followed by the gyros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Lead {
     /// The reference.
@@ -22,11 +22,11 @@ pub enum Lead {
     Pickoff,
 }
 
-/// What the gyros read of the reference, and of their pickoffs, where it is no ordinary error; nothing where there is no
-/// reference on their rows.
+/// Finds relations of the gyros to the reference, and to their pickoffs, beyond ordinary errors; none without a reference on
+/// their rows.
 ///
 /// # Inputs
-/// `partition`: which rows test the findings; only whether both show one motion is asked of them, too.
+/// `partition`: split of the rows; its test rows enter the test for a common motion only.
 ///
 /// # Errors
 /// Gyros and reference do not show the same motion.
@@ -63,7 +63,7 @@ fn sound(streams: &mut Streams) -> Vec<bool> {
     std::mem::replace(&mut streams.usable, usable)
 }
 
-/// Rows that are sound, those that test the findings left out.
+/// Rows without a fault, test rows of the partition excluded.
 fn seen(streams: &Streams, partition: &PartitionPlan, sound: &[bool]) -> Vec<bool> {
     let segments: Vec<_> = streams
         .piece
@@ -75,7 +75,7 @@ fn seen(streams: &Streams, partition: &PartitionPlan, sound: &[bool]) -> Vec<boo
         .rows_of(&[Use::Train, Use::Confirm], sound)
 }
 
-/// What the gyros sensed, less their blocks' dither as the pickoffs show it \[rad\].
+/// Gyro increments less the dither from the pickoffs times the pickoff gain \[rad\].
 pub fn without_dither(streams: &Streams, model: &Model) -> Triad {
     let mut gyros = streams.sensed_rad.clone();
     for (axis, dither) in streams.dither_rad().iter().flatten().enumerate() {
@@ -84,7 +84,7 @@ pub fn without_dither(streams: &Streams, model: &Model) -> Triad {
     gyros
 }
 
-/// What the gyros read of the reference, and of their pickoffs, where it is no ordinary error.
+/// Finds relations of the gyros to the reference, and to their pickoffs, beyond ordinary errors.
 fn of_rows(
     streams: &Streams,
     model: &Model,
@@ -120,9 +120,9 @@ fn each(channels: &Triad) -> [&[f64]; 3] {
     [0, 1, 2].map(|axis| &channels[axis][..])
 }
 
-/// The plan for pickoffs: a dither has one frequency, so only a delay below half its period is none of its signs.
+/// Settings for pickoffs: a dither has one frequency, so only delays below half its period are distinguishable from a sign.
 fn of_pickoffs(plan: &ChannelPlan) -> ChannelPlan {
-    /// The largest delay of a pickoff that is sought as one \[s\].
+    /// Largest delay of a pickoff in the search \[s\].
     const LARGEST_S: f64 = 1e-3;
     ChannelPlan {
         map: MapPlan {

@@ -1,9 +1,9 @@
 //! A recording's channels, found by quantity and put on the gyros' rows.
 //!
-//! Enters: [`Recording`]. Leaves: the gyros' table and clock; any channel row by row where its clock is theirs, at the
-//! rows' middles where it is not, NaN where nothing was measured.
+//! Enters: [`Recording`]. Leaves: the gyros' table and clock; any channel row by row on a common clock, interpolated to the
+//! rows' middles otherwise, NaN where unmeasured.
 //!
-//! Deliberately not here: which channels a diagnosis needs, and what they mean (streams.rs).
+//! Deliberately not here: the selection and use of channels for a diagnosis (streams.rs).
 
 use super::axes::Triad;
 use rlg_model::Model;
@@ -22,7 +22,7 @@ pub(super) struct GyroTable<'a> {
 }
 
 impl GyroTable<'_> {
-    /// A model that does not say what a pulse is predicts no counts.
+    /// Requires pulse weights in the model for gyros that count pulses.
     pub(super) fn expect_pulse_weights(
         &self,
         file: &std::path::Path,
@@ -37,7 +37,7 @@ impl GyroTable<'_> {
             .expected("gyro.pulse_weight_rad in the model"))
     }
 
-    /// The recorder's own times, NaN in gaps.
+    /// The recorder's own times \[s\], NaN in gaps.
     pub(super) fn stamps_s(&self) -> Option<&[f64]> {
         let own_times = Quantity::Other(TIME_STAMP.to_string());
         let mut channels = self.table.channels.iter();
@@ -86,7 +86,7 @@ impl<'a> Finder<'a> {
         Some([on("x")?, on("y")?, on("z")?])
     }
 
-    /// The gyros, or what is wrong with them.
+    /// The gyro channels, or the error of their table.
     pub(super) fn gyro(&self, file: &std::path::Path) -> Result<GyroTable<'a>, InputError> {
         let found = Quantity::GYROS
             .iter()
@@ -113,7 +113,7 @@ impl<'a> Finder<'a> {
     }
 }
 
-/// A hundredth of a row: closer than that, two clocks are the same clock.
+/// Tolerance of a common clock: a hundredth of a row \[rows\].
 pub const SAME_ROW: f64 = 0.01;
 
 /// The rows of the gyros' table.
@@ -124,8 +124,8 @@ pub(super) struct Grid {
 }
 
 impl Grid {
-    /// The channel's values on the gyros' rows, NaN where it has none: its table must have the same rate and
-    /// begin a whole number of rows earlier or later.
+    /// Returns the channel's values on the gyros' rows, NaN where it has none: its table must have the same rate and begin a
+    /// whole number of rows earlier or later.
     pub(super) fn on_rows(
         &self,
         file: &std::path::Path,
@@ -160,15 +160,15 @@ impl Grid {
             .collect())
     }
 
-    /// A slow quantity at the rows' middles, less the first `skip`: rows in a long gap leave `usable`, a channel that is
-    /// mostly gap is absent.
+    /// Interpolates a slow quantity to the rows' middles, less the first `skip`: rows in a long gap are masked in `usable`,
+    /// a channel with too many gaps is absent.
     pub(super) fn slow(
         &self,
         channels: [(&Channel, &Table); 3],
         skip: usize,
         usable: &mut [bool],
     ) -> Option<Triad> {
-        /// More than this share of gaps, and explaining with the channel would cost more than it tells.
+        /// Largest share of gaps; beyond it, masking costs more than the channel explains.
         const MOST_GAPS: f64 = 0.3;
         let mut triad =
             channels.map(|(channel, table)| self.at_middle(channel, table).split_off(skip));
@@ -185,7 +185,7 @@ impl Grid {
         Some(triad)
     }
 
-    /// The channels of unknown quantity, less the first `skip` rows, by names that an expression can have.
+    /// Channels of unknown quantity, less the first `skip` rows, by names valid in an expression.
     pub(super) fn others(&self, recording: &Recording, skip: usize) -> Vec<(String, Vec<f64>)> {
         recording
             .tables
@@ -235,9 +235,9 @@ impl Grid {
             )
     }
 
-    /// The channel at the middle of each gyro row, by straight lines; held at the ends, NaN in gaps.
+    /// Interpolates the channel linearly to the middle of each gyro row; held at the ends, NaN in gaps.
     pub(super) fn at_middle(&self, channel: &Channel, table: &Table) -> Vec<f64> {
-        // Means over a row belong to its middle, readings to its end.
+        // Means over a row belong to its middle, samples to its end.
         let at_row = match channel.quantity {
             Quantity::SpecificForce | Quantity::VelocityIncrement => 0.5,
             _ => 1.0,
@@ -249,7 +249,7 @@ impl Grid {
         let known: Vec<usize> = (0..channel.values.len())
             .filter(|&row| channel.values[row].is_finite())
             .collect();
-        // Longer than three readings without one is a gap, not a slow channel.
+        // A distance of more than 3.5 periods between samples is a gap.
         let period_s = table.clock.period_s(channel.values.len());
         let mut after = 0;
         (0..self.rows)
@@ -281,7 +281,7 @@ impl Grid {
     }
 }
 
-/// Replaces what was not measured by a straight line, so that filters stay finite; the mask remembers.
+/// Interpolates linearly over unmeasured rows, so that filters stay finite; the mask excludes them.
 pub(super) fn bridge_gaps(values: &mut [f64]) {
     let mut row = 0;
     while row < values.len() {

@@ -1,37 +1,37 @@
-//! Measures how much of each axis of a reference each gyro reads: one 3 × 3 map at one common delay.
+//! Estimates one 3 × 3 map from the reference's axes to the gyros, at one common delay.
 //!
-//! Both sides have noise of unknown size. Frequencies are weighted by what the fit leaves in them, so those count in
-//! which gyros and reference move together; what the reference's noise takes off a coefficient is estimated, and an
-//! axis of the reference is judged only where it really moves. Increments are regressed, so a constant rate (a bias)
-//! says nothing.
+//! Both sides have noise of unknown size (errors in variables). Frequencies are weighted by the inverse of the fit's
+//! residual power, so those of coherent motion dominate; the attenuation of a coefficient by the reference's noise is
+//! estimated, and an axis of the reference is judged only where it moves. Increments are regressed about their mean, so a
+//! constant rate (a bias) has no influence.
 
 use nalgebra::Matrix3;
 
 use crate::cross_spectra::Spectra;
 use crate::map_plan::MapPlan;
 
-/// What the gyros read of the reference.
+/// Map of the reference to the gyros.
 #[derive(Debug, Clone)]
 pub struct CoherentMap {
-    /// Gyro i reads Σ `map[(i, j)]` times what the reference turns about j.
+    /// Increment of gyro i: Σ `map[(i, j)]` times the reference's increment about j.
     pub map: Matrix3<f64>,
     /// Standard deviations; infinite where an axis does not move.
     pub std: Matrix3<f64>,
-    /// Which axes of the reference move enough to be judged.
+    /// Axes of the reference with enough motion for a judgement.
     pub moves: [bool; 3],
-    /// How late the gyros are against the reference \[s\].
+    /// Delay of the gyros behind the reference \[s\].
     pub delay_s: f64,
-    /// By gyro: power by which its gain differs from the map over frequency, as a share of what it reads \[1\]: a factor
-    /// is the same at all frequencies, a soft mount or a filter is not.
+    /// Variation over frequency of each gyro's gain about the map, as a share of its power \[1\]: a factor is constant over
+    /// frequency, a soft mount or a filter is not.
     pub uneven: [f64; 3],
-    /// The map at every likely delay that explains the recording as well, where gyros do not follow their own axes.
+    /// Maps at all likely delays with an equivalent fit, where gyros do not follow their own axes.
     pub others: Vec<Matrix3<f64>>,
 }
 
-/// Passes of weighting: the weights of the last two differ by less than their own scatter.
+/// Passes of iterative reweighting: the weights of the last two differ by less than their own scatter.
 const PASSES: usize = 4;
 
-/// Measures the map on the rows that are `seen`; `None` where they are too few or nothing moves.
+/// Estimates the map on the rows that are `seen`; `None` where they are too few or nothing moves.
 pub fn measure(
     gyros_rad: [&[f64]; 3],
     reference_rad: [&[f64]; 3],
@@ -42,7 +42,7 @@ pub fn measure(
     let most = ((plan.most_delay_s * rate_hz).ceil() as usize).min(seen.len() / 4);
     let first = Spectra::new(gyros_rad, reference_rad, seen, (0, most), plan)?;
     let start = first.best_lag(&first.even_weights(), most)?;
-    // The same rows on both sides: what one is not looked at in, the other is not either.
+    // The same rows on both sides: rows unseen on one side are excluded on the other.
     let shift = start.lag.round() as isize;
     let spectra = match shift {
         0 => first,
@@ -52,7 +52,7 @@ pub fn measure(
     let mut fit = spectra.fit(&spectra.even_weights(), lag);
     let mut weights = spectra.weights(&fit);
     for _ in 1..PASSES {
-        // Only the first fit looked for a delay that noise at high frequencies may hide.
+        // The first fit alone searched for a delay, which noise at high frequencies may hide.
         lag = spectra.best_lag(&weights, most)?.lag;
         fit = spectra.fit(&weights, lag);
         weights = spectra.weights(&fit);
@@ -69,7 +69,8 @@ pub fn measure(
             && unseen[axis] < plan.known
     });
     let map = Matrix3::from_fn(|gyro, axis| {
-        // The truth lies between the coefficient and what it would be if all noise were the reference's.
+        // The true value lies between the coefficient and its value corrected for attenuation by noise of the reference
+        // alone.
         fit.map[(gyro, axis)] / kept[(gyro, axis)].max(plan.kept).sqrt()
     });
     let is_led_otherwise = |axis: usize| {

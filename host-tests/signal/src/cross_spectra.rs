@@ -1,4 +1,4 @@
-//! Spectra of gyros and reference over a whole record, summed in bands, and the map between them for given weights.
+//! Cross-spectra of gyros and reference over a whole record, summed in bands, and the map between them for given weights.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -9,13 +9,13 @@ use realfft::num_complex::Complex64;
 use crate::map_plan::MapPlan;
 use crate::transforms::{self, smooth_length};
 
-/// Least eigenvalue of a correlation matrix that is inverted: below it two axes turn as one to rounding.
+/// Least eigenvalue of an inverted correlation matrix: below it two axes are collinear to rounding.
 const LEAST_EIGENVALUE: f64 = 1e-9;
 
-/// Power of each band for one weight per gyro and band.
+/// Weights or powers, one per gyro and band.
 pub(crate) type Weights = [Vec<f64>; 3];
 
-/// A delay with the power that it explains.
+/// The delay of the largest explained power.
 pub(crate) struct Best {
     pub(crate) lag: f64,
 }
@@ -23,7 +23,7 @@ pub(crate) struct Best {
 /// The map at a delay.
 pub(crate) struct Fit {
     pub(crate) map: Matrix3<f64>,
-    /// By gyro and band: mean power of a frequency that is left.
+    /// Mean residual power of a frequency, by gyro and band.
     left: Weights,
 }
 
@@ -33,7 +33,7 @@ pub(crate) struct Spectra {
     reference: [Vec<Complex64>; 3],
     padded: usize,
     bands: Vec<Range<usize>>,
-    /// By band: real part of reference times reference.
+    /// Co-spectra of the reference's axes, by band.
     reference_power: Vec<Matrix3<f64>>,
     gyro_power: [Vec<f64>; 3],
     /// Independent frequencies per frequency of the padded record.
@@ -42,7 +42,7 @@ pub(crate) struct Spectra {
 
 impl Spectra {
     /// # Inputs
-    /// `shift`: rows by which the reference is taken later; `most`: rows that delays may reach beyond the ends.
+    /// `shift`: delay applied to the reference \[rows\]; `most`: padding for the largest delay \[rows\].
     pub(crate) fn new(
         gyros_rad: [&[f64]; 3],
         reference_rad: [&[f64]; 3],
@@ -102,7 +102,7 @@ impl Spectra {
         })
     }
 
-    /// Every frequency alike, every gyro by its own power.
+    /// Equal weights of all frequencies, normalised by each gyro's own power.
     pub(crate) fn even_weights(&self) -> Weights {
         [0, 1, 2].map(|gyro: usize| {
             let power: f64 = self.gyro_power[gyro].iter().sum();
@@ -110,9 +110,9 @@ impl Spectra {
         })
     }
 
-    /// One over the power that is left.
+    /// Weights by the inverse residual power.
     pub(crate) fn weights(&self, fit: &Fit) -> Weights {
-        /// Of a gyro's mean power: what rounding leaves.
+        /// Rounding error, as a share of a gyro's mean power.
         const ROUNDING: f64 = 1e-14;
         [0, 1, 2].map(|gyro: usize| {
             let power: f64 = self.gyro_power[gyro].iter().sum();
@@ -125,7 +125,7 @@ impl Spectra {
         })
     }
 
-    /// Σ weight × reference × reference of each gyro.
+    /// Gram matrix of the reference for each gyro's weights.
     fn grams(&self, weights: &Weights) -> [Matrix3<f64>; 3] {
         [0, 1, 2].map(|gyro: usize| {
             let parts = self.reference_power.iter().zip(&weights[gyro]);
@@ -133,7 +133,7 @@ impl Spectra {
         })
     }
 
-    /// Σ weight × gyro × reference of a band, the gyros taken `lag` rows earlier.
+    /// Cross-power of gyro and reference in a band, the gyros advanced by `lag` rows.
     fn cross(&self, band: &Range<usize>, gyro: usize, lag: f64) -> Vector3<f64> {
         let mut sum = Vector3::zeros();
         let step = Complex64::from_polar(1.0, TAU * lag / self.padded as f64);
@@ -178,7 +178,8 @@ impl Spectra {
         Fit { map, left }
     }
 
-    /// Weighted gyro times reference at lags between two, by gyro and axis, in steps of one over `fine` rows.
+    /// Weighted cross-correlation of gyros and reference at lags between two, by gyro and axis, in steps of one over `fine`
+    /// rows.
     fn correlations(
         &self,
         weights: &Weights,
@@ -211,7 +212,7 @@ impl Spectra {
         all
     }
 
-    /// The delay within `most` rows that explains most.
+    /// Delay within `most` rows of the largest explained power, interpolated by a parabola.
     pub(crate) fn best_lag(&self, weights: &Weights, most: usize) -> Option<Best> {
         let most = most as isize;
         let inverses = self.grams(weights).map(|gram| inverse(&gram));
@@ -232,7 +233,7 @@ impl Spectra {
         (explained[best] > 0.0).then_some(Best { lag })
     }
 
-    /// The maps at all lags between two that explain as much, but for a share.
+    /// Maps at all lags between two whose explained power is within a share of the largest.
     pub(crate) fn as_well(
         &self,
         weights: &Weights,
@@ -262,7 +263,7 @@ impl Spectra {
             .collect()
     }
 
-    /// How far the gain of a gyro against its leading axis differs from the map, by bands in which both move together.
+    /// Power by which a gyro's gain against its leading axis differs from the map, as a share, over coherent bands.
     pub(crate) fn uneven(&self, fit: &Fit, gyro: usize, lag: f64, coherent: f64) -> f64 {
         let axis = fit.map.row(gyro).transpose().iamax();
         let (mut differs, mut all) = (0.0, 0.0);
@@ -290,7 +291,7 @@ impl Spectra {
         let inverses = grams.map(|gram| inverse(&gram));
         Matrix3::from_fn(|gyro, axis| {
             let is_known = grams[gyro][(axis, axis)] > 0.0;
-            // A frequency is two numbers.
+            // A complex frequency counts as two real samples.
             let variance = 0.5 * inverses[gyro][(axis, axis)] / self.independent;
             if is_known {
                 variance.max(0.0).sqrt()
@@ -300,11 +301,11 @@ impl Spectra {
         })
     }
 
-    /// How much of each axis lies in directions about which the reference shows no more than its noise might, if all that the
-    /// fit leaves of the gyro that follows best were that: there a coefficient is the noise's, whichever it is.
+    /// Share of each axis in directions (eigenvectors of the Gram matrix) in which the reference's power does not exceed its
+    /// noise, if the whole residual of the best gyro were noise of the reference: coefficients there are dominated by noise.
     ///
     /// # Inputs
-    /// `kept`: least share of a coefficient that noise may leave \[1\].
+    /// `kept`: least attenuation factor by noise \[1\].
     pub(crate) fn unseen(&self, fit: &Fit, weights: &Weights, kept: f64) -> [f64; 3] {
         let mut squares = [f64::INFINITY; 3];
         for (gyro, gram) in self.grams(weights).into_iter().enumerate() {
@@ -325,7 +326,7 @@ impl Spectra {
         squares.map(f64::sqrt)
     }
 
-    /// Share of a coefficient that is left if all that the fit leaves were noise of the reference.
+    /// Attenuation factor of each coefficient if the whole residual were noise of the reference (errors in variables).
     pub(crate) fn kept(&self, fit: &Fit, weights: &Weights) -> Matrix3<f64> {
         Matrix3::from_fn(|gyro, axis| {
             let square = fit.map[(gyro, axis)].powi(2);
@@ -368,7 +369,7 @@ fn bands(last: usize, plan: &MapPlan) -> Vec<Range<usize>> {
     all
 }
 
-/// The inverse of a Gram matrix; 0 for an axis that stands still, large where two axes turn as one.
+/// Inverse of a Gram matrix, regularised by a floor of its eigenvalues; 0 for an axis at rest.
 fn inverse(gram: &Matrix3<f64>) -> Matrix3<f64> {
     let scale = gram
         .diagonal()

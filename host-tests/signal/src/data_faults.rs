@@ -1,8 +1,7 @@
-//! Faults of rates: readings at the ends of their range, or past them, single ones that are off, and blocks of rows that
-//! were written twice.
+//! Faults of rates: samples at the ends of their range, or wrapped, single outliers, and blocks of rows written twice.
 //!
-//! Enters: the aligned channels. Leaves: [`Fault`]s, to be taken out of use. Increments and counts are left to the search of
-//! events: one row that is off is a jump of the angle there, and of a rate a reading alone.
+//! Enters: the aligned channels. Leaves: [`Fault`]s, to be masked. Increments and counts are left to the search of events:
+//! one deviating row is a step of the angle there, but a single outlier of a rate.
 
 use std::ops::Range;
 
@@ -12,7 +11,7 @@ use super::repeated::Repeat;
 use super::streams::{AXES, Streams};
 use super::{repeated, stops};
 
-/// Rows in which gyros without a dither stand at the ends of their range, or are wrapped.
+/// Finds rows of gyros without a dither at the ends of their range, or wrapped.
 pub(super) fn stops(streams: &Streams) -> Vec<Fault> {
     if streams.pickoff_rad.is_some() {
         return Vec::new();
@@ -23,7 +22,7 @@ pub(super) fn stops(streams: &Streams) -> Vec<Fault> {
             &streams.measured,
             &DataPlan::default().stops,
         );
-        // A turn at a steady rate shows one value again and again as well; where the range overflowed it has an end.
+        // A steady rate repeats one value as well; an overflow proves the range.
         let is_limit = !found.wrapped.is_empty()
             || (has_reference(streams) && turns_on(streams, axis, &found.limited));
         let limited = found.limited.into_iter().filter(move |_| is_limit);
@@ -45,14 +44,15 @@ pub(super) fn stops(streams: &Streams) -> Vec<Fault> {
     faults
 }
 
-/// Whether a reference was recorded on the gyros' rows.
+/// True if a reference was recorded on the gyros' rows.
 fn has_reference(streams: &Streams) -> bool {
     streams.at_rest.is_none() && !streams.own_motion
 }
 
-/// Noise of a row of a channel that is smooth but for it: from each value less the mean of its neighbours.
+/// Estimates the white noise of a row of an otherwise smooth channel \[unit of the channel\], from the median absolute value
+/// of each sample less the mean of its neighbours.
 fn row_noise(values: &[f64]) -> f64 {
-    /// Of white noise: the median size of what it is called, in its standard deviations.
+    /// Median absolute value of that difference for white noise, in standard deviations of the noise.
     const MEDIAN: f64 = 0.6745 * 1.224_744_871;
     let off = |three: &[f64]| (three[1] - 0.5 * (three[0] + three[2])).abs();
     let mut sizes: Vec<f64> = values.windows(3).map(off).collect();
@@ -64,7 +64,7 @@ fn row_noise(values: &[f64]) -> f64 {
     *median / MEDIAN
 }
 
-/// Whether the reference goes on changing in stretches in which a gyro shows one value.
+/// True if the reference keeps changing in a stretch with one constant gyro value.
 fn turns_on(streams: &Streams, axis: usize, limited: &[Range<usize>]) -> bool {
     let plan = DataPlan::default();
     let case_rad = &streams.case_rad[axis];
@@ -81,14 +81,13 @@ fn turns_on(streams: &Streams, axis: usize, limited: &[Range<usize>]) -> bool {
     })
 }
 
-/// Whether a channel hardly ever shows the value of the row before.
+/// True if a channel seldom repeats the value of the row before.
 fn is_fine(values: &[f64]) -> bool {
     let repeats = values.windows(2).filter(|two| two[0] == two[1]).count();
     (repeats as f64) < DataPlan::default().fine * values.len() as f64
 }
 
-/// Whether the reference says that a block of rows is no motion that came again: it moved otherwise, or was written twice
-/// as well.
+/// True if a block of rows is no repeated motion: the reference differs between both, or repeats exactly as well.
 fn was_written_twice(streams: &Streams, repeat: &Repeat) -> bool {
     if !has_reference(streams) {
         return streams.sensed_rad.iter().all(|values| is_fine(values));
@@ -106,7 +105,7 @@ fn was_written_twice(streams: &Streams, repeat: &Repeat) -> bool {
     })
 }
 
-/// Blocks of rows in which gyros without a dither repeat earlier rows exactly.
+/// Finds blocks of rows in which gyros without a dither repeat earlier rows exactly.
 pub(super) fn repeated(streams: &Streams) -> Vec<Fault> {
     if streams.pickoff_rad.is_some() {
         return Vec::new();
@@ -125,7 +124,7 @@ pub(super) fn repeated(streams: &Streams) -> Vec<Fault> {
         .collect()
 }
 
-/// Single readings of rates that are off, against the reference where there is one.
+/// Finds single outliers of rates, against the reference where one exists.
 pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
     let plan = &DataPlan::default().spikes;
     if !streams.reports_rates || streams.pickoff_rad.is_some() || streams.own_motion {
@@ -135,8 +134,8 @@ pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
         let sensed = &streams.sensed_rad[axis];
         let pairs = sensed.iter().zip(&streams.case_rad[axis]);
         let beyond: Vec<f64> = pairs.map(|(sensed, case)| sensed - case).collect();
-        // Off in itself, and off the reference: where gyros are late a step of the rate is off the reference for a row, and
-        // stays.
+        // An outlier in itself and against the reference: under a delay of the gyros, a lasting step of the rate deviates
+        // from the reference for a row.
         let own = Bend::of(sensed, &streams.usable, plan);
         let against = Bend::of(&beyond, &streams.usable, plan);
         let rows: Vec<usize> = (2..streams.rows.saturating_sub(2))
@@ -161,7 +160,7 @@ pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
     (0..3).flat_map(of_axis).collect()
 }
 
-/// Each reading less the mean of its neighbours, and how large that is by chance.
+/// Each sample less the mean of its neighbours, and its threshold.
 struct Bend {
     off: Vec<f64>,
     least: Vec<f64>,
@@ -187,7 +186,7 @@ impl Bend {
             }
             let middle = sizes.len() / 2;
             let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-            // A median of 0 says that the channel is too coarse to scatter.
+            // A median of 0: the channel is too coarse for a scale estimate.
             if *median > 0.0 {
                 least[window].fill(plan.off * *median / 0.6745);
             }
@@ -199,7 +198,7 @@ impl Bend {
         self.off[row].abs() > self.least[row]
     }
 
-    /// Off by itself: the neighbours by half to the other side, the next not at all.
+    /// True for a single outlier: its neighbours deviate by −1/2 of its deviation, the next ones by nothing.
     fn is_alone(&self, row: usize, plan: &SpikePlan) -> bool {
         let share = |near: usize| self.off[near] / self.off[row];
         self.stands_out(row)

@@ -1,48 +1,49 @@
-//! The numbers by which faults of the data are told from what was measured.
+//! Thresholds for the detection of data faults.
 
 use crate::held::HoldPlan;
 use crate::repeated::RepeatPlan;
 use crate::stops::StopPlan;
 
-/// All of them.
+/// Thresholds of all detectors.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct DataPlan {
-    /// Channels whose readings stand for several rows.
+    /// Channels whose samples are held over several rows.
     pub(super) hold: HoldPlan,
-    /// Least share of the rows that are held for the whole recording to be read so \[1\]: recorders start and stop.
+    /// Least share of held rows for the whole recording to be thinned \[1\]: recorders start and stop.
     pub(super) held_throughout: f64,
-    /// Least share of readings that come in the same rows on all channels that are held \[1\]: one recorder wrote them.
+    /// Least share of simultaneous samples on all held channels \[1\]: one recorder wrote them.
     pub(super) held_together: f64,
-    /// What a mean since the last reading leaves, as a share of what the row itself leaves, for readings to be means \[1\].
+    /// Largest ratio of unexplained variances, for samples to be means: mean since the last sample over the row itself
+    /// \[1\].
     pub(super) mean_leaves: f64,
     /// Ends of a range.
     pub(super) stops: StopPlan,
     /// Blocks of rows written twice.
     pub(super) repeats: RepeatPlan,
-    /// Rows over which the reference is smoothed before it is said to change \[1\].
+    /// Moving-average length for the reference before a test of its change \[1\].
     pub(super) smoothed_rows: usize,
-    /// Least change of the reference, of a gyro's reading, in rows that show one value \[1\].
+    /// Least change of the reference in rows of one constant gyro value, as a share of that value \[1\].
     pub(super) turned: f64,
-    /// Standard deviations of a row of the reference that are no chance.
+    /// Threshold of significance in standard deviations of a row of the reference.
     pub(super) clear: f64,
-    /// Share of rows that show the value before, below which a channel is fine \[1\].
+    /// Share of rows equal to the row before, below which a channel is fine \[1\].
     pub(super) fine: f64,
-    /// Single readings that are off.
+    /// Single outliers.
     pub(super) spikes: SpikePlan,
 }
 
-/// What a spike is.
+/// Criteria of a spike.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct SpikePlan {
-    /// Standard deviations that a reading is off its neighbours: a quarter of a million rows reach five.
+    /// Threshold of a sample's deviation from its neighbours in standard deviations: a quarter of a million rows reach five.
     pub(super) off: f64,
-    /// What its neighbours may differ by from what one reading makes of them, as a share.
+    /// Tolerance of the neighbours' deviation from that due to one outlier, as a share of the outlier.
     pub(super) near: f64,
-    /// Rows over which the scatter is read: a shaken unit scatters more.
+    /// Rows of the scale estimate: a shaken unit scatters more.
     pub(super) around: usize,
-    /// Least number on one channel: fewer are jumps of an angle as well.
+    /// Least number on one channel: fewer may be jumps of an angle.
     pub(super) least: usize,
-    /// Largest share of the rows: more are how the readings scatter.
+    /// Largest share of the rows: more are the tail of the noise distribution.
     pub(super) most: f64,
 }
 

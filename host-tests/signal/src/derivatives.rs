@@ -1,7 +1,7 @@
 //! Derivatives and delays of row values in the frequency domain.
 //!
-//! Finite differences of increments are wrong by percents near half the row rate; a spectrum is right up to it. Ends are
-//! reflected and tapered, so that the record closes.
+//! Finite differences of increments are wrong by percents near half the row rate; a spectrum is exact up to it. Ends are
+//! reflected and tapered for a periodic record.
 
 use std::f64::consts::{PI, TAU};
 use std::sync::Arc;
@@ -11,11 +11,11 @@ use realfft::{ComplexToReal, RealToComplex};
 
 use crate::transforms::{self, even_smooth_length};
 
-/// A record whose values are means over rows (or increments), ready to be read otherwise.
+/// Spectrum of a record of row means (or increments).
 pub struct Spectrum {
     values: Vec<Complex64>,
     inverse: Arc<dyn ComplexToReal<f64>>,
-    /// Held, so that the next record of this length finds it planned.
+    /// Kept alive, so that the plan is shared with the next record of this length.
     _forward: Arc<dyn RealToComplex<f64>>,
     rows: usize,
     padded: usize,
@@ -23,10 +23,10 @@ pub struct Spectrum {
     rate_hz: f64,
 }
 
-/// Rows that are added on either side.
+/// Padding rows on either side.
 const PAD_ROWS: usize = 2048;
 
-/// Least factor of a row mean that is undone: beyond, noise is amplified without need.
+/// Least inverted factor of the row mean: a smaller one would amplify noise needlessly.
 const LEAST_SINC: f64 = 0.5;
 
 impl Spectrum {
@@ -59,10 +59,10 @@ impl Spectrum {
         }
     }
 
-    /// The record behind a linear system.
+    /// Filters the record by a linear system.
     ///
     /// # Inputs
-    /// `response`: at a frequency \[Hz\] from 0 to half the row rate.
+    /// `response`: frequency response at a frequency \[Hz\] from 0 to half the row rate.
     pub fn through(&self, response: impl Fn(f64) -> Complex64) -> Vec<f64> {
         let mut spectrum: Vec<Complex64> = self
             .values
@@ -94,7 +94,7 @@ impl Spectrum {
         self.middle_derivative_behind(order, |_| Complex64::new(1.0, 0.0))
     }
 
-    /// The same behind a linear system, given by its response at a frequency \[Hz\].
+    /// The n-th derivative at row middles after a linear system, given by its response at a frequency \[Hz\].
     pub fn middle_derivative_behind(
         &self,
         order: i32,
@@ -111,12 +111,12 @@ impl Spectrum {
         })
     }
 
-    /// The record as it was `delay_s` before.
+    /// Delays the record by `delay_s`.
     pub fn delayed(&self, delay_s: f64) -> Vec<f64> {
         self.through(|hz| Complex64::from_polar(1.0, -TAU * hz * delay_s))
     }
 
-    /// Power between neighbours of ascending frequencies \[Hz\], by the nearest.
+    /// Power summed to the nearest of ascending frequencies \[Hz\].
     pub fn binned_power(&self, hz: &[f64]) -> Vec<f64> {
         let mut power = vec![0.0; hz.len()];
         for (k, value) in self.values.iter().enumerate() {
@@ -133,7 +133,7 @@ impl Spectrum {
         power
     }
 
-    /// Frequency below which half the power of the n-th derivative lies \[Hz\]; 0 where nothing moves.
+    /// Median frequency of the power of the n-th derivative \[Hz\]; 0 where nothing moves.
     pub fn median_hz(&self, order: i32) -> f64 {
         let power = |(k, value): (usize, &Complex64)| {
             value.norm_sqr() * (TAU * self.frequency_hz(k)).powi(2 * order)
@@ -152,10 +152,10 @@ impl Spectrum {
     }
 }
 
-/// Means over the rows of what is known at their middles.
+/// Computes row means from mid-row values.
 ///
-/// By (δ/2)/asinh(δ/2) = 1 + δ²/24 − 17 δ⁴/5760 + 367 δ⁶/967680, δ the central difference; right to 0.7 % for a sine
-/// of three tenths of the row rate.
+/// By (δ/2)/asinh(δ/2) = 1 + δ²/24 − 17 δ⁴/5760 + 367 δ⁶/967680, δ the central difference; accurate to 0.7 % for a sine of
+/// three tenths of the row rate.
 pub fn row_means(at_middles: &[f64]) -> Vec<f64> {
     const SECOND: f64 = 1.0 / 24.0;
     const FOURTH: f64 = -17.0 / 5760.0;

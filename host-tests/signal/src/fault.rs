@@ -1,9 +1,9 @@
-//! One fault of a channel, and how a channel that counts coarse pulses repeats itself without one.
+//! Faults of a channel, and faultless repeats of a channel with coarse pulses.
 
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Rows on either side of a run of repeats that tell how usual repeats are there.
+/// Rows on either side of a run of repeats for the estimate of the repeat probability.
 pub(super) const SURROUNDINGS_ROWS: usize = 200;
 
 /// One fault of one channel.
@@ -11,17 +11,17 @@ pub(super) const SURROUNDINGS_ROWS: usize = 200;
 pub struct Fault {
     /// One of [`rlg_model::kinds::FAULT_KINDS`].
     pub kind: &'static str,
-    /// Kinds that look the same.
+    /// Kinds not distinguishable from it.
     pub indistinguishable_from: &'static [&'static str],
     /// `gyro_x`, `dither_y`, `reference_z`.
     pub channel: String,
     /// Rows, guard left out.
     pub rows: Range<usize>,
-    /// What else is known of it.
+    /// Further properties.
     pub detail: Detail,
 }
 
-/// What is known of a fault beside where it is.
+/// Properties of a fault besides its place.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub enum Detail {
     /// Nothing.
@@ -29,28 +29,28 @@ pub enum Detail {
     None,
     /// Many places between the first and the last row.
     Places {
-        /// How many.
+        /// Number of places.
         places: usize,
         /// Rows of all of them.
         rows: usize,
     },
-    /// Each reading stands for so many rows, on the mean.
+    /// Samples are held over several rows.
     Hold {
-        /// Rows a reading.
+        /// Mean number of rows per sample.
         rows_per_reading: f64,
     },
-    /// The range overflowed: the reading has come out at its other end.
+    /// The range overflowed: the sample is wrapped to its other end.
     Wrapped,
-    /// One reading alone is off by so much \[rad\].
+    /// A single outlier.
     Spike {
-        /// Reading less the mean of its neighbours.
+        /// Sample less the mean of its neighbours.
         size_rad: f64,
     },
 }
 
-/// The smallest step that a channel takes away from a value, anywhere.
+/// Smallest nonzero distance of a channel's samples from a value.
 fn step_from(stuck: f64, values: &[f64]) -> f64 {
-    /// Of the largest value: smaller steps are rounding.
+    /// Share of the largest value below which a step is rounding.
     const ROUNDING: f64 = 1e-12;
     let largest = values.iter().fold(0.0, |most: f64, v| most.max(v.abs()));
     values
@@ -60,8 +60,8 @@ fn step_from(stuck: f64, values: &[f64]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// The pulse of a coarse channel: the least that it is away from its most frequent value; nothing where no value comes
-/// in one row of a hundred, as noise finer than a pulse never lets one.
+/// Returns the pulse of a coarse channel: the smallest distance from its most frequent value; 0 where no value occurs in
+/// more than one row of a hundred, as under noise finer than a pulse.
 pub fn pulse(values: &[f64]) -> f64 {
     const OFTEN: usize = 100;
     let mut counts: HashMap<u64, usize> = HashMap::new();
@@ -79,9 +79,9 @@ pub fn pulse(values: &[f64]) -> f64 {
     }
 }
 
-/// A coarse gyro without dither repeats itself while it turns by less than a pulse a row: it comes to such a
-/// stretch and leaves it by single pulses. One that fails jumps. A pulse is the least that the channel ever is away from
-/// that value: what is written in a finer unit than its pulses takes smaller steps elsewhere.
+/// True if a coarse gyro without dither merely turns by less than a pulse a row: it enters and leaves such a stretch by
+/// single pulses, a failed one by jumps. The pulse is the channel's smallest distance from the repeated value: a channel
+/// written in a finer unit than its pulses takes smaller steps elsewhere.
 pub(super) fn is_between_pulses(fault: &Fault, values: &[f64]) -> bool {
     let stuck = values[fault.rows.start];
     let pulse = step_from(stuck, values);
@@ -95,7 +95,7 @@ pub(super) fn is_between_pulses(fault: &Fault, values: &[f64]) -> bool {
         && fault.rows.start.checked_sub(1).is_none_or(near)
 }
 
-/// Stretches of two rows and more, each of which is the `same` as the one before it.
+/// Finds runs of two rows and more, each of which is the `same` as its predecessor.
 pub(super) fn repeats(rows: usize, same: impl Fn(usize) -> bool) -> Vec<Range<usize>> {
     let mut runs = Vec::new();
     let mut begin = 0;

@@ -1,4 +1,4 @@
-//! Hann frames at half overlap, and their transforms.
+//! Half-overlapping Hann frames, and their Fourier transforms.
 
 use std::f64::consts::TAU;
 use std::sync::Arc;
@@ -12,7 +12,7 @@ use crate::transforms;
 pub struct Frames {
     /// Rows of a frame, even.
     pub length: usize,
-    /// The window.
+    /// Hann window.
     pub window: Vec<f64>,
     /// Σ window².
     pub window_power: f64,
@@ -20,10 +20,10 @@ pub struct Frames {
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
-/// Length of a frame \[s\]: slow motion and bursts are both resolved.
+/// Length of a frame \[s\]: a compromise between slow motion and bursts.
 const FRAME_S: f64 = 2.0;
 
-/// Bounds of a frame in rows.
+/// Shortest and longest frame \[rows\].
 const FRAME_ROWS: [f64; 2] = [128.0, 8192.0];
 
 /// Least number of frames in a record.
@@ -58,7 +58,7 @@ impl Frames {
         self.length / 2
     }
 
-    /// Frequencies of a frame's transform.
+    /// Number of frequencies of a frame's transform.
     pub fn frequencies(&self) -> usize {
         self.length / 2 + 1
     }
@@ -77,7 +77,7 @@ impl Frames {
         spectrum
     }
 
-    /// Rows of a transform.
+    /// Inverse transform, by row.
     pub fn rows_of(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
         let mut frame = self.inverse.make_output_vec();
         spectrum[0].im = 0.0;
@@ -91,7 +91,7 @@ impl Frames {
         frame
     }
 
-    /// Noise power per row at a frame's frequencies, from that of DCT-II coefficients of `by_coefficient.len()` rows.
+    /// Noise power per row at a frame's frequencies, interpolated from that of `by_coefficient.len()` DCT-II coefficients.
     pub fn resample(&self, by_coefficient: &[f64]) -> Vec<f64> {
         let count = by_coefficient.len();
         (0..self.frequencies())

@@ -1,20 +1,20 @@
-//! Finds channels in which each reading stands for several rows: a slow instrument recorded by a faster recorder.
+//! Finds channels with each sample held over several rows: a slow instrument recorded by a faster recorder.
 //!
 //! Such a channel changes in every k-th row and in no other. A coarse channel in slow motion repeats itself too, but for
-//! rows of all numbers, and then moves on by one pulse.
+//! varying numbers of rows, and then changes by one pulse.
 
 use std::ops::Range;
 
-/// What a held channel looks like.
+/// Criteria of a held channel.
 #[derive(Debug, Clone, Copy)]
 pub struct HoldPlan {
-    /// Least share of the stretches between changes that are a whole number of readings long \[1\]: a reading may be lost.
+    /// Least share of the runs between changes with a whole number of sample periods \[1\]: a sample may be lost.
     pub regular: f64,
-    /// Least number of readings.
+    /// Least number of samples.
     pub least_readings: usize,
-    /// Least typical change between readings, in the smallest changes of the channel \[1\]: a staircase takes steps of one.
+    /// Least median change between samples, in the smallest changes of the channel \[1\]: a staircase takes steps of one.
     pub least_steps: f64,
-    /// Rows by which a stretch may differ from the mean: two clocks that do not run in step.
+    /// Largest deviation of a run from the mean \[rows\]: two asynchronous clocks.
     pub jitter_rows: usize,
 }
 
@@ -29,20 +29,20 @@ impl Default for HoldPlan {
     }
 }
 
-/// A channel that is held.
+/// A held channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hold {
-    /// Rows that a reading stands for, on the mean.
+    /// Mean number of rows per sample.
     pub rows_per_reading: f64,
-    /// From the first reading to the end of the last.
+    /// Rows from the first sample to the end of the last.
     pub span: Range<usize>,
-    /// Rows in which a new reading came; a reading equal to the one before is taken to have come in time.
+    /// Rows with a new sample; a sample equal to its predecessor is placed at its regular time.
     pub fresh: Vec<usize>,
 }
 
 impl Hold {}
 
-/// Finds whether `values` are held, rows that were not `measured` left out.
+/// Returns the hold of `values`, rows that were not `measured` excluded; `None` where they are not held.
 pub fn find(values: &[f64], measured: &[bool], plan: &HoldPlan) -> Option<Hold> {
     let changes: Vec<usize> = (1..values.len())
         .filter(|&row| measured[row] && measured[row - 1] && values[row] != values[row - 1])
@@ -61,7 +61,7 @@ pub fn find(values: &[f64], measured: &[bool], plan: &HoldPlan) -> Option<Hold> 
         .filter(|stretch| stretch.abs_diff(usual) <= plan.jitter_rows)
         .collect();
     let mean = near.iter().sum::<usize>() as f64 / near.len().max(1) as f64;
-    // Two readings alike make one stretch of twice the length.
+    // Two equal samples make one run of twice the length.
     let readings = |stretch: usize| (stretch as f64 / mean).round().max(1.0);
     let slack = |stretch: usize| {
         let jitter = if near.iter().all(|one| *one == usual) {
@@ -75,7 +75,7 @@ pub fn find(values: &[f64], measured: &[bool], plan: &HoldPlan) -> Option<Hold> 
         (**stretch as f64 - readings(**stretch) * mean).abs() <= slack(**stretch)
     };
     let whole = stretches.iter().filter(is_whole).count();
-    // A row here and there between readings of two rows would be chance.
+    // Single rows between samples of two rows would be chance.
     let is_regular = whole as f64 >= plan.regular * stretches.len() as f64;
     let is_short = near.iter().any(|one| *one < 2);
     if !is_regular || is_short {
@@ -96,9 +96,9 @@ pub fn find(values: &[f64], measured: &[bool], plan: &HoldPlan) -> Option<Hold> 
     })
 }
 
-/// Whether the typical change is hardly more than the smallest.
+/// True if the median change hardly exceeds the smallest.
 fn moves_by_pulses(values: &[f64], changes: &[usize], plan: &HoldPlan) -> bool {
-    /// Of the largest change: less is rounding.
+    /// Share of the largest change below which a change is rounding.
     const ROUNDING: f64 = 1e-9;
     let mut sizes: Vec<f64> = changes
         .iter()

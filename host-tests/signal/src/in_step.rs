@@ -1,29 +1,29 @@
-//! Whether what is left moves with the motion: noise does not know how fast a unit turns.
+//! Tests if the residual's power depends on the motion: noise is independent of the rate of the unit.
 //!
-//! Enter: mean squares of what is left and of the motion, by blocks of time. Leaves: [`InStep`], where what is left is louder
-//! while the unit moves, with its size as a share of the motion.
+//! Enter: mean squares of residual and motion, by blocks of time. Leaves: [`InStep`], where the residual is larger while the
+//! unit moves, with the size of its dependent part as a share of the motion.
 //!
 //! # Measure
-//! What is left has the power a + b m in a block whose motion has the power m, a and b ≥ 0: the likeliest of a gamma law. Blocks
-//! are as many as their neighbours make them, so chance is what the same record shows where the motion is turned against it in a
-//! circle (a surrogate test: Theiler et al., Physica D 58, 1992).
+//! The residual has the power a + b m in a block whose motion has the power m, a and b ≥ 0, fitted by maximum likelihood of
+//! a gamma law. Blocks are correlated with their neighbours, so significance is that among circular shifts of the motion
+//! against the residual in the same record (surrogate test: Theiler et al., Physica D 58, 1992).
 
 use std::ops::Range;
 
 use crate::axes::Triad;
 
-/// Numbers of the test.
+/// Settings of the test.
 #[derive(Debug, Clone, Copy)]
 pub struct InStepPlan {
-    /// Fewer blocks tell nothing.
+    /// Least number of blocks of a test.
     pub least_blocks: usize,
-    /// Part of what is left that moves with the motion, at least \[1\]: less is the ordinary unevenness of noise.
+    /// Least part of the residual's power in step with the motion \[1\]: less is the ordinary variation of noise.
     pub least_part: f64,
-    /// Least share of the motion \[1\]: less is what a search of the catalogue's effects sees better.
+    /// Least share of the motion \[1\]: a search of the catalogue's effects is more sensitive below it.
     pub least_share: f64,
-    /// Share of the turns by chance that gain as much, at most \[1\].
+    /// Significance level: largest share of the shifts with as large a gain \[1\].
     pub chance: f64,
-    /// Most turns that are tried.
+    /// Largest number of shifts.
     pub most_turns: usize,
 }
 
@@ -39,19 +39,20 @@ impl Default for InStepPlan {
     }
 }
 
-/// Powers of a block of time.
+/// Mean squares of a block of time.
 #[derive(Debug, Clone, Copy)]
 pub struct Block {
-    /// Mean square of what is left \[rad²\].
+    /// Mean square of the residual \[rad²\].
     pub left: f64,
     /// Mean square of the motion over the same time \[rad²\].
     pub motion: f64,
 }
 
-/// Powers by blocks of a second or so, of sums over a tenth: what single rows err by is small beside what they turn.
+/// Mean squares by blocks of about a second, of sums over a tenth: the error of single rows is small against their turn.
 ///
 /// # Inputs
-/// `left_rad`, `motion_rad`: by row of `period_s`, the motion without noise that is also in what is left; `is_used`: rows that both are known of.
+/// `left_rad`, `motion_rad`: residual and motion by row of `period_s`, the motion without noise common to the residual;
+/// `is_used`: rows with both known.
 pub fn blocks(
     left_rad: &Triad,
     motion_rad: &Triad,
@@ -90,25 +91,25 @@ pub fn blocks(
     blocks.collect()
 }
 
-/// What is left over the motion, both root mean squares \[1\]; `None` where the motion is less.
+/// Ratio of the root mean squares of residual and motion \[1\]; `None` where the motion is smaller.
 pub fn share_left(blocks: &[Block]) -> Option<f64> {
     let sum = |of: fn(&Block) -> f64| blocks.iter().map(of).sum::<f64>();
     let (left, motion) = (sum(|one| one.left), sum(|one| one.motion));
     (motion > left).then(|| (left / motion).sqrt())
 }
 
-/// What is left moves with the motion.
+/// A residual in step with the motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct InStep {
-    /// Root mean square of what moves with the motion over that of the motion \[1\].
+    /// Root mean square of the part in step over that of the motion \[1\].
     pub share: f64,
-    /// Its part of the power of what is left \[1\].
+    /// Part of the residual's power in step with the motion \[1\].
     pub part: f64,
-    /// Power of what is left in the quarter of the blocks that move most over that in the quarter that move least \[1\].
+    /// Residual power in the quarter of the blocks with the largest motion over that in the quarter with the least \[1\].
     pub moving_over_still: f64,
 }
 
-/// Compares both.
+/// Tests the residual against the motion.
 pub fn in_step(blocks: &[Block], plan: &InStepPlan) -> Option<InStep> {
     let count = blocks.len();
     let mean = |of: fn(&Block) -> f64| blocks.iter().map(of).sum::<f64>() / count as f64;
@@ -123,7 +124,7 @@ pub fn in_step(blocks: &[Block], plan: &InStepPlan) -> Option<InStep> {
     if part < plan.least_part || share < plan.least_share {
         return None;
     }
-    // Turns by less than a twentieth of the record are nearly none.
+    // Shifts by less than a twentieth of the record are nearly none.
     let apart = (count / 20).max(1);
     let turns = (apart..=count - apart).step_by(count.div_ceil(plan.most_turns));
     let tried = turns.clone().count() as f64;
@@ -147,9 +148,10 @@ pub fn in_step(blocks: &[Block], plan: &InStepPlan) -> Option<InStep> {
     })
 }
 
-/// The part of the power that moves with the motion, and what log likelihood that gains over one level; both of mean 1.
+/// Maximum-likelihood part of the power in step with the motion, and its log-likelihood gain over a constant power; both
+/// inputs have mean 1.
 fn likeliest(left: &[f64], motion: &[f64]) -> (f64, f64) {
-    /// Steps that multiply: each gains, from anywhere.
+    /// Multiplicative updates: monotone from any start.
     const STEPS: usize = 40;
     let [mut level, mut slope] = [0.5, 0.5];
     let pairs = || left.iter().zip(motion);
@@ -176,7 +178,7 @@ fn likeliest(left: &[f64], motion: &[f64]) -> (f64, f64) {
 mod tests {
     use super::{Block, InStepPlan, in_step};
 
-    /// χ² of six numbers over six, by a congruential generator.
+    /// Sum of six squared uniform numbers, of mean 1, by a congruential generator.
     fn scatter(seed: u64) -> impl FnMut() -> f64 {
         let mut state = seed;
         let mut even = move || {

@@ -1,4 +1,4 @@
-//! How the sensing axes stand in the body.
+//! Orientation of the sensing axes in the body.
 
 use nalgebra::Matrix3;
 use rlg_model::Installation;

@@ -1,4 +1,4 @@
-//! Puts channels into the gyros' axes as a model says: order, sign and factor of the reference, or of the pickoffs.
+//! Maps channels into the gyros' axes by the model: order, sign and factor of the reference, or of the pickoffs.
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_model::ModelEffect;
@@ -6,10 +6,10 @@ use rlg_model::catalogue::NINE;
 
 use super::axes::Triad;
 
-/// Kinds of the model that say how channels are put right.
+/// Kinds of model effects that correct channels.
 pub const KINDS: [&str; 3] = ["channel_order", "channel_sign", "channel_factor"];
 
-/// Puts channels right as effects say, in their order.
+/// Corrects channels by the model's effects, in their order.
 pub fn apply(case_rad: &mut Triad, pickoff_rad: &mut Option<Triad>, effects: &[ModelEffect]) {
     let known = effects
         .iter()
@@ -27,7 +27,7 @@ pub fn apply(case_rad: &mut Triad, pickoff_rad: &mut Option<Triad>, effects: &[M
     }
 }
 
-/// Turns three channels into other axes, row by row.
+/// Maps three channels into other axes, row by row.
 fn turn(channels: &mut Triad, map: &Matrix3<f64>) {
     for row in 0..channels[0].len() {
         let turned = map * Vector3::from_fn(|axis, _| channels[axis][row]);

@@ -1,16 +1,16 @@
-//! The motion that design columns are made of, where it is known from a noisy reference alone.
+//! Alignment and qualification of a recording's channels, and denoising of a reference's motion for design columns.
 //!
-//! A column made from the reference holds the reference's noise, and so does the residual, with the other sign: a
-//! column in which that noise dominates (a derivative of it) would fit the residual by itself. Three steps remove it:
-//! [`reference_noise`] measures how much of the declared noise is there; [`conditioned`] makes the motion independent of
-//! the residual; [`shrinkage`] keeps it only where it stands out of its noise. [`derivatives`] then differentiates and
-//! delays it in the frequency domain. [`partition`] says which rows are fitted, confirmed and tested.
+//! A column made from the reference holds the reference's noise, and so does the residual, with the other sign: a column
+//! dominated by that noise (a derivative of it) would fit the residual by itself (errors in variables). Three steps remove
+//! it: [`reference_noise`] estimates the power of the declared noise; [`conditioned`] makes the motion independent of the
+//! residual; [`shrinkage`] keeps it only where it exceeds its noise. [`derivatives`] then differentiates and delays it in
+//! the frequency domain. [`partition`] assigns the rows to training, confirmation and test.
 //!
-//! Before it stand the channels themselves: [`streams`] puts a recording on the gyros' rows; [`channel_map`] says whether
-//! gyros and reference mean the same axes, by the [`channel_check`] of the [`coherent_map`] between them, after
-//! [`same_motion`] says whether they show one motion at all, and [`lost_rows`] whether they do so at one delay; [`own_lines`] are the gyros' alone; [`read_once`]
-//! takes one row a reading; [`qualify`] finds faults of the data ([`held`], [`stops`], [`repeated`]) and takes their rows
-//! out of use; [`piece`] says what rows are of; [`residual`] takes away what a model predicts. What is left at the end is
+//! The channels themselves come first: [`streams`] puts a recording on the gyros' rows; [`channel_map`] tests if gyros and
+//! reference share axes, signs and unit, by the [`channel_check`] of the [`coherent_map`] between them, after
+//! [`same_motion`] has tested for a common motion and [`lost_rows`] for one delay; [`read_once`] selects one row per sample
+//! of a held channel; [`qualify`] finds faults of the data ([`held`], [`stops`], [`repeated`]) and masks their rows;
+//! [`piece`] names the origin of rows; [`residual`] subtracts the model's prediction. The final residual is accepted as
 //! noise only if it is not [`in_step`] with the motion.
 
 pub mod axes;

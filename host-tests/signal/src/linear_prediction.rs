@@ -1,15 +1,16 @@
-//! Values beyond the ends of a record, predicted from its own (Burg's method: J. P. Burg, Maximum entropy spectral analysis, 1967).
+//! Extrapolation of a record beyond its ends by linear prediction (autoregression by Burg's method: J. P. Burg, Maximum
+//! entropy spectral analysis, 1967).
 //!
-//! A record that is reflected or cut at its ends is no longer what it was there: a tone breaks, and a filter rings. Predicted values
-//! go on as tones do and fade as noise does.
+//! Reflection or truncation breaks a tone at the ends and makes filters ring. Predicted values continue tones and decay as
+//! noise does.
 
-/// Most values at an end that the prediction is made of.
+/// Largest number of values in the fit at an end.
 const MOST: usize = 8192;
 
-/// Returns `record` with `count` predicted values before it and behind it, which fade to 0.
+/// Returns `record` with `count` predicted values before it and behind it, faded to 0.
 ///
 /// # Inputs
-/// `order`: values that predict one; less where the record is short.
+/// `order`: order of the autoregression; less where the record is short.
 pub fn extended(record: &[f64], count: usize, order: usize) -> Vec<f64> {
     let end = record.len() - record.len().min(MOST);
     let last: Vec<f64> = record[end..].to_vec();
@@ -22,7 +23,7 @@ pub fn extended(record: &[f64], count: usize, order: usize) -> Vec<f64> {
     values
 }
 
-/// What follows some values.
+/// Predicts the `count` values after the given ones, faded to 0.
 fn continued(values: &[f64], count: usize, order: usize) -> Vec<f64> {
     let weights = burg(values, order.min(values.len() / 4));
     let mut known = values.to_vec();
@@ -35,7 +36,7 @@ fn continued(values: &[f64], count: usize, order: usize) -> Vec<f64> {
     new.map(|(row, value)| fade(row) * value).collect()
 }
 
-/// Weights of the latest values, the latest first, that predict the next one.
+/// Autoregressive coefficients, that of the latest value first.
 fn burg(values: &[f64], order: usize) -> Vec<f64> {
     let mut forward = values.to_vec();
     let mut backward = values.to_vec();

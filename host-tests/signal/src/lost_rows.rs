@@ -1,12 +1,13 @@
-//! Rows that a recorder lost without a trace: a file without stamps has no gap, but one side runs ahead of the other from there on.
+//! Rows lost by a recorder without a trace: a file without stamps has no gap, but one side leads the other from there on.
 //!
-//! Enter: increments of gyros and reference on the same rows \[rad\]. Leaves: the first [`LostRows`], where there are any.
+//! Enter: increments of gyros and reference on the same rows \[rad\]. Leaves: the first [`LostRows`], if any.
 //!
 //! # Measure
-//! In short stretches, what is left of the gyros' variance beside the best real 3 × 3 map of the reference, at every lag; by sums of
-//! products at all lags at once. A stretch tells its lag where the lags that leave less than twice the least are neighbours: a
-//! periodic motion, a slow one and noise tell none. Rows are lost where the lags of the stretches before agree, those after agree,
-//! and both differ by more than any of them is uncertain. A clock that drifts has no such place.
+//! In short stretches, the residual variance of the gyros after the least-squares real 3 × 3 map of the reference, at every
+//! lag, by cumulative sums of products for all lags at once. The lag of a stretch is determined where the lags of less than
+//! twice the least residual variance are contiguous: periodic motion, slow motion and noise determine none. The change point
+//! of the lag is accepted where the lags of the stretches before agree, as do those after, and both differ by more than
+//! their uncertainties. A drifting clock has no change point.
 
 use std::ops::Range;
 
@@ -16,24 +17,24 @@ use realfft::num_complex::Complex64;
 use crate::axes::Triad;
 use crate::transforms;
 
-/// Numbers of the search.
+/// Settings of the search.
 #[derive(Debug, Clone, Copy)]
 pub struct LostRowsPlan {
-    /// Largest lag that is looked for \[s\].
+    /// Largest lag of the search \[s\].
     pub reach_s: f64,
     /// Length of a stretch \[s\].
     pub stretch_s: f64,
-    /// Least stretches, and most.
+    /// Least and largest number of stretches.
     pub stretches: [usize; 2],
-    /// Rows to which a record is averaged at first.
+    /// Largest number of rows of the coarse search, by averaging.
     pub most_rows: usize,
-    /// Share of the variance that the best lag of a stretch leaves at most \[1\].
+    /// Largest residual variance of a stretch at its best lag, as a share of its variance \[1\].
     pub most_left: f64,
-    /// Lags that leave so many times the least are others \[1\].
+    /// Residual variance over the least one, up to which a lag is not distinguishable from the best \[1\].
     pub other: f64,
-    /// Stretches on either side that must agree.
+    /// Number of agreeing stretches required on either side.
     pub agreeing: usize,
-    /// Share of the difference by which they may differ \[1\].
+    /// Largest deviation of a lag from those of its side, as a share of the difference of both sides \[1\].
     pub spread: f64,
 }
 
@@ -52,7 +53,7 @@ impl Default for LostRowsPlan {
     }
 }
 
-/// Whose rows are lost.
+/// Side with the lost rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Loser {
     /// The gyros'.
@@ -61,33 +62,33 @@ pub enum Loser {
     Reference,
 }
 
-/// Rows that are lost in one place.
+/// Rows lost in one place.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct LostRows {
-    /// Of whom.
+    /// Side with the lost rows.
     pub of: Loser,
-    /// The row of its own that is the first after them.
+    /// First row of that side after the loss.
     pub before_row: usize,
-    /// How many.
+    /// Number of lost rows.
     pub rows: usize,
 }
 
-/// A stretch that tells its lag.
+/// A stretch of determined lag.
 struct Stretch {
     rows: Range<usize>,
-    /// By how many rows the gyros are behind the reference.
+    /// Delay of the gyros behind the reference \[rows\].
     lag: i64,
-    /// Lags within which the true one is.
+    /// Half-width of the interval of the lag \[rows\].
     within: i64,
 }
 
-/// Both sides on the same rows; nothing where they were not measured.
+/// Both sides on the same rows; zero where unmeasured.
 struct Sides {
     gyros: Vec<Vector3<f64>>,
     reference: Vec<Vector3<f64>>,
 }
 
-/// Looks for the first rows that are lost.
+/// Finds the first lost rows.
 pub fn find(
     gyros_rad: &Triad,
     reference_rad: &Triad,
@@ -101,7 +102,7 @@ pub fn find(
     let stretches = coarse.stretches(rate_hz / block as f64, plan);
     let sides = plan.agreeing;
     let last = (stretches.len() + 1).checked_sub(2 * sides)?;
-    // The stretch in which the rows are lost shows neither lag well.
+    // The stretch of the loss itself has no clear lag and may be skipped.
     let places = (0..last).flat_map(|first| [(first, 0), (first, 1)]);
     places
         .filter_map(|(first, between)| {
@@ -117,7 +118,7 @@ fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
 
-/// Whether the lags of either side agree, and both sides differ by more than any is uncertain.
+/// True if the lags of either side agree, and both sides differ by more than their uncertainties.
 fn may_differ(both: [&[Stretch]; 2], plan: &LostRowsPlan) -> bool {
     let lags = both.map(|side| {
         let mut lags: Vec<i64> = side.iter().map(|one| one.lag).collect();
@@ -161,7 +162,7 @@ impl Sides {
     }
 
     fn stretches(&self, rate_hz: f64, plan: &LostRowsPlan) -> Vec<Stretch> {
-        /// Of a variance, in what sums over a record leave of it.
+        /// Rounding error of a residual variance from cumulative sums, as a share of the variance.
         const ROUNDING: f64 = 1e-9;
         let rows = self.gyros.len();
         let [least, most] = plan.stretches;
@@ -177,7 +178,7 @@ impl Sides {
                 let rows = place * long..(place + 1) * long;
                 let left = self.left_by_lag(rows.clone(), reach, &sums)?;
                 let best = (0..left.len()).min_by(|a, b| left[*a].total_cmp(&left[*b]))?;
-                // Rounding leaves nothing, or less, of a motion without noise.
+                // For a motion without noise the residual variance is rounding, or negative.
                 let least = left[best].max(ROUNDING);
                 let is_as_good = |at: &usize| left[*at] <= plan.other * least;
                 let alike: Vec<usize> = (0..left.len()).filter(is_as_good).collect();
@@ -192,7 +193,7 @@ impl Sides {
             .collect()
     }
 
-    /// Share of the gyros' variance that is left at each lag from −`reach` to `reach`; `None` where they do not move.
+    /// Residual share of the gyros' variance at each lag from −`reach` to `reach`; `None` where they do not move.
     fn left_by_lag(&self, rows: Range<usize>, reach: usize, sums: &Sums) -> Option<Vec<f64>> {
         let count = rows.len() as f64;
         let own = &self.gyros[rows.clone()];
@@ -231,7 +232,7 @@ impl Sides {
             let mut input: Vec<Complex64> = pairs
                 .map(|(gyro, reference)| gyro.conj() * reference / length as f64)
                 .collect();
-            // What rounding leaves of parts that are real.
+            // Imaginary rounding errors of real coefficients.
             input[0].im = 0.0;
             if length.is_multiple_of(2) {
                 input[length / 2].im = 0.0;
@@ -248,7 +249,7 @@ impl Sides {
                 .map(|reference| products(gyro, reference))
         });
         let left = (0..=2 * reach).map(|at| {
-            // At this lag the stretch stands beside the reference's rows from `start − lag` on.
+            // At this lag the stretch is paired with the reference's rows from `start − lag` on.
             let lag = at as i64 - reach as i64;
             let begins = 2 * reach - at;
             let across = Matrix3::from_fn(|gyro, axis| across[gyro][axis][begins]);
@@ -260,10 +261,10 @@ impl Sides {
         Some(left.collect())
     }
 
-    /// Rows that are lost between stretches before and after, if each side has one lag.
+    /// Estimates the rows lost between stretches before and after, if each side has one lag.
     ///
     /// # Inputs
-    /// `block`: rows of one of the stretches' own.
+    /// `block`: full-rate rows per row of the stretches.
     fn lost_between(
         &self,
         sides: [&[Stretch]; 2],
@@ -282,7 +283,7 @@ impl Sides {
         let lags = [fine(sides[0])?, fine(sides[1])?];
         let [lag, later_lag] = lags.each_ref().map(|lags| mean(lags));
         let lost = later_lag - lag;
-        // A clock that drifts goes on within the stretches of either side.
+        // A drifting clock changes the lag within the stretches of either side.
         let agrees = |lags: &Vec<f64>| {
             let about = mean(lags);
             let mut each = lags.iter();
@@ -304,7 +305,7 @@ impl Sides {
         })
     }
 
-    /// Pairs of rows at a lag.
+    /// Pairs of gyro and reference rows at a lag.
     fn pairs<'a>(
         &'a self,
         rows: &'a [Range<usize>],
@@ -321,7 +322,7 @@ impl Sides {
         self.reference.get(row)
     }
 
-    /// The map of the reference at a lag, and what it leaves of the gyros' squares \[rad²\].
+    /// Least-squares map of the reference at a lag, with the mean residual square of the gyros \[rad²\].
     fn fitted(&self, rows: &[Range<usize>], lag: i64) -> Option<(Map, f64)> {
         let (mut count, mut gyro_mean, mut mean) = (0.0, Vector3::zeros(), Vector3::zeros());
         for (gyro, reference) in self.pairs(rows, lag) {
@@ -351,7 +352,7 @@ impl Sides {
         self.fitted(rows, lag).map(|(map, _)| map)
     }
 
-    /// The lag that leaves least, between rows: the top of a parabola.
+    /// Lag of the least residual, interpolated between rows by a parabola.
     fn fine_lag(&self, rows: &[Range<usize>], near: i64, reach: i64) -> Option<f64> {
         let left = |lag: i64| self.fitted(rows, lag).map(|(_, left)| left);
         let tried: Option<Vec<(i64, f64)>> = (near - reach..=near + reach)
@@ -363,7 +364,7 @@ impl Sides {
         Some(lag as f64 + 0.5 * (before - after) / bent.max(f64::MIN_POSITIVE))
     }
 
-    /// Whose rows are lost, and before which of them, between two lags.
+    /// Side and first row after the loss: the change point between two lags of the least sum of squared residuals.
     fn place(
         &self,
         span: Range<usize>,
@@ -386,7 +387,7 @@ impl Sides {
         };
         let (earlier, later) = (cumulated(lag, &map), cumulated(later_lag, &later_map));
         let last = span.len();
-        // Rows of the gyros that no row of the reference shows, where that lost some.
+        // Gyro rows without a reference row, if the reference lost some.
         let hidden = usize::try_from(later_lag - lag).unwrap_or(0);
         let left = |at: &usize| earlier[*at] + later[last] - later[at + hidden];
         let places = 0..=last.checked_sub(hidden)?;
@@ -402,13 +403,13 @@ impl Sides {
     }
 }
 
-/// What the gyros read of the reference.
+/// Affine map from the reference to the gyros.
 struct Map {
     gyros_from_reference: Matrix3<f64>,
     offset_rad: Vector3<f64>,
 }
 
-/// Sums of the reference and of its products up to each row.
+/// Cumulative sums of the reference and of its products up to each row.
 struct Sums {
     values: Vec<Vector3<f64>>,
     products: Vec<Matrix3<f64>>,
@@ -429,7 +430,7 @@ impl Sums {
         sums
     }
 
-    /// Products of `count` rows from `start` on, about their mean; rows beyond the record are nothing.
+    /// Sum of products of `count` rows from `start` on, about their mean; rows beyond the record are zero.
     fn centred(&self, start: i64, count: usize) -> Matrix3<f64> {
         let last = self.values.len() - 1;
         let within = |row: i64| usize::try_from(row).unwrap_or(0).min(last);
@@ -447,8 +448,8 @@ mod tests {
 
     const RATE_HZ: f64 = 100.0;
 
-    /// Evenly distributed with unit variance, by a congruential generator.
-    /// A motion of the band below `cut_hz` by a second-order filter of noise, and what gyros turned against it read \[rad\].
+    /// Uniform noise with unit variance, by a congruential generator.
+    /// A motion low-passed at `cut_hz` (second order), and samples of gyros rotated against it \[rad\].
     fn record(rows: usize, cut_hz: f64, seed: u64) -> (Triad, Triad) {
         let mut noise = noise(seed);
         let kept = (-std::f64::consts::TAU * cut_hz / RATE_HZ).exp();
@@ -507,7 +508,7 @@ mod tests {
         for seed in 10..20 {
             let (gyros, reference) = record(6000, 1.0, seed);
             assert_eq!(found(&gyros, &reference), None);
-            // From a row to twelve by the end.
+            // Drift from a row to twelve by the end.
             for share in [1.7e-4, 5e-4, 1e-3, 2e-3] {
                 let slow = reference.each_ref().map(|axis| {
                     let at = |row: usize| {

@@ -1,26 +1,26 @@
-//! The numbers by which the map between two instruments is measured.
+//! Settings for the map between two instruments.
 
-/// Numbers of the measurement.
+/// Settings of the estimate.
 #[derive(Debug, Clone, Copy)]
 pub struct MapPlan {
-    /// Delays that are searched on either side \[s\]: the largest that two recorders of one experiment were seen to have.
+    /// Largest delay of the search on either side \[s\]: the largest seen between two recorders of one experiment.
     pub most_delay_s: f64,
-    /// Delays up to which one is likelier than channels that are reversed or exchanged \[s\]: some periods of a slow
-    /// instrument. At one frequency half a period's delay is a sign.
+    /// Largest delay that is likelier than reversed or exchanged channels \[s\]: some periods of a slow instrument. At one
+    /// frequency a delay of half a period is equivalent to a sign.
     pub likely_delay_s: f64,
-    /// Share of the explained power that another delay may miss and still explain the recording as well \[1\].
+    /// Largest loss of explained power of an equivalent delay, as a share \[1\].
     pub as_well: f64,
-    /// Share of an axis that its own gyro shows below which other delays are looked at \[1\]: 0.3 rad of tilt leave more.
+    /// Share of an axis in its own gyro below which other delays are tried \[1\]: 0.3 rad of tilt leave more.
     pub own: f64,
     /// Relative width of a band \[1\], as the noise is binned elsewhere.
     pub band: f64,
-    /// Least frequencies in a band: three coefficients are fitted, and some are needed to say what is left.
+    /// Least frequencies in a band: three coefficients are fitted, and the residual needs some degrees of freedom.
     pub least_bins: usize,
-    /// Largest standard deviation of a coefficient that is judged, as a share of what its axis shows \[1\].
+    /// Largest standard deviation of a judged coefficient, as a share of its axis's column \[1\].
     pub known: f64,
-    /// Least share of a coefficient that noise in the reference leaves \[1\]: below it the coefficient is the noise's.
+    /// Least attenuation factor by noise of the reference \[1\]: below it the coefficient is dominated by noise.
     pub kept: f64,
-    /// Least squared coherence of a band whose gain is compared with the others' \[1\].
+    /// Least squared coherence of a band in the comparison of gains \[1\].
     pub coherent: f64,
     /// Least rows for a regression.
     pub least_rows: usize,

@@ -1,15 +1,14 @@
-//! Single readings that are off: one that is off and back, and a channel that is held while gyro and reference come
-//! apart.
+//! Single outliers, deviating in one sample only, and a channel held at one value while gyro and reference diverge.
 //!
-//! Enters: the aligned channels, whose longer faults are out of use. Leaves: [`Fault`]s. How far a reading may be off its
-//! neighbours is read from the rows around it.
+//! Enters: the aligned channels, with longer faults masked. Leaves: [`Fault`]s. The threshold of a sample's deviation from
+//! its neighbours is a robust scale estimate over the rows around it.
 
 use std::ops::Range;
 
 use super::fault::{Detail, Fault, SURROUNDINGS_ROWS, is_between_pulses, pulse, repeats};
 use super::streams::{AXES, Streams};
 
-/// What a gyro turned in each row beyond case and dither.
+/// Gyro increment less case and dither \[rad\], by row.
 fn beyond_rad(streams: &Streams, axis: usize) -> Vec<f64> {
     let rows = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
     rows.enumerate()
@@ -17,15 +16,15 @@ fn beyond_rad(streams: &Streams, axis: usize) -> Vec<f64> {
         .collect()
 }
 
-/// What the dither turned a gyro by in a row.
+/// Dither increment of a gyro in a row \[rad\]; 0 without a pickoff.
 fn swung_rad(streams: &Streams, axis: usize, row: usize) -> f64 {
     let pickoff = streams.pickoff_rad.as_ref().map(|pickoff| &pickoff[axis]);
     pickoff.map_or(0.0, |angle| angle[row + 1] - angle[row])
 }
 
-/// The mean, where it is clearly above nothing.
+/// Returns the sample mean if it exceeds zero significantly (one-sided z-test).
 fn clear_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    /// Standard deviations of the mean.
+    /// Threshold in standard errors of the mean.
     const CLEARLY: f64 = 4.0;
     let values: Vec<f64> = values.collect();
     let count = values.len() as f64;
@@ -34,11 +33,10 @@ fn clear_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
     (mean > CLEARLY * (variance / count).sqrt()).then_some(mean)
 }
 
-/// Whether a gyro reads less than it should in the rows at its own extremes, as one that is cut off there does; so, too,
-/// where case and dither do not say what it should read. The few values of a coarse one pile up at the last of them, and
-/// tell nothing less.
+/// True if a gyro's samples at its own extremes fall short of case and dither, as those of a clipped gyro do, or if case and
+/// dither do not predict its samples. The extreme values of a coarse gyro are quantisation levels, without shortfall.
 pub(super) fn falls_short(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
-    /// Of the readings, where they are known beforehand.
+    /// Largest residual of a usable prediction, as a share of the samples.
     const KNOWN: f64 = 0.25;
     let values = &streams.sensed_rad[axis];
     let beyond = beyond_rad(streams, axis);
@@ -60,13 +58,13 @@ pub(super) fn falls_short(streams: &Streams, axis: usize, rows: &Range<usize>) -
     clear_mean(missing).is_some()
 }
 
-/// Whether, where there is no reference, a dithered gyro reads less beside its dither in the rows at its own extremes than
-/// in the rows around them. A regular dither comes to the same reading at the end of every swing; one that is cut off there
-/// reads less than the case turns. Without a pickoff nobody knows.
+/// Without a reference: true if a dithered gyro's increment less dither is smaller in the rows at its own extremes than in
+/// neighbouring rows. A regular dither reaches the same sample value at the end of every swing; a clipped one shows less
+/// than the case's turn. True without a pickoff: no test is possible.
 pub(super) fn dips(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
-    /// Of the reading: beyond what a dither's gain may be wrong by.
+    /// Share of the sample, beyond the error of a dither's gain.
     const LEAST: f64 = 3e-3;
-    /// Rows to look for a neighbour in: two swings of a slow dither.
+    /// Rows searched for a neighbour: two swings of a slow dither.
     const NEAR: usize = 10;
     if streams.pickoff_rad.is_none() {
         return true;
@@ -90,26 +88,26 @@ pub(super) fn dips(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool 
     clear_mean(missing).is_some_and(|mean| mean > LEAST * largest)
 }
 
-/// How far each row's reading is off its neighbours: of what a gyro turned beyond case and dither, half of what a row has
-/// more than the next, against what scatter lets it come to.
+/// Deviation of each angle sample from the mean of its neighbours, half the difference of successive increments less case
+/// and dither, with its threshold.
 struct Off {
     off_rad: Vec<f64>,
-    /// Beyond which it is no scatter, by row; infinite where too few rows are in use to tell.
+    /// Threshold of significance by row; infinite where too few rows are in use for the scale estimate.
     least_rad: Vec<f64>,
 }
 
 impl Off {
-    /// Of what a gyro turned beyond case and dither.
+    /// Deviations of a gyro's increments less case and dither.
     fn of(streams: &Streams, axis: usize) -> Self {
         Self::of_increments(streams, &beyond_rad(streams, axis))
     }
 
     fn of_increments(streams: &Streams, increments: &[f64]) -> Self {
-        /// Standard deviations of a reading against its neighbours; a quarter of a million rows reach five.
+        /// Standard deviations of a sample about its neighbours; the largest of a quarter of a million rows is five.
         const OFF: f64 = 8.0;
-        /// Rows over which the scatter is read: a shaken unit scatters more.
+        /// Rows of the scale estimate: a shaken unit scatters more.
         const AROUND: usize = 2000;
-        // A reading less the mean of the ones before and after it.
+        // Sample less the mean of its predecessor and successor.
         let off_rad: Vec<f64> = increments
             .windows(2)
             .map(|two| 0.5 * (two[0] - two[1]))
@@ -132,10 +130,10 @@ impl Off {
         Self { off_rad, least_rad }
     }
 
-    /// Whether a row is off by itself. By as much as one reading is off, the means beside it are off by half to the other
-    /// side, and the next not at all: physics that begins there does not look so.
+    /// True if a row is a single outlier: its two neighbours deviate by −1/2 of its deviation and the next ones by nothing,
+    /// unlike the onset of a physical effect.
     fn is_alone(&self, row: usize) -> bool {
-        /// What its neighbours may differ by from what one reading makes of them, as a share.
+        /// Tolerance of these ratios.
         const NEAR: f64 = 0.25;
         let off = &self.off_rad;
         let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
@@ -149,21 +147,21 @@ impl Off {
                 .all(|&near| share(near).abs() < NEAR)
     }
 
-    /// Whether a row is off by more than a share of what no scatter comes to.
+    /// True if a row's deviation exceeds a share of the threshold.
     fn stands_out(&self, row: usize, share: f64) -> bool {
         let off = self.off_rad.get(row).zip(self.least_rad.get(row));
         off.is_some_and(|(off, least)| off.abs() > share * *least)
     }
 }
 
-/// Whether a row and the next are in use.
+/// True if a row and the next are in use.
 fn are_usable(streams: &Streams, row: usize) -> bool {
     streams.usable[row..row + 2].iter().all(|usable| *usable)
 }
 
-/// Whether a coarse gyro repeats what the reference says as well, to its own pulse: at rest it can read nothing else.
+/// True if a coarse gyro's repeated value agrees with the reference to its own pulse: at rest no other value is possible.
 pub(super) fn agrees(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
-    /// Pulses: one of rounding, half for the reference's noise.
+    /// Tolerance in pulses: one for rounding, half for the reference's noise.
     const PULSES: f64 = 1.5;
     let value = values[fault.rows.start];
     let pulse = pulse(values);
@@ -175,13 +173,14 @@ pub(super) fn agrees(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
             .all(|row| (case_rad[row] - value).abs() < PULSES * pulse)
 }
 
-/// Readings that a channel repeats while gyro and reference come apart: too few for chance to rule out by themselves.
+/// Finds repeated values of a channel while gyro and reference diverge; the runs are too short for rejection by chance
+/// alone.
 pub(super) fn held(streams: &Streams) -> Vec<Fault> {
-    /// Rows, at least.
+    /// Shortest run in rows.
     const SHORTEST: usize = 3;
-    /// Chance of such a run at a row that stands out anyway.
+    /// Largest chance of such a run at a row that stands out.
     const CHANCE: f64 = 1e-4;
-    /// Five standard deviations: the run itself is rare.
+    /// Five standard deviations, as a share of the threshold: the run itself is rare.
     const SHARE: f64 = 5.0 / 8.0;
     if streams.own_motion || streams.at_rest.is_some() {
         return Vec::new();
@@ -221,7 +220,7 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
                         rows: run,
                         detail: Detail::None,
                     };
-                    // A counter without a dither stands off the case by up to a pulse all the time.
+                    // A counter without a dither always differs from the case by up to a pulse.
                     let counts_freely = stem == "gyro" && pickoff.is_none();
                     let is_right = is_between_pulses(&fault, values)
                         || agrees(&fault, values, &streams.case_rad[axis]);
@@ -236,20 +235,20 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
     (0..3).flat_map(of_axis).collect()
 }
 
-/// Single readings of an angle that are off and back: what a row gains the next one loses.
+/// Finds single outliers of an angle: the excess of a row is lost in the next.
 pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
-    /// More, as a share of all readings, are no accidents but how the readings scatter.
+    /// Largest share of outliers among all samples; more are the tail of the noise distribution.
     const MOST: f64 = 1e-3;
-    /// Pulses of the smallest.
+    /// Smallest outlier in pulses.
     const LEAST_PULSES: f64 = 2.5;
-    // The case's motion by the gyros themselves has their spikes.
+    // The case's motion estimated from the gyros contains their spikes.
     if streams.own_motion {
         return Vec::new();
     }
     let of_axis = |axis: usize| -> Vec<Fault> {
         let around = Off::of(streams, axis);
-        // Without a dither the gyro's own readings are off as well: where it is late, a step of the rate is off the
-        // reference and back, and stays.
+        // Without a dither the gyro's own increments must deviate as well: under a delay, a lasting step of the rate
+        // deviates from the reference in a single sample.
         let own = streams
             .pickoff_rad
             .is_none()
@@ -262,7 +261,7 @@ pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
                 && own.as_ref().is_none_or(|own| own.is_alone(*row))
         };
         let mut found: Vec<usize> = (0..off.len()).filter(is_spike).collect();
-        // Where a counter is all but silent a pulse that comes and goes is no accident.
+        // In a nearly silent counter a single pulse to and fro is no outlier.
         if !found.is_empty() {
             let pulse_rad = pulse(&streams.sensed_rad[axis]).max(streams.pulse_rad[axis]);
             found.retain(|&row| off[row].abs() > LEAST_PULSES * pulse_rad);
@@ -289,7 +288,7 @@ mod tests {
     use super::*;
     use crate::streams::Triad;
 
-    /// Evenly distributed over so much, by a congruential generator.
+    /// Uniform noise of the given width, by a congruential generator.
     fn noise(width: f64) -> impl FnMut() -> f64 {
         let mut state = 1_u64;
         move || {
@@ -354,7 +353,7 @@ mod tests {
     #[test]
     fn a_counter_without_a_dither_is_silent_between_its_pulses_and_not_stuck() {
         let rows = 12_000;
-        // Swings by some tens of pulses, so that its rate passes through nothing again and again.
+        // Swings by some tens of pulses, with repeated zero crossings of the rate.
         let swing = |row: usize| 8e-5 * (row as f64 * 0.02).sin();
         let case: Triad = [0, 1, 2].map(|_| {
             let angle = (0..rows).map(|row| swing(row + 1) - swing(row));
@@ -417,7 +416,7 @@ mod tests {
     #[test]
     fn a_reading_that_is_repeated_while_the_case_turns_is_stuck() {
         let rows = 12_000;
-        // Both see the same swing of some tens of microradians a row, each with noise of its own.
+        // Both measure the same swing of some tens of microradians a row, each with noise of its own.
         let mut noise = noise(1e-6);
         let swing = |row: usize| 4e-5 * (row as f64 * 0.3).sin();
         let mut seen = || [0, 1, 2].map(|_| (0..rows).map(|row| swing(row) + noise()).collect());
@@ -433,7 +432,7 @@ mod tests {
             .iter()
             .map(|fault| (fault.channel.as_str(), fault.rows.clone()))
             .collect();
-        // Twice the same may be chance.
+        // Two equal samples may be chance.
         let expected = [("reference_y", 4_999..5_003), ("reference_y", 8_999..9_004)];
         assert_eq!(found, expected);
     }

@@ -1,15 +1,15 @@
-//! The case's motion as its own gyros tell it.
+//! The case's motion from its own gyros.
 //!
-//! Enters: aligned channels and the model. Leaves: case increments \[rad\] by row, body frame: dither stripped
-//! with the model's pickoff gain, scale and bias taken out, Eq. (7) of the paper; the inverse of what the contract
-//! says the model predicts.
+//! Enters: aligned channels and the model. Leaves: case increments \[rad\] by row, body frame: dither stripped with the
+//! model's pickoff gain, scale and bias removed, Eq. (7) of the paper; the inverse of the contract's prediction by the
+//! model.
 
 use nalgebra::{Matrix3, Vector3};
 
 use crate::streams::Streams;
 use rlg_model::Model;
 
-/// Fills the case's increments.
+/// Computes the case's increments.
 pub fn take_own_motion(streams: &mut Streams, model: &Model, body_from_sensing: &Matrix3<f64>) {
     let period_s = 1.0 / streams.rate_hz;
     for row in 0..streams.rows {

@@ -1,27 +1,27 @@
-//! Which rows are fitted, which confirm a finding, and which are only looked at for the report's figures.
+//! Partition of the rows into training, confirmation and test.
 //!
-//! Contiguous stretches, spread over the recording: each part holds a piece of every regime. Rows are assigned before anything
-//! is looked at.
+//! Contiguous stretches, spread over the recording: each part holds a piece of every regime. Rows are assigned before any
+//! data are used.
 
 use std::ops::Range;
 
-/// What a row is used for.
+/// Use of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
     /// Search and fit.
     Train,
-    /// A finding must raise the predictive score here.
+    /// Confirmation: a finding must raise the predictive score here.
     Confirm,
-    /// Figures of the report.
+    /// Test: figures of the report.
     Test,
 }
 
 /// Shares and lengths of a partition.
 #[derive(Debug, Clone, Copy)]
 pub struct PartitionPlan {
-    /// Share of the rows that is fitted \[1\].
+    /// Share of the training rows \[1\].
     pub train: f64,
-    /// Share that confirms \[1\]; the rest is tested.
+    /// Share of the confirmation rows \[1\]; the rest is the test.
     pub confirm: f64,
     /// Number of stretches where the recording names no segments.
     pub stretches: usize,
@@ -43,13 +43,13 @@ impl Default for PartitionPlan {
 /// The use of every row.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Partition {
-    /// By row.
+    /// Use by row.
     pub uses: Vec<Use>,
 }
 
 impl Partition {
-    /// Cuts `rows` rows at the ends of `segments` (rows, ascending) or into equal stretches; each stretch is fitted at its begin,
-    /// confirmed behind, tested at its end.
+    /// Cuts `rows` rows at the ends of `segments` (rows, ascending) or into equal stretches; each stretch has its training
+    /// rows first, then confirmation, then test.
     pub fn new(rows: usize, rate_hz: f64, segments: &[Range<usize>], plan: &PartitionPlan) -> Self {
         let shortest = (plan.shortest_s * rate_hz) as usize;
         let mut cuts: Vec<usize> = segments
@@ -82,7 +82,7 @@ impl Partition {
         Self { uses }
     }
 
-    /// Which rows are both usable and of one of `uses`.
+    /// Mask of the usable rows of any of `uses`.
     pub fn rows_of(&self, uses: &[Use], usable: &[bool]) -> Vec<bool> {
         let rows = self.uses.iter().zip(usable);
         rows.map(|(of, usable)| *usable && uses.contains(of))

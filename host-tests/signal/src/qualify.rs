@@ -1,9 +1,8 @@
-//! Faults of the data itself, found before anything is explained (diagnosis road, step 1).
+//! Faults of the data itself, found before any physical explanation (diagnosis road, step 1).
 //!
-//! Enters: the aligned channels and what the model already knows. Leaves: [`Fault`]s, and the rows they touch
-//! taken out of use. A channel that repeats itself longer than it ever would by chance is stuck (at zero:
-//! its samples may be lost); one that piles up at its own extreme is saturated; rows without a value are
-//! lost, and so is a single reading that is off (outliers.rs). How often a channel repeats itself by chance is read
+//! Enters: the aligned channels and the model's known effects. Leaves: [`Fault`]s, and a mask of their rows. A channel that
+//! repeats one value improbably long is stuck (at zero: its samples may be lost); one that accumulates at its own extreme is
+//! saturated; rows without a value are lost, as are single outliers (outliers.rs). The probability of a repeat is estimated
 //! from the channel.
 
 use std::collections::HashMap;
@@ -17,31 +16,30 @@ use super::read_once::read_once;
 use super::streams::{AXES, Streams};
 use rlg_model::{EffectValue, ModelEffect};
 
-/// Chance of a run of repeats anywhere in a channel below which it is a fault.
+/// Probability of a run of repeats anywhere in a channel below which it is a fault (significance level).
 const RUN_CHANCE: f64 = 1e-9;
 
-/// A channel that repeats itself more often than this is too coarse to be told from a stuck one.
+/// Repeat probability above which a channel is too coarse for the detection of a stuck one.
 const MOST_BY_CHANCE: f64 = 0.9;
 
-/// A clipped channel shows its extreme this often at least, and this many times as often as the value next
-/// to it; one that is not clipped tails off.
+/// Least count of a clipped channel's extreme value, and its least ratio to the count of the value next to it; the
+/// distribution of an unclipped channel tails off.
 const CLIPPED_ROWS: usize = 12;
 const CLIPPED_OVER_NEXT: usize = 6;
 
-/// What comes to its limit so often is no channel that is stuck there.
+/// Least returns to a limit of a clipped channel; one stuck there returns less often.
 const CLIPPED_TIMES: usize = 5;
 
-/// Clipped rows this close belong to one stretch \[s\]: a dither comes back to its stop in hundredths of that, a slew of the
-/// case seldom.
+/// Largest gap between clipped rows of one stretch \[s\]: a dither returns to its stop within hundredths of it, a slew of
+/// the case seldom.
 const TOGETHER_S: f64 = 0.25;
 
-/// Rows on either side of a fault that may hold its edges.
+/// Guard rows on either side of a fault, for its edges.
 const GUARD_ROWS: usize = 2;
 
 /// Finds faults and masks their rows.
 pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
-    // At rest the case's motion is computed, and the same in every row; without a reference on the rows it is the gyros'
-    // own.
+    // At rest the case's motion is computed, and constant; without a reference on the rows it is the gyros' own.
     let has_reference = streams.at_rest.is_none() && !streams.own_motion;
     let at_stops = data_faults::stops(streams);
     out_of_use(streams, &at_stops);
@@ -68,7 +66,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             false => outliers::dips(streams, axis, &fault.rows),
         };
         of_gyro.retain(|fault| fault.kind != "saturation" || is_cut(fault));
-        // What stands at the ends of its range is told with all its rows.
+        // Samples at the ends of the range are reported with all their rows.
         if at_stops.iter().all(|fault| fault.channel != name("gyro")) {
             faults.extend(of_gyro);
         }
@@ -120,8 +118,8 @@ fn out_of_use(streams: &mut Streams, faults: &[Fault]) {
     }
 }
 
-/// At rest a coarse gyro with next to no input, and no dither, is silent as long as it likes, in quiet times longer than
-/// chance allows in others. Only where all three stop at once are samples missing.
+/// Keeps saturation, and stops common to all three gyros. At rest, the zero runs of a coarse gyro without dither exceed
+/// those of chance in quiet times; samples are missing only where all three stop at once.
 fn stopped_together(faults: Vec<Fault>) -> Vec<Fault> {
     let at_once = |fault: &Fault, stem: &str| {
         AXES.iter().all(|axis| {
@@ -166,17 +164,18 @@ fn lost(streams: &Streams) -> Vec<Fault> {
     gathered(faults)
 }
 
-/// A gyro without dither that locks in is silent wherever it turns as slowly; one that fails is silent there alone.
+/// True if a gyro without dither is locked in: it is silent at every rate as low as in the run; a failed one is silent there
+/// alone.
 ///
 /// # Inputs
 /// `case_rad`: increments of the reference about its axis \[rad\].
 fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
-    /// Share of the rows as slow as the run, the run left out, that are silent too.
+    /// Least share of silent rows among the other rows as slow as the run.
     const SILENT: f64 = 0.9;
     if fault.kind == "saturation" || values[fault.rows.start] != 0.0 {
         return false;
     }
-    // As smooth as the run allows: the reference's noise is no turn.
+    // Smoothed as far as the run allows, against the reference's noise.
     let reach = (fault.rows.len() / 4).max(1);
     let mut angle_rad = vec![0.0];
     angle_rad.extend(case_rad.iter().scan(0.0, |sum, increment| {
@@ -195,7 +194,7 @@ fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
     all >= fault.rows.len() && silent as f64 > SILENT * all as f64
 }
 
-/// Very many places of one channel are one finding with their number, from the first to the last.
+/// Merges the faults of one kind and channel, where they exceed 100, into one with their count, from the first to the last.
 fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
     const MANY: usize = 100;
     let mut counts: HashMap<(&str, String), (usize, usize)> = HashMap::new();
@@ -221,10 +220,10 @@ fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
     kept
 }
 
-/// Faults of one channel; runs of repeats only where `is_fault` says so.
+/// Finds faults of one channel; runs of repeats are kept only where `is_fault` holds.
 ///
 /// # Inputs
-/// `together`: rows between two clipped ones that belong to one stretch.
+/// `together`: largest gap in rows between two clipped rows of one stretch.
 fn of_channel(
     channel: &str,
     values: &[f64],
@@ -234,7 +233,7 @@ fn of_channel(
     let mut faults = Vec::new();
     let same = |row: usize| values[row] == values[row - 1] && measured[row] && measured[row - 1];
     let repeated = (1..values.len()).filter(|&row| same(row)).count();
-    // A stuck stretch is itself made of repeats; halving the record keeps it from hiding behind them.
+    // A stuck stretch consists of repeats itself; the smaller repeat probability of the two halves keeps it detectable.
     let half = values.len() / 2;
     let in_halves = [1..half.max(1), half.max(1)..values.len()].map(|part| {
         part.clone().filter(|&row| same(row)).count() as f64 / part.len().max(1) as f64
@@ -243,7 +242,8 @@ fn of_channel(
     if repeated > 0 && by_chance < MOST_BY_CHANCE {
         let longest =
             |by_chance: f64| 2.0 + (RUN_CHANCE / values.len() as f64).ln() / by_chance.ln();
-        // At rest a coarse channel repeats itself more often than in motion: the rows around a run know how often.
+        // At rest a coarse channel repeats itself more often than in motion: the rows around a run give the local
+        // probability.
         let around = |run: &Range<usize>| {
             let reach = run.len().max(SURROUNDINGS_ROWS);
             let before = run.start.saturating_sub(reach).max(1)..run.start.max(1);
@@ -265,7 +265,8 @@ fn of_channel(
             length > longest(by_chance)
                 && length > longest(around(run).clamp(by_chance, MOST_BY_CHANCE))
         });
-        // Where noise goes on beyond what a channel stuck at by chance, and no two times at the same.
+        // A limit is an extreme of the channel or a level common to several runs; values of chance runs differ, and noise
+        // exceeds them.
         let is_limit = |value: f64| {
             let alike = runs
                 .iter()
@@ -290,7 +291,7 @@ fn of_channel(
     }
     let repeats_nothing = faults.is_empty();
     faults.retain(is_fault);
-    // What is stuck at its extreme comes to it once, what clips again and again.
+    // A stuck channel reaches its extreme once, a clipped one repeatedly.
     let clipped = clipped_rows(values, (measured, together));
     let comes = clipped.windows(2).filter(|two| two[1] > two[0] + 1).count();
     let limits: Vec<f64> = clipped.iter().map(|&row| values[row].abs()).collect();
@@ -302,7 +303,7 @@ fn of_channel(
     faults
 }
 
-/// The rows in which a channel stands at one of its own extremes again and again.
+/// Returns the rows of a channel that repeatedly reaches one of its own extremes.
 fn clipped_rows(values: &[f64], (measured, together): (&[bool], usize)) -> Vec<usize> {
     let on_both_sides = |rows: &dyn Fn(f64) -> Vec<usize>| -> Vec<usize> {
         [1.0, -1.0].into_iter().flat_map(rows).collect()
@@ -316,7 +317,7 @@ fn clipped_rows(values: &[f64], (measured, together): (&[bool], usize)) -> Vec<u
     at_extreme
 }
 
-/// Clipped rows as stretches.
+/// Groups clipped rows into stretches.
 fn stretches(channel: &str, at_extreme: Vec<usize>, together: usize) -> Vec<Fault> {
     let mut faults: Vec<Fault> = Vec::new();
     for row in at_extreme {
@@ -334,7 +335,7 @@ fn stretches(channel: &str, at_extreme: Vec<usize>, together: usize) -> Vec<Faul
     faults
 }
 
-/// The rows at the upper (`side` 1) or lower (−1) extreme, if the channel piles up there.
+/// Rows at the upper (`side` 1) or lower (−1) extreme, if the channel accumulates there.
 fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
     let seen = || {
         (0..values.len())
@@ -353,7 +354,7 @@ fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
         .map(|(row, _)| row)
         .collect();
     let at_next = seen().filter(|(_, value)| *value == next).count();
-    // A channel with few values (at rest, coarse) piles up everywhere.
+    // A channel with few values (at rest, coarse) accumulates everywhere.
     let below = seen().filter(|(_, value)| *value < next).count();
     let piles_up = at_top.len() >= CLIPPED_ROWS
         && at_top.len() >= CLIPPED_OVER_NEXT * at_next
@@ -361,16 +362,16 @@ fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
     if piles_up { at_top } else { Vec::new() }
 }
 
-/// The rows at a level that a channel does not pass for a while, and passes at other times: cycle after cycle of a dither
-/// ends there. One that is held at a level comes to it once.
+/// Rows at a level that temporarily limits a channel and is exceeded at other times: cycle after cycle of a dither ends
+/// there. A channel held at a level reaches it once.
 fn rows_clipped_for_a_while(
     values: &[f64],
     (measured, together): (&[bool], usize),
     side: f64,
 ) -> Vec<usize> {
-    /// Cycles that end at the level in as many rows.
+    /// Least cycles that end at the level within a window.
     const CYCLES: usize = 20;
-    // Overlapping by half: one lies inside whatever lasts one and a half.
+    // Windows overlap by half: one lies inside any stretch of one and a half windows.
     let windows = (0..values.len().saturating_sub(together)).step_by(together / 2);
     let ends: Vec<(Range<usize>, f64)> = windows
         .filter_map(|begin| {
@@ -386,11 +387,11 @@ fn rows_clipped_for_a_while(
     let Some((_, level)) = ends.iter().max_by_key(|(_, level)| alike(*level)) else {
         return Vec::new();
     };
-    // A level of one moment is none.
+    // A level must recur in two windows.
     if alike(*level) < 2 {
         return Vec::new();
     }
-    // It begins after the last row beyond the level, and ends before the next.
+    // The stretch begins after the last row beyond the level, and ends before the next.
     let beyond = |row: usize| measured[row] && side * values[row] > side * level;
     let mut rows: Vec<usize> = ends
         .iter()
@@ -407,7 +408,7 @@ fn rows_clipped_for_a_while(
     rows
 }
 
-/// Reads channels once whose readings are repeated, qualifies all, and gives the faults that a model does not hold.
+/// Removes repeated samples (read_once.rs), qualifies all channels, and returns the faults absent from the model.
 pub fn unknown_faults(streams: &mut Streams, effects: &[ModelEffect]) -> Vec<Fault> {
     let mut faults = read_once(streams);
     faults.extend(qualify(streams));
@@ -415,7 +416,7 @@ pub fn unknown_faults(streams: &mut Streams, effects: &[ModelEffect]) -> Vec<Fau
     faults
 }
 
-/// Whether the model already says so: same kind and channel, overlapping in time.
+/// True if the model holds a fault of the same kind and channel, overlapping in time.
 pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bool {
     let (start_s, end_s) = (
         streams.begin_s(fault.rows.start),
@@ -458,7 +459,7 @@ mod tests {
 
     #[test]
     fn a_dither_cut_off_for_a_while_is_found_and_a_held_or_whole_one_is_not() {
-        // 90 counts a row at 400 Hz of 4000, the amplitude wandering by a fifth.
+        // 90 counts a row at 400 Hz of 4000, the amplitude varying by a fifth.
         let swing = |row: usize| {
             let amplitude = 80.0 + 16.0 * (row as f64 * 1.7e-3).sin();
             (amplitude * (row as f64 * std::f64::consts::TAU * 0.1003).sin()).floor()

@@ -1,7 +1,8 @@
-//! Reads channels once whose recorder repeats each reading for several rows: only rows with a new reading say anything.
+//! Selects one row per sample of channels whose recorder holds each sample over several rows.
 //!
-//! Enters: the aligned channels. Leaves: the same with one row a reading, and what is said of it. What is taken of the
-//! channels that are not held, the row itself or all rows since the reading before, is what their readings agree with.
+//! Enters: the aligned channels. Leaves: the same with one row per sample, and a fault per held channel. The other channels
+//! are reduced to the row itself or the mean of all rows since the previous sample, by the better correlation with the held
+//! samples.
 
 use crate::held::{Hold, find};
 
@@ -9,16 +10,16 @@ use super::data_plan::DataPlan;
 use super::fault::{Detail, Fault};
 use super::streams::{AXES, Streams, Triad};
 
-/// What a reading is.
+/// Kind of a held sample.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Reading {
-    /// The value in its row.
+    /// The instantaneous value in its row.
     OfRow,
-    /// The mean since the reading before.
+    /// The mean since the previous sample.
     OfBlock,
 }
 
-/// Which channels are held.
+/// Held channels.
 struct Held {
     gyros: [Option<Hold>; 3],
     reference: [Option<Hold>; 3],
@@ -52,10 +53,10 @@ impl Held {
     }
 }
 
-/// Takes one row a reading where channels are held throughout.
+/// Selects one row per sample where channels are held throughout.
 ///
 /// # Returns
-/// A fault for each channel that is held, on the rows that are left.
+/// A fault for each held channel, on the remaining rows.
 pub fn read_once(streams: &mut Streams) -> Vec<Fault> {
     if streams.pickoff_rad.is_some() || streams.own_motion || streams.at_rest.is_some() {
         return Vec::new();
@@ -96,13 +97,13 @@ pub fn read_once(streams: &mut Streams) -> Vec<Fault> {
         .collect()
 }
 
-/// Rows of a reading's block, up to its own; `None` before the record.
+/// Rows of a sample's block, up to its own; `None` before the record.
 fn block(row: usize, rows_per_reading: f64) -> Option<std::ops::RangeInclusive<usize>> {
     let length = rows_per_reading.round() as usize;
     Some((row + 1).checked_sub(length)?..=row)
 }
 
-/// What the readings of channels that are held agree with on the channels that are not.
+/// Selects the kind of the held samples, by the correlation with the channels that are not held.
 fn reading(streams: &Streams, held: &Held, hold: &Hold) -> Reading {
     let mut left = [0.0; 2];
     for axis in 0..3 {
@@ -120,7 +121,7 @@ fn reading(streams: &Streams, held: &Held, hold: &Hold) -> Reading {
         });
         let all: Vec<[f64; 3]> = rows.by_ref().collect();
         let unlike = |place: usize| 1.0 - correlation(&all, place).powi(2);
-        // What the better of the two leaves weighs an axis: one that stands still agrees with neither.
+        // An axis is weighted by the better squared correlation: one at rest correlates with neither.
         let weight = 1.0 - unlike(1).min(unlike(2));
         left[0] += weight * unlike(1);
         left[1] += weight * unlike(2);
@@ -146,7 +147,7 @@ fn correlation(all: &[[f64; 3]], place: usize) -> f64 {
     sums[1] / (sums[0] * sums[2]).sqrt().max(f64::MIN_POSITIVE)
 }
 
-/// One row a reading, as long as a reading stands for.
+/// Reduces all channels to one row per sample, with increments scaled to the sample's period.
 fn take(streams: &mut Streams, held: &Held, hold: &Hold, reading: Reading) {
     let length = hold.rows_per_reading;
     let fresh: Vec<usize> = hold
@@ -197,7 +198,7 @@ fn take(streams: &mut Streams, held: &Held, hold: &Hold, reading: Reading) {
     streams.usable = all(&streams.usable);
     streams.measured = all(&streams.measured);
     streams.select_unmeasured(&fresh);
-    // The middle of what a reading is of.
+    // Start time such that the first row's middle is that of the sample.
     let first = rows_of(fresh[0]);
     let middle = 0.5 * (first.start() + first.end() + 1) as f64;
     streams.start_s += (middle - 0.5 * length) / streams.rate_hz;

@@ -1,39 +1,39 @@
-//! How much noise the reference adds to the recording.
+//! Estimates the power of the reference's noise in the recording.
 //!
-//! The reference is m = motion + n, the residual e = gyro noise − n. So E\[m* e\] = −S_n at every frequency, whatever the
-//! motion: motion adds variance only. Least squares of −Re(m* e) on the spectra of the noise's terms, each term at least 0,
-//! each cell with the variance of its neighbourhood. A cell's own power must not weigh it: where m is noise, small products
-//! have small powers, and the sum would come out low by one part in the number of frames.
+//! The reference is m = motion + n, the residual e = gyro noise − n. So E\[m* e\] = −S_n at every frequency, for any motion:
+//! motion adds variance only. Weighted least squares of −Re(m* e) on the spectra of the noise's terms, each term at least 0,
+//! each cell with the variance of its neighbourhood. Weights by a cell's own power would bias the estimate: where m is
+//! noise, small products have small powers, and the sum would be low by one part in the number of frames.
 //!
-//! A term that the model leaves out has a flat prior: nothing declared is nothing known. A declared term has a log-normal
-//! prior about its declaration, which data that contradict it outweigh.
+//! A term absent from the model has a flat prior. A declared term has a log-normal prior about its declaration, outweighed
+//! by contradicting data.
 
 use nalgebra::{DMatrix, DVector};
 
 use crate::frames::Frames;
 
-/// One term of the reference's noise before looking.
+/// Prior of one term of the reference's noise.
 #[derive(Debug, Clone)]
 pub struct NoiseTerm {
-    /// Power by DCT-II coefficient where the share is 1 \[rad²\].
+    /// Power by DCT-II coefficient at a share of 1 \[rad²\].
     pub shape: Vec<f64>,
-    /// Whether a share of 1 is what the model declares; otherwise nothing is known of the share.
+    /// The model declares a share of 1; otherwise the prior of the share is flat.
     pub is_declared: bool,
 }
 
-/// What the recording says of one term.
+/// Posterior estimate of one term.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct MeasuredShare {
     /// Power over that of the term's shape.
     pub share: f64,
-    /// Its standard deviation; infinite where nothing was measured of a term that nothing declares.
+    /// Its standard deviation; infinite for an undeclared term without data.
     pub std: f64,
 }
 
-/// Least share of a declared term: one that vanishes keeps the columns finite.
+/// Least share of a declared term; keeps the columns finite.
 const LEAST_DECLARED: f64 = 0.02;
 
-/// Cells from zero that the window's leakage of slow motion spoils.
+/// Number of lowest cells, excluded for the window's leakage of slow motion.
 const SPOILT: usize = 3;
 
 /// Equivalent number of independent half-overlapped Hann frames, per frame.
@@ -42,15 +42,15 @@ const INDEPENDENT_FRAMES: f64 = 0.95;
 /// Bins over which a Hann window spreads one cell.
 const HANN_WIDTH: f64 = 1.5;
 
-/// Measures the share of each term on one axis.
+/// Estimates the share of each term on one axis (maximum a posteriori).
 ///
 /// # Inputs
 /// `reference`, `residual` \[rad\] by row; `residual_noise`: power of the residual's noise by DCT-II coefficient \[rad²\];
-/// `seen`: rows whose residual may be looked at; `declared_std`: standard deviation of the logarithm of a declared share
-/// before looking \[1\].
+/// `seen`: rows whose residual may be used; `declared_std`: prior standard deviation of the logarithm of a declared share
+/// \[1\].
 ///
 /// # Returns
-/// A share for each term; what was known before where the rows are too few to say.
+/// A share for each term; the prior one where the rows are too few.
 pub fn measure(
     reference: &[f64],
     residual: &[f64],
@@ -88,7 +88,7 @@ pub fn measure(
         .collect()
 }
 
-/// Normal equations of the shares, each share in units of its own standard deviation if the others were known.
+/// Normal equations of the shares, each share in units of its conditional standard deviation given the others.
 struct Sums {
     information: DMatrix<f64>,
     score: DVector<f64>,
@@ -96,7 +96,7 @@ struct Sums {
 }
 
 impl Sums {
-    /// Sums over the frames that are seen as a whole; `None` where they are fewer than two.
+    /// Sums over the fully seen frames; `None` where they are fewer than two.
     fn new(
         frames: &Frames,
         reference: &[f64],
@@ -162,7 +162,7 @@ impl Sums {
         })
     }
 
-    /// Shares, scaled, of the largest posterior: log-normal priors by Newton steps, the others at least 0.
+    /// Scaled shares of the largest posterior: log-normal priors by Newton steps, the others at least 0.
     fn most_probable(&self, is_declared: &[bool], declared_std: f64) -> Vec<f64> {
         const STEPS: usize = 60;
         const SETTLED: f64 = 1e-6;
@@ -200,7 +200,7 @@ impl Sums {
         shares
     }
 
-    /// Information of data and priors about shares, scaled.
+    /// Posterior precision of the scaled shares: information of data and priors.
     fn precision(&self, shares: &[f64], is_declared: &[bool], declared_std: f64) -> DMatrix<f64> {
         let mut precision = self.information.clone();
         for k in (0..shares.len()).filter(|&k| is_declared[k]) {
@@ -210,7 +210,7 @@ impl Sums {
     }
 }
 
-/// Minimises ½ xᵀ A x − bᵀ x over x ≥ 0: the best of all subsets whose solution is not negative.
+/// Minimises ½ xᵀ A x − bᵀ x over x ≥ 0: the best of all subsets with a non-negative solution (non-negative least squares).
 fn non_negative(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     let size = b.len();
     let mut best = DVector::zeros(size);
@@ -237,7 +237,7 @@ fn non_negative(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
     best
 }
 
-/// Power of each cell's neighbourhood, or its own where a line of motion stands out.
+/// Median power of each cell's neighbourhood, or the largest of its three nearest cells at a spectral line of motion.
 fn background(power: &[f64]) -> Vec<f64> {
     const NEIGHBOURS: usize = 12;
     const STANDS_OUT: f64 = 4.0;

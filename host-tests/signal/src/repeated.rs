@@ -1,24 +1,24 @@
-//! Finds blocks of rows that repeat earlier rows exactly, as a recorder that writes a buffer twice leaves them.
+//! Finds blocks of rows that repeat earlier rows exactly, from a recorder that wrote a buffer twice.
 //!
-//! How often two rows are alike by chance is read from the record: coarse gyros at rest repeat short blocks by
-//! themselves, and a record that repeats itself all the time is periodic, not faulty.
+//! The probability of two equal rows is estimated from the record: coarse gyros at rest repeat short blocks by themselves,
+//! and a record that repeats itself throughout is periodic, not faulty.
 
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
 
-/// What a repeated block looks like.
+/// Criteria of a repeated block.
 #[derive(Debug, Clone, Copy)]
 pub struct RepeatPlan {
-    /// Chance of a block anywhere in the record below which it is a fault.
+    /// Probability of a block anywhere in the record below which it is a fault (significance level).
     pub chance: f64,
     /// Least rows of a block.
     pub least_rows: usize,
-    /// Largest share of the other rows that may be alike at the block's own distance \[1\].
+    /// Largest share of other equal rows at the block's own distance \[1\].
     pub periodic: f64,
-    /// Rows on either side of a block that tell how alike rows are there: a coarse gyro at rest repeats itself.
+    /// Rows on either side of a block for the local probability of equal rows: a coarse gyro at rest repeats itself.
     pub around: usize,
-    /// Largest chance of two rows that are alike \[1\]: a coarser record repeats itself.
+    /// Largest probability of equal rows \[1\]: a coarser record repeats itself.
     pub most_alike: f64,
 }
 
@@ -34,22 +34,22 @@ impl Default for RepeatPlan {
     }
 }
 
-/// A block with the row that it repeats.
+/// A block with the first row of its original.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Repeat {
-    /// The second time.
+    /// Rows of the repetition.
     pub rows: Range<usize>,
-    /// First row of the first time.
+    /// First row of the original.
     pub from: usize,
 }
 
-/// Distances at which rows are compared for the chance that they are alike.
+/// Distances of the compared rows in the estimate of that probability.
 const DISTANCES: [usize; 8] = [1, 2, 3, 5, 11, 37, 101, 331];
 
-/// Largest distance at which the rows about a block are compared: turns at a steady rate repeat a short pattern of counts.
+/// Largest distance of compared rows around a block: turns at a steady rate repeat a short pattern of counts.
 const NEARBY: usize = 64;
 
-/// Finds the repeats in channels of one recorder, in rows that are `usable`.
+/// Finds repeated blocks in channels of one recorder, in rows that are `usable`.
 pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repeat> {
     let rows = usable.len();
     let alike = |a: usize, b: usize| {
@@ -69,13 +69,13 @@ pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repe
     }
     let pairs = (rows as f64).powi(2);
     let needed = |by_chance: f64| {
-        // Even a fine channel is not alike by chance less than once in its rows.
+        // Floor of the estimate: one equal row in the record.
         let by_chance = by_chance.clamp(1.0 / rows as f64, 1.0 - 1.0 / rows as f64);
         let needed = ((plan.chance / pairs).ln() / by_chance.ln()).ceil() as usize;
         needed.max(plan.least_rows)
     };
     let needed_anywhere = needed(by_chance);
-    // How often rows near a block are alike at any short distance, the block's own rows included.
+    // Largest share of equal rows near a block at any short distance, the block's own rows included.
     let nearby = |block: &Range<usize>| {
         let window = block.start.saturating_sub(plan.around)..(block.end + plan.around).min(rows);
         let share = |distance: usize| {
@@ -85,7 +85,7 @@ pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repe
         };
         (1..=NEARBY).map(share).fold(0.0, f64::max)
     };
-    // What only hashes alike is none: the rows are compared.
+    // Rows are compared exactly, against hash collisions.
     let key = |row: usize| -> u64 {
         let mut hasher = DefaultHasher::new();
         for row in row..row + plan.least_rows {
@@ -110,7 +110,7 @@ pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repe
                 && length <= distance
                 && length >= needed(nearby(&block))
                 && share(distance) - length as f64 / rows as f64 <= plan.periodic;
-            // The end of a block that is none may begin another.
+            // The end of a rejected block may begin another.
             row += if is_block {
                 length
             } else {

@@ -1,4 +1,4 @@
-//! What the gyros sensed less what a model predicts without its effects.
+//! Residual of the gyros: sensed increments less the model's prediction without its effects.
 //!
 //! Contract, "The model without effects predicts": sensed increment of gyro i =
 //! \[M⁻¹ (case increment) + b_i T/(1 − s_i)\]_i/(1 − s_i) + pickoff_gain_i · (pickoff difference), M the matrix
@@ -11,7 +11,7 @@ use super::axes::Triad;
 pub use super::installation::body_from_sensing;
 use super::streams::Streams;
 
-/// Sensed increments less what the model predicts without its effects \[rad\].
+/// Computes sensed increments less the model's prediction without its effects \[rad\].
 ///
 /// # Inputs
 /// `sensing_from_body`: the inverse of Eq. (7)'s matrix; `dither_rad`: increments of block against case.

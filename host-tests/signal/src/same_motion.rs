@@ -1,18 +1,19 @@
-//! Whether gyros and reference show the same motion at all, before anything is explained by it.
+//! Tests if gyros and reference show a common motion, before it is used as an explanation.
 //!
-//! Enter: increments of both on the same rows \[rad\]. Leaves: [`Apart`], where the gyros move and do not follow the reference.
+//! Enter: increments of both on the same rows \[rad\]. Leaves: [`Apart`], where the gyros move and do not follow the
+//! reference.
 //!
 //! # Measure
-//! The share of the gyros' power that the reference explains at one lag, by a real 3 × 3 map in each octave of frequency:
-//! whatever axes, signs, scales and filters, what belongs together has a large share at one lag. Two motions have one by chance,
-//! too, the larger the fewer the frequencies are; how large, the same record tells at lags beyond any delay, turned in a circle (a
-//! surrogate test: Theiler et al., Physica D 58, 1992). Quarters of an octave have equal weight, so that a steep spectrum is not
-//! two or three frequencies; and a reference that is brought to the gyros' power over all quarters is not amplified much in one,
-//! so that what it lacks there is not made of its noise.
+//! Share of the gyros' power explained by the reference at one lag, by a real 3 × 3 map in each octave of frequency (a
+//! multiple coherence): for any axes, signs, scales and filters, a common motion has a large share at one lag. Unrelated
+//! motions have one by chance, the larger the fewer the frequencies; its size is the share of the same record at lags beyond
+//! any delay, by circular shifts (surrogate test: Theiler et al., Physica D 58, 1992). Quarters of an octave have equal
+//! weight, against the dominance of two or three frequencies of a steep spectrum; and a reference scaled to the gyros' power
+//! over all quarters is not amplified much in one, against an explanation by its noise.
 //!
 //! # Assumptions
-//! A quarter counts only where the gyros show more than any gyro's noise, and below what the reference's rows can show: what does
-//! not move says nothing.
+//! A quarter counts only where the gyros' power exceeds any gyro's noise, and below the band limit of the reference's rows:
+//! without motion there is no information.
 
 use std::f64::consts::PI;
 use std::ops::Range;
@@ -23,35 +24,35 @@ use realfft::num_complex::Complex64;
 use crate::axes::{Triad, add};
 use crate::transforms;
 
-/// Numbers of the test: `rlg challenge --marks --family unrelated` beside `rates` and `attitude` shows what they tell apart.
+/// Settings of the test: `rlg challenge --marks --family unrelated` against `rates` and `attitude` shows its power.
 #[derive(Debug, Clone, Copy)]
 pub struct SameMotionPlan {
     /// Largest delay of two recorders of one experiment \[s\].
     pub most_delay_s: f64,
-    /// Lags from so many times that on are none \[1\].
+    /// Least lag of the surrogates, in largest delays \[1\].
     pub beyond_delay: f64,
-    /// Angle random walk that no gyro exceeds \[rad/√s\]: 5 °/√h, ten times a telephone's.
+    /// Largest angle random walk of any gyro \[rad/√s\]: 5 °/√h, ten times a telephone's.
     pub most_walk_rad_sqrt_s: f64,
-    /// Gyros move where their power is so many times that of such a walk \[1\].
+    /// Least power of moving gyros, over that of such a walk \[1\].
     pub over_walk: f64,
     /// Power of the reference, over that of the gyros, below which it is not amplified to explain them \[1\].
     pub alike: f64,
-    /// Frequencies up to this share of the reference's rows a second are compared \[1\].
+    /// Upper limit of the compared frequencies, as a share of the reference's rows a second \[1\].
     pub of_reference_rate: f64,
-    /// The reference's readings a second \[Hz\]; `None`: one a row.
+    /// Sample rate of the reference \[Hz\]; `None`: one sample a row.
     pub reference_hz: Option<f64>,
     /// Least frequencies of an octave.
     pub least_bins: usize,
-    /// Share, of all or of an octave, from which on both belong together, whatever chance gives \[1\]: one tone has it at many
+    /// Share, of all or of an octave, accepted as common motion regardless of the surrogates \[1\]: one tone has it at many
     /// lags.
     pub explained: f64,
-    /// Least lines of such an octave, as many as the gyros' power is spread over \[1\]: a map explains fewer, whatever they are.
+    /// Least effective number of lines of such an octave \[1\]: a map explains fewer, common motion or not.
     pub least_lines: f64,
-    /// A share below this one belongs together only where it exceeds chance by `over_chance` \[1\].
+    /// Share below which common motion requires an excess over chance by `over_chance` \[1\].
     pub doubtful: f64,
-    /// See there \[1\].
+    /// Factor of that excess \[1\].
     pub over_chance: f64,
-    /// Rows to which a record is averaged.
+    /// Largest number of rows, by averaging.
     pub most_rows: usize,
 }
 
@@ -75,18 +76,18 @@ impl Default for SameMotionPlan {
     }
 }
 
-/// Gyros and reference that do not show the same motion.
+/// Gyros and reference without a common motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Apart {
-    /// Largest share of the gyros' power that the reference explains at any delay \[1\].
+    /// Largest share of the gyros' power explained by the reference at any delay \[1\].
     pub share: f64,
-    /// Largest share at other lags \[1\].
+    /// Largest share of the surrogate lags \[1\].
     pub by_chance: f64,
-    /// The lag of that: by how much the gyros are behind the reference \[s\].
+    /// Lag of `by_chance`: delay of the gyros behind the reference \[s\].
     pub at_lag_s: f64,
 }
 
-/// A quarter of an octave in which the gyros move.
+/// A quarter of an octave with motion of the gyros.
 struct Quarter {
     bins: Range<usize>,
     /// Power of three gyros, and of three axes of the reference.
@@ -100,7 +101,7 @@ struct Spectra {
     reference: [Vec<Complex64>; 3],
 }
 
-/// Compares both sides on the rows that are `seen`; `None` where they belong together or nothing moves.
+/// Compares both sides on the rows that are `seen`; `None` for a common motion or no motion at all.
 pub fn apart(
     gyros_rad: &Triad,
     reference_rad: &Triad,
@@ -120,7 +121,7 @@ pub fn apart(
         gyros: of(gyros_rad),
         reference: of(reference_rad),
     };
-    // The increments of a walk have the variance N² h, and so has each of their spectrum's lines, times their number and the
+    // Increments of a random walk have the variance N² h, as has each line of their spectrum, times their number and the
     // mean square of the window; their differences have |1 − exp(iωh)|² of it.
     let count = 0.375 * is_seen.iter().filter(|seen| **seen).count() as f64;
     let walk = 3.0 * plan.most_walk_rad_sqrt_s.powi(2) * period_s * count;
@@ -151,7 +152,7 @@ pub fn apart(
     }
     let seen_as = of_gyros / of_reference;
     let last = octaves.iter().flatten().map(|one| one.bins.end).max()?;
-    // The lines of an octave part over a lag of half its period: a quarter of that, at least.
+    // The lines of an octave decorrelate over a lag of half its period: step of a quarter of that, at most.
     let lags = (8 * last).next_power_of_two();
     let step_s = rows as f64 * period_s / lags as f64;
     let lag_s = |lag: usize| {
@@ -163,7 +164,7 @@ pub fn apart(
         let own = spectra.explained(quarters, seen_as, plan.alike, lags);
         let is_near = |lag: &usize| lag_s(*lag).abs() <= plan.most_delay_s;
         let best = (0..lags).filter(is_near).map(|lag| own[lag]);
-        // A vibration that the reference does not feel leaves other octaves alone.
+        // A vibration unfelt by the reference does not affect other octaves.
         let share = best.fold(0.0, f64::max) / quarters.len() as f64;
         if share >= plan.explained && spectra.lines(quarters) >= plan.least_lines {
             return None;
@@ -189,8 +190,8 @@ pub fn apart(
     })
 }
 
-/// The spectrum of the differences of sums over blocks of rows behind Hann's window, those beside unseen rows being nothing: a
-/// slow turn, or a strong line, would leak into every other where the record is cut.
+/// Computes the spectrum of the differences of block sums under Hann's window, with differences at unseen rows set to zero:
+/// a slow turn or a strong line would leak into all others at the cuts of the record.
 fn spectrum(increments_rad: &[f64], block: usize, is_seen: &[bool]) -> Vec<Complex64> {
     let sums: Vec<f64> = increments_rad
         .chunks_exact(block)
@@ -226,7 +227,7 @@ impl Quarter {
 }
 
 impl Spectra {
-    /// How many lines the gyros' power is spread over: the square of its sum over the sum of its squares.
+    /// Effective number of lines of the gyros' power: the square of its sum over the sum of its squares.
     fn lines(&self, quarters: &[Quarter]) -> f64 {
         let (mut sum, mut squares) = (0.0, 0.0);
         for quarter in quarters {
@@ -240,10 +241,11 @@ impl Spectra {
         sum * sum / squares
     }
 
-    /// What an octave's map of the reference explains at every lag, where each quarter has the gyros' power 1.
+    /// Computes the power explained by an octave's map of the reference at every lag, each quarter having the gyros' power 1
+    /// (ridge regression).
     ///
     /// # Inputs
-    /// `seen_as`: power of the gyros over that of the reference, of all that moves; `alike`: as in the plan.
+    /// `seen_as`: ratio of the powers of gyros and reference, over all quarters in motion; `alike`: as in the plan.
     fn explained(&self, quarters: &[Quarter], seen_as: f64, alike: f64, lags: usize) -> Vec<f64> {
         let (gyros, reference) = (&self.gyros, &self.reference);
         let lines = || {

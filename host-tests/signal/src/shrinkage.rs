@@ -1,22 +1,22 @@
-//! Motion where it stands out of its noise: a short-time Wiener gain.
+//! Estimate of the motion from noise by a gated short-time Wiener gain.
 //!
-//! Power is averaged over three frequencies and three frames; where it is below a gate times the noise, the gain is 0. A
-//! conditioned input alone is not enough: where noise dominates it, products and derivatives of it are noise.
+//! Power is averaged over three frequencies and three frames; below a gate times the noise, the gain is 0. A conditioned
+//! input alone is not enough: where noise dominates it, products and derivatives of it are noise.
 //!
-//! The input's noise is known to some uncertainty δ only, so in every cell that is kept the estimate and the residual still share
-//! a power of δ. Over the kept cells of an octave that is a mean score of Σ δ/S over √Σ P/S for a column that fits nothing:
-//! the gate rises until it is small.
+//! The input's noise has an uncertainty δ, so in every kept cell the estimate and the residual still share a power of δ.
+//! Over the kept cells of an octave that is a mean score of Σ δ/S over √Σ P/S for a column without effect: the gate rises
+//! until it is small.
 
 use realfft::num_complex::Complex64;
 
 use crate::frames::Frames;
 
-/// Which cells are kept.
+/// Criteria for a kept cell of time and frequency.
 #[derive(Debug, Clone, Copy)]
 pub struct Gate {
-    /// Least power over noise.
+    /// Least ratio of power to noise.
     pub ratio: f64,
-    /// Largest mean score of a column under the null, for a noise off by its standard deviation \[σ\].
+    /// Largest mean score of a column under the null hypothesis, for a noise off by its standard deviation \[σ\].
     pub bias: f64,
 }
 
@@ -32,32 +32,32 @@ impl Default for Gate {
 /// Powers by DCT-II coefficient.
 #[derive(Debug, Clone, Copy)]
 pub struct Powers<'a> {
-    /// Noise of the input at most.
+    /// Upper bound of the input's noise.
     pub left: &'a [f64],
-    /// The same as it is expected.
+    /// Expected input noise.
     pub expected: &'a [f64],
-    /// Noise of the input in rows of which there was no residual to condition it by.
+    /// Noise of the input in rows without a residual for its conditioning.
     pub before: &'a [f64],
-    /// Standard deviation of the noise that the input shares with the residual.
+    /// Standard deviation of the noise common to input and residual.
     pub uncertain: &'a [f64],
     /// Noise of the residual.
     pub residual: &'a [f64],
 }
 
-/// An estimate with how many cells of time and frequency it keeps.
+/// An estimate with its number of kept cells of time and frequency.
 #[derive(Debug, Clone)]
 pub struct Shrunk {
     /// The estimate by row.
     pub values: Vec<f64>,
-    /// The likeliest estimate by row: every cell by its own gain times the chance that it moves, whatever the gate.
+    /// The ungated estimate by row: every cell by its Wiener gain times the posterior probability of motion.
     pub likeliest: Vec<f64>,
-    /// Cells whose gain is not 0.
+    /// Cells of nonzero gain.
     pub kept: usize,
-    /// Variance of the input's noise that is left in a row, on the mean of the frames that keep anything.
+    /// Residual variance of the input's noise in a row, averaged over the frames with kept cells.
     pub noise: f64,
 }
 
-/// Shrinks `values`. Records that are too short stay as they are.
+/// Shrinks `values` by the gated Wiener gain. Records that are too short stay unchanged.
 ///
 /// # Inputs
 /// `seen`: rows whose residual conditioned the input.
@@ -132,19 +132,19 @@ pub fn shrink(values: &[f64], powers: &Powers, seen: &[bool], rate_hz: f64, gate
     }
 }
 
-/// Wiener gain of a power over its noise.
+/// Wiener gain for a ratio of power to noise.
 fn gain(ratio: f64) -> f64 {
     (1.0 - 1.0 / ratio).max(0.0)
 }
 
-/// How likely it is that a cell holds motion beside its noise.
+/// Posterior probability that a cell holds motion besides its noise.
 ///
 /// # Inputs
-/// `ratio`: its power over its noise; `odds`: of cells of its octave. Most cells above a motion's band hold none, and a gain by
-/// their own power alone would leave a quarter of their noise, which derivatives raise.
+/// `ratio`: power over noise of the cell; `odds`: prior odds in its octave. Most cells above a motion's band hold none, and
+/// a gain by their own power alone would keep a quarter of their noise, which derivatives amplify.
 fn chance_of_motion(ratio: f64, odds: f64) -> f64 {
-    /// Independent values in the mean of three frequencies and three frames under a Hann window: powers of neighbours are
-    /// correlated by 4/9, of those next to them and of frames half a length apart by 1/36 (Harris 1978).
+    /// Effective number of independent values in the mean of three frequencies and three frames under a Hann window: power
+    /// correlation 4/9 of neighbours, 1/36 of second neighbours and of frames half a length apart (Harris 1978).
     const INDEPENDENT: f64 = 5.4;
     if ratio <= 1.0 {
         return 0.0;
@@ -153,7 +153,7 @@ fn chance_of_motion(ratio: f64, odds: f64) -> f64 {
     odds / (odds + against)
 }
 
-/// A record by time and frequency.
+/// Spectrogram of a record.
 struct Plane {
     frames: Frames,
     spectra: Vec<Vec<Complex64>>,
@@ -192,7 +192,7 @@ impl Plane {
         self.spectra.len()
     }
 
-    /// Powers by DCT-II coefficient at the frequencies of a frame, as a frame's transform has them.
+    /// Powers by DCT-II coefficient, resampled to a frame's frequencies and scaled as its transform.
     fn resampled(&self, power: &[f64]) -> Vec<f64> {
         let resampled = self.frames.resample(power).into_iter();
         resampled
@@ -200,7 +200,7 @@ impl Plane {
             .collect()
     }
 
-    /// Share of rows in a frame and its neighbours that are not `seen`; what is reflected at the ends is not.
+    /// Share of rows in a frame and its neighbours that are not `seen`; reflected rows at the ends are not.
     fn share_without(&self, seen: &[bool]) -> Vec<f64> {
         let (length, hop) = (self.frames.length, self.frames.hop());
         let is_unseen = |at: usize| {
@@ -221,7 +221,7 @@ impl Plane {
             .collect()
     }
 
-    /// Power of a cell and its neighbours.
+    /// Mean power of a cell and its neighbours.
     fn power(&self, frame: usize, k: usize) -> f64 {
         let around = frame.saturating_sub(1)..(frame + 2).min(self.count());
         let number = around.len() as f64;
@@ -229,7 +229,7 @@ impl Plane {
         frames.map(|frame| frame[k]).sum::<f64>() / number
     }
 
-    /// The record with a gain on every cell.
+    /// Applies a gain to every cell and transforms back.
     fn weighted(&self, gain: impl Fn(usize, usize) -> f64) -> Vec<f64> {
         let mut result = vec![0.0; self.padded];
         for (frame, spectrum) in self.spectra.iter().enumerate() {
@@ -247,7 +247,7 @@ impl Plane {
     }
 }
 
-/// Derivatives weigh high frequencies: the gate is set in each octave by itself.
+/// Octave of a frequency: the gate is set by octave, as derivatives weigh high frequencies.
 fn octave(k: usize) -> usize {
     k.max(1).ilog2() as usize
 }
@@ -258,11 +258,11 @@ struct Cell {
     ratio: f64,
     /// Power over the residual's noise.
     power: f64,
-    /// Power that is shared with the residual, over its noise.
+    /// Power common with the residual, over the residual's noise.
     shared: f64,
 }
 
-/// The least ratio at which the kept cells have no more than the gate's bias.
+/// Returns the least ratio whose kept cells stay within the gate's bias.
 fn raised(mut cells: Vec<Cell>, gate: &Gate) -> f64 {
     cells.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     let (mut power, mut shared) = (0.0, 0.0);
@@ -278,7 +278,7 @@ fn raised(mut cells: Vec<Cell>, gate: &Gate) -> f64 {
     (threshold * (1.0 - f64::EPSILON)).max(gate.ratio)
 }
 
-/// Means of three neighbours; ends as they are.
+/// Moving average of three neighbours; ends unchanged.
 fn smoothed(power: &[f64]) -> Vec<f64> {
     let mut result = power.to_vec();
     for k in 1..power.len() - 1 {
@@ -287,7 +287,7 @@ fn smoothed(power: &[f64]) -> Vec<f64> {
     result
 }
 
-/// `values` with `length` rows on either side, reflected about the end values.
+/// `values` extended by `length` rows on either side, by odd reflection about the end values.
 fn odd_reflection(values: &[f64], length: usize) -> Vec<f64> {
     let rows = values.len();
     let (first, last) = (values[0], values[rows - 1]);
@@ -302,7 +302,7 @@ fn odd_reflection(values: &[f64], length: usize) -> Vec<f64> {
 mod tests {
     use super::{Gate, Powers, shrink};
 
-    /// Values that repeat after 2³² \[1\], variance 1.
+    /// Pseudo-random noise of variance 1, with a period of 2³².
     fn noise(rows: usize) -> Vec<f64> {
         let mut state = 1_u32;
         let mut even = || {

@@ -1,10 +1,10 @@
-//! What a unit at rest on the Earth should sense, where nothing else says how it moved.
+//! Earth's rotation sensed by a unit at rest, without any other motion reference.
 //!
 //! Enters: sensed increments \[rad\] and specific force \[m/s²\] of the rows to fit on, the site. Leaves: the Earth's
-//! rotation along the body axes \[rad/s\]. Its length is known, and by accelerometers and latitude its part along the
-//! vertical, Ω sin φ; the azimuth is not, so the level part, Ω cos φ, is laid where the gyros show theirs. That
-//! is one number taken from the gyros (two without accelerometers or latitude): a bias along it shows only as a wrong
-//! length.
+//! rotation along the body axes \[rad/s\]. Its magnitude is known, and by accelerometers and latitude its part along the
+//! vertical, Ω sin φ; the azimuth is not, so the level part, Ω cos φ, is aligned with the gyros' level part
+//! (gyrocompassing). One number is thus estimated from the gyros (two without accelerometers or latitude): a bias along it
+//! is observable only as an error of the magnitude.
 //!
 //! Source: Groves 2013, sec. 5.6. Rotation and gravity: WGS-84. Not here: polar motion, tides, a site that turns.
 
@@ -17,14 +17,14 @@ use super::installation::body_from_sensing;
 use rlg_model::Model;
 use rlg_recording::Site;
 
-/// A unit that stands still.
+/// A unit at rest on the Earth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct AtRest {
     /// The Earth's rotation along the body axes \[rad/s\].
     pub earth_rad_s: Vector3<f64>,
-    /// What the gyros show on average over the fitted rows \[rad/s\].
+    /// Mean rate of the gyros over the fitted rows \[rad/s\].
     pub mean_rad_s: Vector3<f64>,
-    /// Upwards in the body, from the accelerometers, where the latitude says how much of the rotation is about it.
+    /// Upward unit vector in the body, from the accelerometers; `None` without a site.
     pub up: Option<Vector3<f64>>,
     /// Mean specific force over the site's gravity \[1\].
     pub force_over_gravity: Option<f64>,
@@ -33,7 +33,7 @@ pub struct AtRest {
 }
 
 impl AtRest {
-    /// Looks at the usable rows of `fitted` only; `shown_rad` as [`shown_rad`] gives it.
+    /// Fits on the usable rows of `fitted` only; `shown_rad` as computed by [`shown_rad`].
     pub fn new(
         shown_rad: &Triad,
         force_m_s2: Option<&Triad>,
@@ -67,7 +67,7 @@ impl AtRest {
         }
     }
 
-    /// The rotation that the Earth can have in the body, nearest to a mean rate of the gyros \[rad/s\].
+    /// Computes the Earth's rotation in the body, within its constraints, nearest to a mean rate of the gyros \[rad/s\].
     pub fn nearest_earth_rad_s(&self, mean_rad_s: Vector3<f64>) -> Vector3<f64> {
         let along = |direction: Vector3<f64>| {
             direction
@@ -84,8 +84,8 @@ impl AtRest {
             }
     }
 
-    /// Directions in the body along which a bias was taken for the Earth's rotation: east, as the gyros show it, or
-    /// everything across the rotation where no accelerometers say what is up.
+    /// Directions in the body along which a bias is not distinguishable from the Earth's rotation: east by gyrocompassing,
+    /// or both directions across the rotation where the vertical is unknown.
     pub fn taken_for_the_earths(&self) -> Vec<Vector3<f64>> {
         let across = |other: Vector3<f64>| self.earth_rad_s.cross(&other);
         let unit = |direction: Vector3<f64>| direction.try_normalize(f64::MIN_POSITIVE);
@@ -100,8 +100,8 @@ impl AtRest {
     }
 }
 
-/// What the gyros show of the case's increments \[rad\]: Eq. (7) on the sensed increments less the dither's. A block that
-/// swings to one side while the mean is taken would count as the Earth's rotation otherwise.
+/// Computes the case's increments from the gyros \[rad\]: Eq. (7) on the sensed increments less the dither's. A net swing of
+/// a block over the averaging time would count as the Earth's rotation otherwise.
 pub fn shown_rad(
     sensed_rad: &Triad,
     pickoff_rad: Option<&Triad>,
@@ -141,7 +141,7 @@ mod tests {
         };
         let rows = 100;
         let force: Triad = [vec![9.8; rows], vec![0.0; rows], vec![0.0; rows]];
-        // 50 rows a second; the vertical is a tenth too much, the level part half of what it should be.
+        // 50 rows a second; the vertical part is a tenth too large, the level part half of its true value.
         let rate = ROTATION_RAD_S / 50.0;
         let (sin, cos) = 0.6_f64.sin_cos();
         let sensed = [1.1 * sin, 0.3 * cos, -0.4 * cos].map(|part| vec![part * rate; rows]);
@@ -157,12 +157,12 @@ mod tests {
         assert!((rest.earth_rad_s - expected).norm() < 1e-12 * ROTATION_RAD_S);
         let usable = vec![true; rows];
         let without = AtRest::new(&sensed, None, &usable, 0..rows, 50.0, Some(site));
-        // A vertical without a latitude says no more.
+        // A vertical without a latitude adds no information.
         let nowhere = AtRest::new(&sensed, Some(&force), &usable, 0..rows, 50.0, None);
         assert_eq!(nowhere.earth_rad_s, without.earth_rad_s);
         assert_eq!(nowhere.up, None);
         assert!((without.earth_rad_s.norm() / ROTATION_RAD_S - 1.0).abs() < 1e-12);
-        // East lies level and across what the gyros show; without a vertical two directions are lost.
+        // East is level and perpendicular to the gyros' mean rate; without a vertical two directions are unobservable.
         let east = rest.taken_for_the_earths();
         assert_eq!(east.len(), 1);
         assert!(east[0].x.abs() < 1e-12 && (0.6 * east[0].y - 0.8 * east[0].z).abs() < 1e-12);

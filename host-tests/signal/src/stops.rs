@@ -1,27 +1,28 @@
-//! Finds rows in which a channel stands at the end of its range, or has gone past it and come out at the other end.
+//! Finds rows of a channel at the end of its range, or wrapped past it to the other end.
 //!
-//! An integer that overflows jumps by its whole range in one row. The jumps are counted: rows after an odd one are
-//! wrapped. A channel that is limited shows one value again and again, farther out than half its largest, in rows that
-//! follow each other, while it never repeats itself elsewhere.
+//! An integer overflow jumps by the whole range in one row. Jumps are counted by sign: rows whose count differs from the
+//! median one are wrapped. A limited channel repeats one value, farther out than half its largest, in successive rows, and
+//! never repeats itself elsewhere.
 
 use std::ops::Range;
 
-/// What the ends of a range look like.
+/// Criteria of the ends of a range.
 #[derive(Debug, Clone, Copy)]
 pub struct StopPlan {
-    /// Least size of both sides of a jump, as a share of the largest reading \[1\]: a wrap goes from one end to the other.
+    /// Least magnitude on both sides of a jump, as a share of the largest sample \[1\]: a wrap goes from one end to the
+    /// other.
     pub near_end: f64,
-    /// Least jump over the 99 % quantile of the steps between rows \[1\]: what moves as fast as that is no jump.
+    /// Least jump over the 99 % quantile of the steps between rows \[1\]: smaller ones may be motion.
     pub over_steps: f64,
-    /// Least size of a value that is a limit, as a share of the largest reading \[1\]; a wrapped offset moves it inwards.
+    /// Least magnitude of a limit, as a share of the largest sample \[1\]; a wrapped offset moves it inwards.
     pub limit: f64,
-    /// Least rows in which a limit is shown, as many as chance gives no one value of a fine channel.
+    /// Least rows at a limit, more than chance repeats of one value of a fine channel.
     pub least_rows: usize,
-    /// Least rows on end of one value that are no chance.
+    /// Least length of a run of one value, against chance.
     pub least_run: usize,
-    /// Share of the other rows that may repeat the row before \[1\].
+    /// Largest share of the other rows equal to the row before \[1\].
     pub most_repeats: f64,
-    /// Most rows that may be wrapped, of all \[1\]: more, and nobody knows which are.
+    /// Largest share of wrapped rows \[1\]: beyond it wrapped and regular rows are not distinguishable.
     pub most_wrapped: f64,
 }
 
@@ -39,16 +40,16 @@ impl Default for StopPlan {
     }
 }
 
-/// Rows at the ends of a channel's range.
+/// Limited and wrapped rows of a channel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Stops {
-    /// Rows that show the limit, or less than there is.
+    /// Rows at the limit.
     pub limited: Vec<Range<usize>>,
-    /// Rows that came out at the other end.
+    /// Wrapped rows.
     pub wrapped: Vec<Range<usize>>,
 }
 
-/// Finds them in `values`, rows that were not `measured` left out.
+/// Finds limited and wrapped rows of `values`, rows that were not `measured` excluded.
 pub fn find(values: &[f64], measured: &[bool], plan: &StopPlan) -> Stops {
     let wrapped = wrapped(values, measured, plan);
     let limits = limits(values, measured, &wrapped, plan);
@@ -61,7 +62,7 @@ pub fn find(values: &[f64], measured: &[bool], plan: &StopPlan) -> Stops {
     }
 }
 
-/// Which rows are a whole range away from what they mean.
+/// Mask of the rows displaced by a whole range.
 fn wrapped(values: &[f64], measured: &[bool], plan: &StopPlan) -> Vec<bool> {
     let rows = values.len();
     let largest = largest(values, measured);
@@ -101,7 +102,7 @@ fn wrapped(values: &[f64], measured: &[bool], plan: &StopPlan) -> Vec<bool> {
     }
 }
 
-/// The values, as bits, that a channel is limited to.
+/// Limiting values of a channel, as bits.
 fn limits(values: &[f64], measured: &[bool], wrapped: &[bool], plan: &StopPlan) -> Vec<u64> {
     let largest = largest(values, measured);
     let whole = || (0..values.len()).filter(|&row| measured[row] && !wrapped[row]);
@@ -116,8 +117,8 @@ fn limits(values: &[f64], measured: &[bool], wrapped: &[bool], plan: &StopPlan) 
         }
         let run = row - begin;
         let value = values[begin];
-        // Nothing is beyond a limit: what turns at a steady rate in few pulses shows several values again and again. What is
-        // wrapped hides which end is which.
+        // A limit is an extreme value: a steady rate of few pulses repeats several values. Wrapped samples hide the order of
+        // the ends.
         let is_end = has_wrapped || ends.contains(&Some(value));
         let is_far = value.abs() >= plan.limit * largest && measured[begin];
         if is_end && is_far && run >= plan.least_run {
@@ -133,7 +134,7 @@ fn limits(values: &[f64], measured: &[bool], wrapped: &[bool], plan: &StopPlan) 
     if repeats as f64 > plan.most_repeats * values.len() as f64 {
         return Vec::new();
     }
-    // One stretch that stays at a value is a stuck channel; a limit is come to again, or lies beside a wrap.
+    // A single run at a value is a stuck channel; a limit is reached repeatedly, or occurs next to a wrap.
     let comes = |bits: u64| {
         let starts = (1..values.len())
             .filter(|&row| values[row].to_bits() == bits && !is_repeat(row) && !wrapped[row]);
@@ -148,7 +149,7 @@ fn largest(values: &[f64], measured: &[bool]) -> f64 {
     known.fold(0.0, |most: f64, (value, _)| most.max(value.abs()))
 }
 
-/// Stretches of rows that are marked.
+/// Runs of marked rows.
 fn runs(marked: &[bool]) -> Vec<Range<usize>> {
     let mut all: Vec<Range<usize>> = Vec::new();
     for (row, _) in marked.iter().enumerate().filter(|(_, marked)| **marked) {

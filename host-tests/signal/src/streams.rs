@@ -1,14 +1,13 @@
-//! The recording as the diagnosis sees it: every channel on the gyros' rows.
+//! The recording resampled for the diagnosis: every channel on the gyros' rows.
 //!
-//! Enters: [`Recording`] and [`Model`]. Leaves: [`Streams`], row k covering
-//! \[start + k/rate, start + (k+1)/rate), increments in rad (body axes), slow channels interpolated to the
-//! row's middle (channels.rs), and a mask of the rows in which everything needed was measured.
+//! Enters: [`Recording`] and [`Model`]. Leaves: [`Streams`], row k covering \[start + k/rate, start + (k+1)/rate),
+//! increments in rad (body axes), slow channels interpolated to the row's middle (channels.rs), and a mask of the rows with
+//! all needed channels measured.
 //!
 //! At rest on the Earth the case's motion is the Earth's rotation (still.rs), and no reference is needed.
 //!
-//! The first row of a dithered recording is dropped: its increment needs the pickoff before it.
-//! Deliberately not here: filling gaps with anything but a straight line (those rows are masked), and
-//! references slower than the gyros.
+//! The first row of a dithered recording is dropped: its increment needs the pickoff before it. Deliberately not here:
+//! filling gaps with anything but a straight line (those rows are masked), and references slower than the gyros.
 
 use super::accelerometer_rows::Rows;
 pub use super::axes::{AXES, Triad, add, add_triad, each_axis, weighted_sum};
@@ -31,18 +30,18 @@ pub struct Streams {
     pub rows: usize,
     /// Angle of one pulse \[rad\]; 0 where the gyros report increments or rates.
     pub pulse_rad: [f64; 3],
-    /// Whether the gyros report rates: what those are rounded to is no pulse.
+    /// The gyros report rates; their quantisation is no pulse.
     pub reports_rates: bool,
-    /// What each gyro sensed over the row \[rad\], its own dither included.
+    /// Increment sensed by each gyro over the row \[rad\], its own dither included.
     pub sensed_rad: Triad,
-    /// Block relative to case at the row's end \[rad\], as the pickoff says; one entry more than rows, the
-    /// first being the end of the row before. `None` for gyros without dither channels.
+    /// Pickoff angle of block relative to case at the row's end \[rad\]; one entry more than rows, the first being the end
+    /// of the row before. `None` for gyros without dither channels.
     pub pickoff_rad: Option<Triad>,
-    /// The case's angle over the row \[rad\], as the reference says, or as the Earth turns.
+    /// Increment of the case's angle over the row \[rad\], from the reference or from the Earth's rotation.
     pub case_rad: Triad,
-    /// Whether the case's motion is what the gyros themselves say, because the reference is slower than they.
+    /// The case's motion is taken from the gyros themselves, the reference being slower.
     pub own_motion: bool,
-    /// What is known of a unit that stands still; `None` where a reference tells its motion.
+    /// Motion of a unit at rest; `None` where a reference measures its motion.
     pub at_rest: Option<AtRest>,
     /// The recorder's own time at each row's end \[s\], NaN in gaps.
     pub stamps_s: Option<Vec<f64>>,
@@ -52,19 +51,19 @@ pub struct Streams {
     pub temperature_k: Option<Triad>,
     /// Magnetic flux density \[T\].
     pub magnetic_t: Option<Triad>,
-    /// Channels of unknown quantity, by name, for the search of unlisted physics.
+    /// Channels of unknown quantity, by name, for the search for unlisted physics.
     pub others: Vec<(String, Vec<f64>)>,
     /// Rows in which gyros, pickoffs and reference were all measured.
     pub usable: Vec<bool>,
-    /// The same before faults of the data took rows out of use.
+    /// Measured rows before the masking of data faults.
     pub measured: Vec<bool>,
-    /// What the rows are of.
+    /// Recording, or stretch of one, of the rows.
     pub piece: Piece,
-    /// The accelerometers on rows of their own, or why there are none to diagnose.
+    /// The accelerometers on rows of their own, or the reason for their absence.
     pub accelerometers: Result<Rows, String>,
-    /// Where the recording was made.
+    /// Site of the recording.
     pub site: Option<Site>,
-    /// Channels with rows that were not measured, with those rows.
+    /// Channels with unmeasured rows, and these rows.
     unmeasured: Unmeasured,
 }
 
@@ -74,7 +73,7 @@ impl Streams {
         Self::align_with(recording, model, false)
     }
 
-    /// The same without a reference on the rows: the case's motion is left at nothing, to be filled from the
+    /// Puts the channels on the gyros' rows without a reference: the case's motion stays zero, to be filled in from the
     /// gyros.
     pub fn align_without_reference(
         recording: &Recording,
@@ -95,7 +94,7 @@ impl Streams {
         gyro.expect_pulse_weights(&file, model)?;
         let (rate_hz, table_start_s) = gyro.clock;
         let dithered = gyro.quantity == Quantity::GyroCount;
-        // Increments and rates carry no dither to strip (contract), whatever else was recorded.
+        // Increments and rates carry no dither to strip (contract).
         let pickoff = finder.triad(&Quantity::DitherAngle).filter(|_| dithered);
         if dithered && pickoff.is_none() && model.dither.is_some() {
             return Err(InputError::new(
@@ -239,7 +238,7 @@ impl Streams {
         Ok(streams)
     }
 
-    /// The case turns with the Earth, as the gyros show it in the rows that are in use.
+    /// Sets the case's motion to the Earth's rotation, estimated from the gyros' usable rows.
     fn stand_still(&mut self, model: &Model) {
         let rest = AtRest::new(
             &still::shown_rad(
@@ -250,7 +249,7 @@ impl Streams {
             ),
             self.force_m_s2.as_ref(),
             &self.usable,
-            // Nothing is taken from rows that will be held out.
+            // Rows to be held out are excluded.
             0..self.rows / 2,
             self.rate_hz,
             self.site,
@@ -260,7 +259,8 @@ impl Streams {
         self.at_rest = Some(rest);
     }
 
-    /// What each block turns against the case over the row, as its pickoff says \[rad\]; `None` without dither channels.
+    /// Dither increment of each block relative to the case over the row \[rad\], from the pickoffs; `None` without dither
+    /// channels.
     pub fn dither_rad(&self) -> Option<Triad> {
         let of_angles = |angles: &Vec<f64>| {
             let ends = angles.windows(2);
@@ -270,19 +270,19 @@ impl Streams {
         Some(pickoff.each_ref().map(of_angles))
     }
 
-    /// The same again where rows were taken out of use since.
+    /// Repeats the estimate of the Earth's rotation after further rows were masked.
     pub fn stand_still_again(&mut self, model: &Model) {
         if self.at_rest.is_some() {
             self.stand_still(model);
         }
     }
 
-    /// Keeps these rows alone of which channels were not measured.
+    /// Selects these rows of the record of unmeasured channels.
     pub(super) fn select_unmeasured(&mut self, rows: &[usize]) {
         self.unmeasured.select(rows);
     }
 
-    /// A perfect, undithered unit on a given motion: what a proposed experiment would feed to the catalogue.
+    /// A perfect, undithered unit on a given motion: input of a proposed experiment to the catalogue.
     pub fn of_motion(rate_hz: f64, case_rad: Triad) -> Self {
         let rows = case_rad[0].len();
         let nowhere = Piece {
@@ -299,7 +299,7 @@ impl Streams {
         }
     }
 
-    /// Rows on another clock and nothing on them: what splitting and locating need.
+    /// Rows on another clock without channels, for splitting and locating.
     pub fn bare(rate_hz: f64, start_s: f64, usable: Vec<bool>, of: &Piece) -> Self {
         Self {
             rate_hz,
@@ -326,8 +326,8 @@ impl Streams {
         }
     }
 
-    /// The longest stretch of rows through which the reference carries the case's attitude: what happened in a gap of
-    /// more than two rows is not known, and a straight line across it leaves a wrong attitude for good.
+    /// Returns the longest stretch of rows with a continuous attitude from the reference: the motion within a gap of more
+    /// than two rows is unknown, and linear interpolation across it leaves a permanent attitude error.
     pub fn longest_carried(&self) -> std::ops::Range<usize> {
         const BRIDGED_ROWS: usize = 2;
         let unknown = |row: usize| self.unmeasured.is_missing("reference", row);
@@ -346,35 +346,34 @@ impl Streams {
         longest
     }
 
-    /// Beginning of a row \[s\].
+    /// Start time of a row \[s\].
     pub fn begin_s(&self, row: usize) -> f64 {
         self.start_s + row as f64 / self.rate_hz
     }
 
-    /// A channel that was not measured in this row.
+    /// Name of a channel not measured in this row.
     pub fn unmeasured_channel(&self, row: usize) -> String {
         self.unmeasured.channel(row).unwrap_or_default().to_string()
     }
 
-    /// Middle of a row \[s\].
+    /// Mid-time of a row \[s\].
     pub fn middle_s(&self, row: usize) -> f64 {
         self.start_s + (row as f64 + 0.5) / self.rate_hz
     }
 
-    /// End of the last row \[s\].
+    /// End time of the last row \[s\].
     pub fn end_s(&self) -> f64 {
         self.start_s + self.rows as f64 / self.rate_hz
     }
 
-    /// The first row that begins at or after `time_s`, at most `rows`.
+    /// Returns the row whose start is nearest to `time_s`, at most `rows`.
     pub fn row_at(&self, time_s: f64) -> usize {
         (((time_s - self.start_s) * self.rate_hz).round().max(0.0) as usize).min(self.rows)
     }
 }
 
 impl Rows {
-    /// Takes rows out of use that touch gyro rows in which the case's motion was not measured, or its attitude not
-    /// carried on.
+    /// Masks rows that overlap gyro rows with the case's motion unmeasured or its attitude discontinuous.
     pub fn mask(&mut self, streams: &Streams) {
         let carried = streams.longest_carried();
         let unknown: Vec<f64> = streams
@@ -385,7 +384,7 @@ impl Rows {
             .collect();
         let unknown = self.gather(&unknown);
         for (usable, unknown) in self.usable.iter_mut().zip(unknown) {
-            // Less than this share of a gyro row is rounding.
+            // Overlap below this share of a gyro row is rounding.
             *usable &= unknown < 1e-3;
         }
     }

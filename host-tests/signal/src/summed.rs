@@ -1,11 +1,11 @@
-//! Sums of several rows for one: what is slow is kept, what is fast averaged.
+//! Sums of several rows into one: slow signals are kept, fast ones averaged.
 
 use super::axes::Triad;
 use super::streams::Streams;
 
 impl Streams {
-    /// Makes one row of `block` rows, of gyros, case, pickoff, force, temperature and field; a row is in use where all of its
-    /// rows are. Rows at the end that fill no block are left out, and so are accelerometers on rows of their own and stamps.
+    /// Reduces `block` rows of gyros, case, pickoff, force, temperature and field to one, usable where all of its rows are.
+    /// Rows at the end short of a block are dropped, as are accelerometers on rows of their own and stamps.
     pub fn sum_rows(&mut self, block: usize) {
         let rows = self.rows / block;
         let blocks = |values: &[f64]| -> Vec<f64> {
@@ -23,7 +23,7 @@ impl Streams {
         };
         self.sensed_rad = sums(&self.sensed_rad);
         self.case_rad = sums(&self.case_rad);
-        // Angles stand at the rows' ends, after the one before the first row.
+        // Angles are at the rows' ends, after the one before the first row.
         self.pickoff_rad = self.pickoff_rad.as_ref().map(|triad| {
             let at_ends = |axis: usize| triad[axis].iter().step_by(block).take(rows + 1).copied();
             [0, 1, 2].map(|axis: usize| at_ends(axis).collect())

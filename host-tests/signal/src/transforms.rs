@@ -1,7 +1,7 @@
 //! Plans of real Fourier transforms.
 //!
-//! A plan's twiddles cost as much as several transforms: a length is planned once and shared as long as anybody holds it,
-//! and forgotten after, so that a campaign over recordings of many lengths does not keep them all.
+//! A plan's twiddles cost as much as several transforms: a length is planned once and shared while in use, and released
+//! after, so that a campaign over recordings of many lengths does not keep them all.
 
 use realfft::{ComplexToReal, RealFftPlanner, RealToComplex};
 use std::f64::consts::TAU;
@@ -12,12 +12,12 @@ type Shared<T> = Mutex<Vec<(usize, Weak<T>)>>;
 static FORWARD: Shared<dyn RealToComplex<f64>> = Mutex::new(Vec::new());
 static INVERSE: Shared<dyn ComplexToReal<f64>> = Mutex::new(Vec::new());
 
-/// The transform of `length` rows.
+/// Plan of the transform of `length` rows.
 pub fn forward(length: usize) -> Arc<dyn RealToComplex<f64>> {
     shared(&FORWARD, length, |planner| planner.plan_fft_forward(length))
 }
 
-/// The way back to `length` rows.
+/// Plan of the inverse transform to `length` rows.
 pub fn inverse(length: usize) -> Arc<dyn ComplexToReal<f64>> {
     shared(&INVERSE, length, |planner| planner.plan_fft_inverse(length))
 }
@@ -27,7 +27,7 @@ fn shared<T: ?Sized>(
     length: usize,
     plan: impl FnOnce(&mut RealFftPlanner<f64>) -> Arc<T>,
 ) -> Arc<T> {
-    // A plan is whole or not there: one that panicked left nothing behind.
+    // A plan is whole or absent: a panic leaves no partial one.
     let mut plans = plans.lock().unwrap_or_else(PoisonError::into_inner);
     plans.retain(|(_, held)| held.strong_count() > 0);
     let known = plans.iter().find(|(known, _)| *known == length);
@@ -53,13 +53,13 @@ pub fn smooth_length(least: usize) -> usize {
     (least.max(1)..).find(is_smooth).unwrap_or(least)
 }
 
-/// The same, and even.
+/// Smallest even length of factors 2, 3 and 5 that holds `least` rows.
 pub fn even_smooth_length(least: usize) -> usize {
     2 * smooth_length(least.max(2).div_ceil(2))
 }
 
-/// Mean periodogram of `values` over Hann-windowed, half-overlapping pieces of `piece` rows: the power per
-/// row in each of `piece/2 + 1` bins (white noise of variance v gives v in every bin).
+/// Welch periodogram: mean over Hann-windowed, half-overlapping pieces of `piece` rows, as the power per row in each of
+/// `piece/2 + 1` bins (white noise of variance v gives v in every bin).
 pub fn mean_periodogram(values: &[f64], piece: usize) -> Vec<f64> {
     let piece = piece.min(values.len() & !1).max(2);
     let window: Vec<f64> = (0..piece)
