@@ -1,4 +1,4 @@
-//! The catalogue spelt out for the search: hypotheses over a pool of columns, each with its price.
+//! The catalogue expanded for the search: hypotheses over a pool of columns, each with its price.
 
 use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
 
@@ -8,10 +8,10 @@ use crate::expression::Expression;
 use crate::signals::{AXES, Signals};
 use crate::stiffness;
 
-/// Which part of an entry a candidate is.
+/// Subset of an entry's parameters in a candidate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Variant {
-    /// All its parameters.
+    /// All parameters.
     Whole,
     /// One axis alone.
     Axis(usize),
@@ -19,65 +19,65 @@ pub enum Variant {
     Diagonal,
     /// One value for all three axes.
     Common,
-    /// A low pass of first order on each gyro that has one.
+    /// First-order low pass on each gyro that has one.
     LowPass,
-    /// At one row of one gyro.
+    /// Event at one row of one gyro.
     Event {
         /// Gyro.
         axis: usize,
         /// Row.
         row: usize,
     },
-    /// A wave of the table's angle about an axis.
+    /// Harmonic of the table's angle about an axis.
     Harmonic {
         /// Axis of the table.
         axis: usize,
-        /// Waves a turn.
+        /// Order: periods per turn.
         order: u32,
     },
     /// An expression on one gyro.
     Expression {
         /// Gyro.
         axis: usize,
-        /// What it follows.
+        /// Expression.
         expression: Expression,
     },
 }
 
-/// A hypothesis with its name.
+/// Hypothesis with its name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Candidate {
     /// The contract's kind.
     pub kind: &'static str,
-    /// Which part of it.
+    /// Subset of its parameters.
     pub variant: Variant,
-    /// Names of its parameters, as the contract has them.
+    /// Names of its parameters, as in the contract.
     pub names: Vec<String>,
-    /// Where its columns were made: a parameter is this and what is estimated. 0 of what is linear.
+    /// Linearisation point of its columns: a parameter is this plus the estimate. 0 for linear effects.
     pub base: Vec<f64>,
-    /// What the search sees.
+    /// Hypothesis for the search.
     pub hypothesis: Hypothesis,
 }
 
 impl Candidate {
-    /// Whether another is the same effect with columns made about the same values, whatever pool they are in.
+    /// True if another candidate is the same effect linearised at the same point, in any pool.
     pub fn is_made_as(&self, other: &Self) -> bool {
         self.kind == other.kind && self.variant == other.variant && self.base == other.base
     }
 }
 
-/// Columns by place, each once.
+/// Columns by place, without duplicates.
 #[derive(Debug, Clone, Default)]
 pub struct Pool {
     /// Columns.
     pub columns: Vec<Sensed>,
 }
 
-/// Columns of a pool from a place on, made of signals.
+/// Columns of a pool from a place on, evaluated on signals.
 pub struct PoolColumns<'a> {
     /// Columns.
     pub columns: &'a [Sensed],
-    /// What they are made of.
+    /// Signals.
     pub signals: &'a Signals,
 }
 
@@ -91,24 +91,24 @@ impl Columns for PoolColumns<'_> {
     }
 }
 
-/// Prices of variants: one gyro alone is one of six ways of a misfit, all three share one cause half the time, and so do the
-/// nine and their diagonal; everyday errors are three times likelier.
+/// Prior odds against a variant, whose logarithm is its price: a single gyro is one of six forms of a misfit; all three
+/// have a common cause half the time, and so do the nine and their diagonal; everyday errors are three times likelier.
 pub const ONE_AXIS: f64 = 6.0;
-/// All three, or the nine or their diagonal.
+/// Price factor of all three axes, of the nine, or of their diagonal.
 pub const SHARED: f64 = 2.0;
 const COMMON: f64 = 1.1;
 const EVERYDAY: f64 = 1.0 / 3.0;
 
-/// One value for three gyros is a coincidence but for what sits in front of all of them.
+/// Kinds with one value for all three gyros: a coincidence except for a cause in front of all of them.
 const COMMON_KINDS: [&str; 1] = ["gyro_delay"];
 
 impl Pool {
-    /// The place of a column as it is tried on a gyro, new or old.
+    /// Place of a column as a candidate effect on a gyro, added if new.
     pub fn tried(&mut self, column: Column, gyro: usize, signals: &Signals) -> usize {
         self.place(Sensed::tried(column, gyro, signals))
     }
 
-    /// The place of a column, new or old.
+    /// Place of a column, added if new.
     pub fn place(&mut self, column: Sensed) -> usize {
         match self.columns.iter().position(|other| *other == column) {
             Some(place) => place,
@@ -119,10 +119,10 @@ impl Pool {
         }
     }
 
-    /// Every candidate of the catalogue that the signals can show, kinds in `left_out` excepted.
+    /// All candidates of the catalogue that are observable in the signals, except kinds in `left_out`.
     ///
     /// # Inputs
-    /// `is_moving`: axes on which motion stands out of the reference's noise.
+    /// `is_moving`: axes with motion above the reference's noise.
     pub fn candidates(
         &mut self,
         signals: &Signals,
@@ -217,7 +217,7 @@ impl Pool {
         found
     }
 
-    /// Makes a delay linear about those on the path.
+    /// Linearises a delay about the delays on the path.
     fn about_delays(&mut self, candidate: &mut Candidate, signals: &Signals) {
         let hypothesis = &mut candidate.hypothesis;
         for (parameter, base) in candidate.base.iter_mut().enumerate() {
@@ -226,7 +226,7 @@ impl Pool {
                 .filter(|term| term.parameter == parameter)
                 .map(|term| term.record)
                 .collect();
-            // What all gyros share lies between what each is late by.
+            // Linearisation point of a shared delay: the mean of the gyros' delays.
             let mean_s = gyros
                 .iter()
                 .map(|&gyro| signals.path.delay_s[gyro])
@@ -248,7 +248,7 @@ impl Pool {
         }
     }
 
-    /// Every parameter of an entry with its terms, all axes taken for moving.
+    /// All parameters of an entry with their terms, with motion assumed on all axes.
     pub fn whole(&mut self, entry: &Entry, signals: &Signals) -> Vec<(String, Vec<Term>)> {
         self.terms(entry, signals, [true; 3])
             .into_iter()
@@ -256,7 +256,7 @@ impl Pool {
             .collect()
     }
 
-    /// Parameters of an entry with what each does; without terms where the recording cannot show it.
+    /// Parameters of an entry with their terms; without terms if the recording cannot show them.
     fn terms(&mut self, entry: &Entry, signals: &Signals, is_moving: [bool; 3]) -> Vec<Named> {
         let sensed = |gyro: usize| 1.0 / (1.0 - signals.scale_error[gyro]);
         let mut add = |named: &mut Named, gyro: usize, column: Column, factor: f64| {
@@ -336,7 +336,7 @@ impl Pool {
         all
     }
 
-    /// A step (`STEP`) or slip (`SLIP`) of one gyro at a row, picked from `places`.
+    /// Step (`STEP`) or slip (`SLIP`) of one gyro at a row, selected from `places`.
     pub fn event(
         &mut self,
         kind: &'static str,
@@ -361,17 +361,17 @@ impl Pool {
     }
 }
 
-/// Whether a kind is a time by which gyros are late or early.
+/// True if a kind is a delay of gyros or reference.
 pub fn is_delay(kind: &str) -> bool {
     kind == "gyro_delay" || kind == "reference_delay"
 }
 
-/// How late a gyro is for a value of 1: it is early by what the reference is late.
+/// Sign of a gyro's delay for a positive value of the kind: a late reference makes the gyro early.
 pub fn delay_sign(kind: &str) -> f64 {
     if kind == "reference_delay" { -1.0 } else { 1.0 }
 }
 
-/// A candidate of one parameter that does one thing, picked from `places`.
+/// Candidate of one parameter and one term, selected from `places`.
 pub(crate) fn of_one_term(
     kind: &'static str,
     variant: Variant,
@@ -391,7 +391,7 @@ pub(crate) fn of_one_term(
     }
 }
 
-/// What a rate of the case about `axis` is in a gyro's sensed increment.
+/// Sensed increment of a gyro for a unit rate of the case about `axis`.
 pub fn along(signals: &Signals, gyro: usize, axis: usize) -> f64 {
     signals.sensing_from_body[(gyro, axis)] / (1.0 - signals.scale_error[gyro])
 }
@@ -421,7 +421,7 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
             parameters: 1,
             terms: whole.iter().flat_map(|named| named.terms.clone()).collect(),
             fixed: Vec::new(),
-            // All gyros early is the reference late, which has a name of its own.
+            // A common negative delay is a late reference, a kind of its own.
             bounds: vec![Bound {
                 range: [0.0, f64::INFINITY],
                 ..entry.size.bound()
@@ -432,7 +432,7 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
     }
 }
 
-/// Whether the motion that a column is made of stands out of the reference's noise.
+/// True if the motion in a column is above the reference's noise.
 fn moves(column: Column, is_moving: [bool; 3]) -> bool {
     use Column::{
         Cube, CubicFlexure, Delay, Flexure, ForceTimesIncrement, HighPass, Increment, Jerk,

@@ -1,4 +1,4 @@
-//! Design columns: what a unit parameter adds to a sensed increment, before 1/(1 − s_i).
+//! Design columns: effect of a unit parameter on a sensed increment, before 1/(1 − s_i).
 
 use std::f64::consts::TAU;
 
@@ -13,16 +13,16 @@ use crate::low_pass::{self, LowPass};
 use crate::resonance::{self, Part, Resonance};
 use crate::signals::{CaseMotion, Estimate, Path, Signals, Triad, late};
 
-/// One column, by what it is made of. Axes are 0, 1, 2.
+/// Design column, by its regressors. Axes are 0, 1, 2.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Column {
     /// T \[s\].
     Constant,
-    /// The case's increment \[rad\].
+    /// Increment of the case \[rad\].
     Increment(usize),
-    /// Its derivative \[rad/s\].
+    /// Derivative of the increment \[rad/s\].
     Delay(usize),
-    /// The rate's second derivative times T.
+    /// Second derivative of the rate, times T.
     Jerk(usize),
     /// |ω| T.
     Magnitude(usize),
@@ -46,60 +46,61 @@ pub enum Column {
     Warming(usize),
     /// d(warming)/dt · T.
     WarmingRate(usize),
-    /// Warming of the first axis · increment of the second.
+    /// Warming of the first axis times the increment of the second.
     WarmingTimesIncrement(usize, usize),
     /// B T.
     Magnetic(usize),
     /// (f/|f|) × up · T.
     OffVertical(usize),
-    /// The block's increment \[rad\].
+    /// Increment of the block \[rad\].
     Dither(usize),
-    /// Its derivative where the pickoff shows the block late \[s\] \[rad/s\].
+    /// Derivative of the block's increment \[rad/s\], at a delay of the pickoff \[s\].
     DitherDelay(usize, f64),
-    /// What a late pickoff \[s\] takes from the block's increment beside one that is known and beyond that derivative \[rad\]:
-    /// the known delay and what was found beside it.
+    /// Effect of a pickoff delay on the block's increment \[rad\] beyond a known delay and beyond the linear term of
+    /// [`Column::DitherDelay`]: known delay \[s\] and additional delay found \[s\].
     DitherBeyond(usize, f64, f64),
-    /// Increment of the pickoff angle's cube \[rad³\].
+    /// Increment of the cube of the pickoff angle \[rad³\].
     DitherCube(usize),
-    /// Component along the second axis of what lay along the first at the start, T.
+    /// Component along the second axis of a space-fixed unit vector that lay along the first at the start, times T.
     SpaceVector(usize, usize),
-    /// α_about · ω_senses · T, α behind a resonant suspension; or its derivative by frequency or damping.
+    /// α_about · ω_senses · T, with α after a resonant suspension; or its derivative with respect to frequency or
+    /// damping.
     ResonantFlexure(usize, usize, Resonance, Part),
-    /// What a soft mount adds to the reference's increment \[rad\]; or its derivative.
+    /// Effect of a soft mount on the reference's increment \[rad\]; or its derivative.
     Mount(usize, Resonance, Part),
-    /// What a delay of a gyro \[s\] adds to its increment \[rad\].
+    /// Effect of a gyro's delay \[s\] on its increment \[rad\].
     Late(usize, f64),
-    /// What a low pass on a gyro's path adds to its increment \[rad\]; or its derivative by the time constant.
+    /// Effect of a low pass in a gyro's path on its increment \[rad\]; or its derivative with respect to the time
+    /// constant.
     LowPass(usize, LowPass, low_pass::Part),
-    /// What a high pass behind a gyro adds to its increment \[rad\]; or its derivative by the time constant.
+    /// Effect of lock-in on a gyro's increment \[rad\]; or its derivative with respect to the threshold.
     HighPass(usize, HighPass, high_pass::Part),
-    /// What lock-in adds to a gyro's increment \[rad\]; or its derivative by the threshold.
     LockIn(usize, Threshold, lock_in::Part),
-    /// Increment of the cosine (true) or sine of the table's angle times an order.
+    /// Increment of the cosine (true) or sine of an order times the table's angle.
     Wave(usize, u32, bool),
-    /// An expression in measured channels · T.
+    /// Expression in measured channels, times T.
     Expression(Expression),
     /// 1 in one row.
     Impulse(usize),
-    /// T from a row on.
+    /// T from a row on, 0 before.
     Step(usize),
 }
 
-/// A column with the estimate of the motion that it is made of.
+/// Column with the estimate of the motion from which it is computed.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Sensed {
     /// The column.
     pub column: Column,
-    /// Its motion.
+    /// Estimate of the motion.
     pub of: Estimate,
 }
 
-/// Share of an axis that a gyro senses, times the root of the number of rows, below which none of that axis' noise in the
-/// gyro's residual is worth speaking of: the score of an absent effect is off by some tenths of it.
+/// Limit of the share of an axis sensed by a gyro, times the root of the number of rows, below which that axis' noise
+/// in the gyro's residual is negligible: the score of an absent effect is biased by some tenths of it.
 const NO_SHARE: f64 = 2.0;
 
 impl Sensed {
-    /// A column as it is tried on a gyro.
+    /// Column of a candidate effect on a gyro.
     pub fn tried(column: Column, gyro: usize, signals: &Signals) -> Self {
         let root = (signals.rows as f64).sqrt();
         let is_shared =
@@ -111,7 +112,7 @@ impl Sensed {
         Self { column, of }
     }
 
-    /// A column of the motion that shares no noise with the residual of its own axis.
+    /// Column of [`Estimate::Independent`].
     pub fn independent(column: Column) -> Self {
         Self {
             column,
@@ -119,7 +120,7 @@ impl Sensed {
         }
     }
 
-    /// A column as what is known adds it.
+    /// Column of a known effect.
     pub fn known(column: Column) -> Self {
         let of = match column {
             Column::Increment(_) | Column::Late(..) | Column::LowPass(..) | Column::Mount(..) => {
@@ -130,7 +131,7 @@ impl Sensed {
         Self { column, of }
     }
 
-    /// Its values by row; zero where the recording lacks what it is made of.
+    /// Computes the values by row; zero if the recording lacks a channel of the column.
     pub fn values(self, signals: &Signals) -> Vec<f64> {
         match self.of {
             Estimate::Independent => self.column.of_motion(signals, &signals.independent),
@@ -142,9 +143,9 @@ impl Sensed {
         }
     }
 
-    /// What a linear effect adds beyond what the gate lets through of it, which is to be taken out of the residual; `None` of
-    /// other columns. What a filter makes of the reference's noise stays: with other colours in every set, noise would decide
-    /// between sets.
+    /// Part of a linear effect that the shrinkage gate removes, to be subtracted from the residual; `None` for other
+    /// columns. The reference's noise after a filter is retained: with a different noise spectrum in every set, noise
+    /// would decide between sets.
     pub fn hidden(self, signals: &Signals) -> Option<Vec<f64>> {
         let is_filtered = match self.column {
             Column::Increment(_) => false,
@@ -166,7 +167,7 @@ impl Sensed {
     }
 }
 
-/// What a gyro senses of all axes behind a linear system \[rad\], less its scale error.
+/// Sensed increments of a gyro after a linear system \[rad\], without the factor 1/(1 − s_i).
 fn sensed_behind(
     motion: &CaseMotion,
     gyro: usize,
@@ -185,7 +186,7 @@ fn sensed_behind(
     sum
 }
 
-/// Increments about an axis behind a linear system \[rad\].
+/// Increments about an axis after a linear system \[rad\].
 fn increments_behind(
     motion: &CaseMotion,
     axis: usize,
@@ -196,7 +197,7 @@ fn increments_behind(
 }
 
 impl Column {
-    /// The column that an expression is, if it is one: an effect that is listed has its name.
+    /// Returns the listed column equal to an expression, if there is one: a listed effect takes its own name.
     pub fn of(expression: Expression) -> Option<Self> {
         use crate::expression::Channel::{
             Acceleration, DitherRate, Field, Force, Rate, Warming, WarmingRate,
@@ -235,7 +236,7 @@ impl Column {
         }
     }
 
-    /// Whether the recording has what it is made of.
+    /// True if the recording has the channels of the column.
     pub fn is_available(self, signals: &Signals) -> bool {
         use Column::{
             Dither, DitherBeyond, DitherCube, DitherDelay, Force, ForceRate, ForceSquare,
@@ -268,7 +269,7 @@ impl Column {
         }
     }
 
-    /// Axes whose motion it is made of, if it is made of motion that gyros of other axes may not share.
+    /// Axes of the motion in the column, for motion that gyros of other axes may not share.
     fn axes(self) -> Option<[Option<usize>; 3]> {
         match self {
             Self::Increment(axis)
@@ -287,14 +288,14 @@ impl Column {
         }
     }
 
-    /// Its values by row, of the motion that shares no noise with the residual of its own axis.
+    /// Computes the values by row from [`Estimate::Independent`].
     pub fn values(self, signals: &Signals) -> Vec<f64> {
         self.of_motion(signals, &signals.independent)
     }
 
-    /// What a linear effect makes of the reference as it was measured \[rad\]: each part of the path behind those that come before
-    /// it (mount, low pass, delay), so that all of them together are the path; what is not on the path behind all of it.
-    /// `None` of all others.
+    /// Applies a linear effect to the measured reference \[rad\]: each part of the path after its predecessors (mount,
+    /// low pass, delay), so that all parts together are the path; a part that is not on the path after the whole path.
+    /// `None` for other columns.
     fn of_measured(self, signals: &Signals) -> Option<Vec<f64>> {
         let (path, rate_hz) = (signals.path, signals.rate_hz);
         let reference_rad = &*signals.measured_rad;
@@ -329,7 +330,7 @@ impl Column {
         }
     }
 
-    /// Its values by row, of one estimate of the motion.
+    /// Computes the values by row from one estimate of the motion.
     fn of_motion(self, signals: &Signals, motion: &CaseMotion) -> Vec<f64> {
         let period = signals.period_s();
         let rows = signals.rows;
@@ -465,7 +466,7 @@ impl Column {
                 let at_middles = product(&acceleration, &motion.rate_rad_s[senses]);
                 scaled(&row_means(&at_middles), period)
             }
-            // The motion is behind the path: what takes the place of a part of it adds is of the motion before that part.
+            // The motion is after the path: the response of a part already on the path is divided out.
             Self::Mount(axis, mount, part) => {
                 let on_path = signals.path.mount[axis];
                 increments_behind(motion, axis, period, |hz| {

@@ -1,17 +1,17 @@
-//! The catalogue: one row an effect.
+//! The catalogue: one row per effect.
 
 use rlg_inference::Bound;
 
 use crate::column::Column;
 
-/// How an effect's parameters act on the gyros.
+/// Action of an effect's parameters on the gyros.
 #[derive(Clone, Copy)]
 pub enum Law {
     /// Parameter i acts on gyro i alone: columns with factors.
     Axes(fn(usize) -> Vec<(Column, f64)>),
     /// One parameter for all gyros: columns of gyro i.
     Common(fn(usize) -> Vec<(Column, f64)>),
-    /// Parameter ij tilts gyro i about body axis j: the column of (i, j, the axis whose rate it then senses), times the
+    /// Parameter ij tilts gyro i about body axis j: column of (i, j, the axis whose rate is then sensed), times the
     /// tilt's sign.
     Tilts(fn(usize, usize, usize) -> Column, f64),
     /// Parameter ij adds column j to gyro i.
@@ -22,14 +22,14 @@ pub enum Law {
     Body(fn(usize, usize) -> Vec<(Column, f64)>),
 }
 
-/// What is known of the size of an entry's parameters before looking.
+/// Prior of the size of an entry's parameters.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Size {
-    /// Standard deviation of a prior about 0, in the entry's unit: what no unit that anybody would test exceeds by much.
+    /// Standard deviation of the prior about 0, in the entry's unit: no unit under test exceeds it by much.
     pub largest: f64,
-    /// What a navigation-grade ring-laser gyro that is not compensated shows, to an order of magnitude.
+    /// Typical size in an uncompensated navigation-grade ring-laser gyro, to an order of magnitude.
     pub typical: f64,
-    /// Whether it is at least 0: a square, or how late one thing is against another that has a name of its own.
+    /// The parameter is at least 0: a square, or a delay whose opposite sign is a kind of its own.
     pub is_positive: bool,
 }
 
@@ -50,7 +50,7 @@ impl Size {
         }
     }
 
-    /// The same as the search has it.
+    /// The same as a bound for the search.
     pub fn bound(self) -> Bound {
         let least = if self.is_positive {
             0.0
@@ -72,25 +72,25 @@ pub struct Entry {
     pub equation: &'static str,
     /// Unit of its parameters.
     pub unit: &'static str,
-    /// What is known of their size.
+    /// Prior of their size.
     pub size: Size,
-    /// How it acts.
+    /// Action on the gyros.
     pub law: Law,
-    /// Whether it is an everyday error, three times likelier than others.
+    /// The effect is an everyday error, a priori three times likelier than others.
     pub everyday: bool,
-    /// What it means, for a navigation engineer.
+    /// Meaning, for a navigation engineer.
     pub meaning: &'static str,
-    /// The motion that would show it best.
+    /// Motion that makes it most observable.
     pub experiment: &'static str,
 }
 
-/// Sign and axis k of a tilt of gyro `axis` about `about`: it then senses sign · δ · ω_k (physics §1).
+/// Sign and axis k of a tilt δ of gyro `axis` about `about`, which then senses sign · δ · ω_k (physics §1).
 pub fn tilt(axis: usize, about: usize) -> (f64, usize) {
     let sign = if (about + 1) % 3 == axis { 1.0 } else { -1.0 };
     (sign, 3 - axis - about)
 }
 
-/// Every kind that increments on the gyros' rows can show, in the order of the contract's table.
+/// Every kind observable in increments on the gyros' rows, in the order of the contract's table.
 pub static CATALOGUE: &[Entry] = &[
     Entry {
         kind: "gyro_bias",
@@ -411,10 +411,10 @@ pub static CATALOGUE: &[Entry] = &[
     },
 ];
 
-/// A parameter of a kind from the coefficient of its columns, with its derivative by it.
+/// Returns a kind's parameter from the coefficient of its columns, and the derivative with respect to the coefficient.
 ///
-/// Columns are made of what the reference reads: a reference that reads 1 + r times the case leaves −r/(1 + r) times its
-/// reading. Every other kind is what its columns are multiplied by.
+/// Columns are computed from the reference's output: a reference of output (1 + r) times the case's rate leaves −r/(1 +
+/// r) times that output. For every other kind the parameter is the coefficient.
 pub fn value_of(kind: &str, coefficient: f64) -> (f64, f64) {
     if kind == "reference_scale" {
         let left = 1.0 - coefficient;
@@ -424,7 +424,7 @@ pub fn value_of(kind: &str, coefficient: f64) -> (f64, f64) {
     }
 }
 
-/// The coefficient of a kind's columns from its parameter: the inverse of [`value_of`].
+/// Returns the coefficient of a kind's columns from its parameter: the inverse of [`value_of`].
 pub fn coefficient_of(kind: &str, value: f64) -> f64 {
     if kind == "reference_scale" {
         value / (1.0 + value)
@@ -438,55 +438,54 @@ pub fn find(kind: &str) -> Option<&'static Entry> {
     CATALOGUE.iter().find(|entry| entry.kind == kind)
 }
 
-/// What is said of a kind.
+/// Description of a kind.
 #[derive(Debug, Clone, Copy)]
 pub struct Card {
     /// The contract's kind.
     pub kind: &'static str,
     /// Its equation.
     pub equation: &'static str,
-    /// Unit of its parameters, but for those with a unit in their name.
+    /// Unit of its parameters, except those with a unit in their name.
     pub unit: &'static str,
-    /// What it means, for a navigation engineer.
+    /// Meaning, for a navigation engineer.
     pub meaning: &'static str,
-    /// The motion that would show it best.
+    /// Motion that makes it most observable.
     pub experiment: &'static str,
 }
 
-/// A step of one gyro's bias, found by scanning.
+/// Change point of one gyro's bias, located by a scan over rows.
 pub const STEP: &str = "gyro_bias_step";
 
-/// A jump of one gyro's angle, found by scanning.
+/// Jump of one gyro's angle, located by a scan over rows.
 pub const SLIP: &str = "counter_slip";
 
-/// An error of the reference that repeats with the table's angle.
+/// Error of the reference that is periodic in the table's angle.
 pub const HARMONIC: &str = "reference_harmonic";
 
-/// Flexure of a suspension that resonates.
+/// Flexure of a resonant suspension.
 pub const MODE: &str = "axis_flexure_mode";
 
-/// A soft mount between reference and case.
+/// Soft mount between reference and case.
 pub const MOUNT: &str = "isolator_mode";
 
-/// A filter on a gyro's path.
+/// Filter on a gyro's path.
 pub const BANDWIDTH: &str = "gyro_bandwidth";
 
-/// A pickoff that is read late.
+/// Delayed sampling of a pickoff.
 pub const LATE_PICKOFF: &str = "dither_delay";
 
-/// An attitude filter as reference, pulled towards felt force.
+/// Attitude filter as reference, pulled towards the measured specific force.
 pub const PULL: &str = "reference_pull";
 
-/// A dead band about rest, of gyros that are not dithered.
+/// Dead band about rest, of gyros without dither.
 pub const LOCK_IN: &str = "lock_in";
 
-/// A high pass of first order behind a gyro: automatic zeroing.
+/// Effect outside the catalogue, as an expression in measured channels.
+/// Kinds located by a scan over rows, orders, frequencies or expressions.
 pub const HIGH_PASS: &str = "gyro_high_pass";
 
-/// Physics outside the catalogue, as an expression in measured channels.
 pub const UNLISTED: &str = "unlisted";
 
-/// Kinds that are found by going through rows, orders, frequencies or expressions.
 pub static SCANNED: [Card; 8] = [
     Card {
         kind: STEP,
@@ -546,7 +545,7 @@ pub static SCANNED: [Card; 8] = [
     },
 ];
 
-/// What is said of a kind.
+/// Returns the description of a kind.
 pub fn card(kind: &str) -> Option<Card> {
     let of_entry = |entry: &Entry| Card {
         kind: entry.kind,

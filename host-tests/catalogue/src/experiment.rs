@@ -1,10 +1,10 @@
-//! Experiments that a rate table or a bench can make, and what each would say of hypotheses.
+//! Experiments on a rate table or a bench, and their predicted information on hypotheses.
 //!
-//! From moves and the noise of a row it gives the [`Information`] on hypotheses: the Cramér–Rao bound of that motion (Kay,
-//! *Estimation Theory*, 1993, ch. 3).
+//! From moves and the noise of a row follows the [`Information`] on hypotheses: the Cramér–Rao bound of that motion
+//! (Kay, *Estimation Theory*, 1993, ch. 3).
 //!
 //! # Assumptions
-//! The motion is known: its own noise stands in what is fitted and not in the columns.
+//! The motion is known: its noise is in the observations and not in the columns.
 
 use std::f64::consts::{PI, TAU};
 
@@ -20,32 +20,32 @@ use crate::signals::{Inputs, Signals};
 /// Standard gravity \[m/s²\].
 const GRAVITY_M_S2: f64 = 9.806_65;
 
-/// Moves in a row, in words and for the columns.
+/// Consecutive moves, with a description and the sampling of the columns.
 #[derive(Debug, Clone)]
 pub struct Experiment {
-    /// What is done, for people.
+    /// Description for the reader.
     pub text: String,
     /// The moves.
     pub moves: Vec<Move>,
-    /// Rows a second that columns are made on: forty in a period of the fastest line.
+    /// Row rate of the columns \[Hz\]: forty rows or more in a period of the fastest oscillation.
     pub rows_hz: f64,
-    /// Cycles of the temperature by [`WARMING_K`]; 0: it stays.
+    /// Number of temperature cycles of [`WARMING_K`]; 0: constant temperature.
     pub cycles: u32,
 }
 
-/// A cycle warms the blocks by this much \[K\].
+/// Temperature rise of the blocks in a cycle \[K\].
 pub const WARMING_K: f64 = 20.0;
 
-/// One turn a second, which common rate tables reach \[rad/s\].
+/// Rate of one turn a second, within reach of common rate tables \[rad/s\].
 const TURN_RAD_S: f64 = TAU;
 
-/// Oscillation at that frequency: 10° \[rad\].
+/// Amplitude of the oscillation at one turn a second: 10° \[rad\].
 const OSCILLATION_RAD: f64 = 0.175;
 
-/// A move of most experiments, ramps included \[s\].
+/// Duration of most moves, ramps included \[s\].
 const MOVE_S: f64 = 10.0;
 
-/// A ramp up to a turn a second takes 14 rad/s².
+/// Duration of a ramp \[s\]: a ramp to one turn a second needs 14 rad/s².
 const RAMP_S: f64 = 1.0;
 
 fn spin(
@@ -69,7 +69,7 @@ fn spin(
 }
 
 impl Experiment {
-    /// Experiments, the shortest first.
+    /// All experiments, the shortest first.
     pub fn all() -> Vec<Self> {
         vec![
             Self::oscillations(),
@@ -89,7 +89,7 @@ impl Experiment {
             duration_s: REST_S,
             ramp_s: 0.0,
         };
-        // A turn by Ω (T − ramp) is a quarter of one.
+        // A rotation by Ω (T − ramp) is a quarter turn.
         let quarter = |axis: usize| Move {
             duration_s: 0.5 * PI / (0.1 * TURN_RAD_S) + RAMP_S,
             ..spin(axis, 0.1 * TURN_RAD_S, axis, (0.0, 0.0, 0.0))
@@ -109,7 +109,7 @@ impl Experiment {
         }
     }
 
-    /// Steady turns about each axis, both senses.
+    /// Steady rotation about each axis, both senses.
     fn slews() -> Self {
         let rates = [0.25, 0.5, 1.0].map(|share| share * TURN_RAD_S);
         let mut moves = Vec::new();
@@ -134,7 +134,7 @@ impl Experiment {
 
     /// Oscillation about one axis at a time, at two frequencies.
     fn oscillations() -> Self {
-        // Both at 1.1 rad/s and more: 7 and 49 rad/s².
+        // Peak rates 1.1 rad/s and more, peak accelerations 7 and 49 rad/s².
         let lines = [(1.0, OSCILLATION_RAD), (5.0, 0.05)];
         let of_axis =
             |axis: usize| lines.map(|(hz, angle)| spin(axis, 0.0, axis, (hz, angle, 0.0)));
@@ -156,7 +156,7 @@ impl Experiment {
 
     /// Cones about each axis, both senses.
     fn cones() -> Self {
-        // 25 rad/s² at 1.6 rad/s.
+        // Peak acceleration 25 rad/s² at 1.6 rad/s.
         const CONE_HZ: f64 = 2.5;
         const CONE_RAD: f64 = 0.1;
         let cone = |axis: usize, sense: f64| Move {
@@ -225,12 +225,12 @@ impl Experiment {
         }
     }
 
-    /// Its length \[s\].
+    /// Total duration \[s\].
     pub fn duration_s(&self) -> f64 {
         self.moves.iter().map(|one| one.duration_s).sum()
     }
 
-    /// What columns would be made of: gravity along z at the beginning.
+    /// Computes the signals of the experiment, with gravity along z at the beginning.
     ///
     /// # Inputs
     /// `scale_error`, `sensing_from_body`: of the model.
@@ -259,7 +259,7 @@ impl Experiment {
     }
 }
 
-/// What rows that nobody has recorded yet would say of hypotheses; `None` where they are too few to transform.
+/// Predicts the information of unrecorded rows on hypotheses; `None` if the rows are too few for the transform.
 ///
 /// # Inputs
 /// `columns`: of the set; `levels`: noise of each gyro by these rows.
@@ -321,7 +321,7 @@ mod tests {
             ..NoiseLevels::default()
         }; 3];
         let known = information(&signals, &pool.columns, &[&bias], &levels).expect("rows");
-        // n rows of variance N² each hold b T: 1/σ² = n T²/N².
+        // n rows of variance N², each with b T: 1/σ² = n T²/N².
         let expected = signals.rows as f64 / (one.rows_hz * one.rows_hz * white);
         assert!((known.fisher[(0, 0)] / expected - 1.0).abs() < 0.01);
     }

@@ -1,12 +1,13 @@
-//! Physics outside the catalogue, as products of measured channels.
+//! Effects outside the catalogue, as products of measured channels.
 //!
-//! An expression is a product of up to three factors, each written as `diagnosis.json` prints it: `omega_x` \[rad/s\],
+//! An expression is a product of up to three factors, each written as in `diagnosis.json`: `omega_x` \[rad/s\],
 //! `alpha_x` \[rad/s²\], `force_x` \[m/s²\], `temperature_x` \[K since the start\], `temperature_rate_x` \[K/s\],
-//! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], any channel of unknown quantity by its own name;
-//! `abs_` before a channel its size; `sign(…)` the side of zero it was last clearly on, `rising(…)` 1 since it last turned
-//! upwards and −1 since it last turned down, `deviation(…)` the channel less its mean; `lag(…,s)` a product of two channels behind a
-//! first-order lag of s seconds, `integral(…)` its integral from the start; `time` \[s since the start\], `decay(s)`,
-//! `sine(f)`, `cosine(f)` (f in Hz), `window(a,b)` (1 between a and b s).
+//! `field_x` \[T\], `dither_rate_x` \[rad/s\], `dither_angle_x` \[rad\], any channel of unclassified quantity by its
+//! own name; `abs_` before a channel is its absolute value; `sign(…)` its sign with hysteresis about zero; `rising(…)`
+//! 1 after its last lower turning point and −1 after its last upper one; `deviation(…)` the channel minus its mean;
+//! `lag(…,s)` a product of up to two channels through a first-order lag of s seconds; `integral(…)` its integral from
+//! the start; `time` \[s since the start\], `decay(s)`, `sine(f)`, `cosine(f)` (f in Hz), `window(a,b)` (1 between a
+//! and b s).
 
 use std::fmt::Write as _;
 
@@ -14,18 +15,18 @@ use rlg_signal::derivatives::{Spectrum, row_means};
 
 use crate::signals::{AXES, CaseMotion, Signals};
 
-/// A measured channel, or motion derived from the reference, on one axis.
+/// Measured channel, or motion derived from the reference, on one axis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Channel {
     /// Rate of the case \[rad/s\].
     Rate(usize),
-    /// Its derivative \[rad/s²\].
+    /// Angular acceleration of the case \[rad/s²\].
     Acceleration(usize),
     /// Specific force \[m/s²\].
     Force(usize),
     /// Temperature since the start \[K\].
     Warming(usize),
-    /// Its derivative \[K/s\].
+    /// Temperature rate \[K/s\].
     WarmingRate(usize),
     /// Magnetic flux density \[T\].
     Field(usize),
@@ -33,31 +34,31 @@ pub enum Channel {
     DitherRate(usize),
     /// Angle of block against case \[rad\].
     DitherAngle(usize),
-    /// A channel of unknown quantity, by its place in [`Signals::others`].
+    /// Channel of unclassified quantity, by its place in [`Signals::others`].
     Other(usize),
 }
 
-/// One or two channels multiplied.
+/// Product of one or two channels.
 pub type Product = [Option<Channel>; 2];
 
-/// A factor of an expression.
+/// Factor of an expression.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Factor {
-    /// The channel.
+    /// Channel.
     Channel(Channel),
-    /// Its size.
+    /// Absolute value of a channel.
     Size(Channel),
-    /// The sign it had when it was last clearly off zero.
+    /// Sign of a channel, with hysteresis about zero.
     Side(Channel),
-    /// 1 since it last turned upwards, −1 since it last turned down.
+    /// 1 after the channel's last lower turning point, −1 after its last upper one.
     Way(Channel),
-    /// The channel less its mean.
+    /// Channel minus its mean.
     Deviation(Channel),
-    /// A product behind a first-order lag \[s\], settled at the start.
+    /// Product through a first-order lag \[s\], settled at the start.
     Lag(Product, f64),
-    /// A product's integral over time from the start.
+    /// Integral of a product over time from the start.
     Integral(Product),
-    /// Seconds since the start.
+    /// Time since the start \[s\].
     Time,
     /// exp(−t/s).
     Decay(f64),
@@ -65,21 +66,21 @@ pub enum Factor {
     Sine(f64),
     /// cos(2π f t).
     Cosine(f64),
-    /// 1 from the first to the second second of the recording's clock.
+    /// 1 from the first to the second time on the recording's clock \[s\], 0 outside.
     Window(f64, f64),
 }
 
-/// A product of factors; those that are absent come last.
+/// Product of factors; absent ones come last.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expression([Option<Factor>; 3]);
 
-/// Time constants that are tried \[s\]: from a filter to a thermal mass. The one found is refined.
+/// Grid of time constants \[s\]: from a filter to a thermal mass. The selected one is refined.
 pub const LAGS_S: [f64; 4] = [0.1, 0.4, 1.6, 6.4];
 
-/// A channel by its axis.
+/// Channel by axis.
 type OfAxis = fn(usize) -> Channel;
 
-/// Names of the channels with an axis, and of what is measured on each.
+/// Names of the channels with an axis.
 const STEMS: [(&str, OfAxis); 8] = [
     ("omega", Channel::Rate),
     ("alpha", Channel::Acceleration),
@@ -113,7 +114,7 @@ impl Channel {
         Some(channel(axis))
     }
 
-    /// Its values at row middles; `None` where it is not measured.
+    /// Computes the values at row middles; `None` if the channel is not measured.
     fn values(self, signals: &Signals, motion: &CaseMotion) -> Option<Vec<f64>> {
         let measured = |triad: &Option<crate::signals::Triad>, axis: usize| {
             triad.as_ref().map(|triad| triad[axis].clone())
@@ -133,9 +134,9 @@ impl Channel {
         }
     }
 
-    /// Whether it moves enough to be recognised.
+    /// True if the channel varies enough to be identifiable.
     ///
-    /// Less than a twentieth of a kelvin is converter noise; a rate that is the Earth's alone multiplies like a constant.
+    /// A variation below 0.05 K is converter noise; a rate that is the Earth's alone multiplies like a constant.
     fn moves(self, signals: &Signals, is_moving: [bool; 3]) -> bool {
         const LEAST_SPAN_K: f64 = 0.05;
         const LEAST_RATE_RAD_S: f64 = 3e-5;
@@ -163,7 +164,7 @@ impl Channel {
 }
 
 impl Factor {
-    /// Channels that it is made of.
+    /// Channels of the factor.
     fn channels(self) -> impl Iterator<Item = Channel> {
         let of: Product = match self {
             Self::Channel(channel)
@@ -207,7 +208,7 @@ impl Factor {
         }
         let Some((function, inside)) = text.strip_suffix(')').and_then(|text| text.split_once('('))
         else {
-            // A channel of unknown quantity may be called abs_ itself.
+            // A channel of unclassified quantity may have a name with the prefix abs_.
             let plain = Channel::parse(text, signals).map(Self::Channel);
             return plain.or_else(|| {
                 let channel = text.strip_prefix("abs_")?;
@@ -283,24 +284,24 @@ impl Factor {
         }
     }
 
-    /// Whether it jumps from row to row: means over rows are then not those of a smooth curve.
+    /// True if the factor is discontinuous: means over rows are then not those of a smooth curve.
     fn jumps(self) -> bool {
         matches!(self, Self::Side(_) | Self::Way(_) | Self::Window(..))
     }
 }
 
 impl Expression {
-    /// The product of nothing.
+    /// Empty product.
     pub const ONE: Self = Self([None; 3]);
 
-    /// A product.
+    /// Product of factors.
     pub fn of(factors: &[Factor]) -> Self {
         Self(std::array::from_fn(|place| factors.get(place).copied()))
     }
 
-    /// 1 in some rows.
+    /// Window over a range of rows.
     pub fn window(rows: std::ops::Range<usize>, signals: &Signals) -> Self {
-        // A quarter of a row is enough to tell which rows are inside.
+        // A quarter of a row is enough to identify the rows inside.
         let digit = 10_f64.powf((4.0 * signals.rate_hz).log10().ceil());
         let edge_s = |row: usize| {
             let clock_s = signals.start_s + row as f64 * signals.period_s();
@@ -309,14 +310,14 @@ impl Expression {
         Self::of(&[Factor::Window(edge_s(rows.start), edge_s(rows.end))])
     }
 
-    /// The same in some rows only; `None` of a product of three.
+    /// Multiplies the expression by a window over a range of rows; `None` for a product of three factors.
     pub fn within(self, rows: std::ops::Range<usize>, signals: &Signals) -> Option<Self> {
         let window = Self::window(rows, signals).0[0];
         let factors: Vec<Factor> = self.factors().chain(window).collect();
         (factors.len() <= 3).then(|| Self::of(&factors))
     }
 
-    /// Whether it is a window by itself: it happens once.
+    /// True if the expression is a single window.
     pub fn is_window(self) -> bool {
         matches!(self.0, [Some(Factor::Window(..)), None, None])
     }
@@ -325,7 +326,7 @@ impl Expression {
         self.0.into_iter().flatten()
     }
 
-    /// Axes whose motion it is made of; `None` where there are none.
+    /// Axes of the motion in the expression; `None` without motion.
     pub(crate) fn axes(self) -> Option<[Option<usize>; 3]> {
         let mut axes = [None; 3];
         for channel in self.factors().flat_map(Factor::channels) {
@@ -336,7 +337,7 @@ impl Expression {
         (axes != [None; 3]).then_some(axes)
     }
 
-    /// As it is printed.
+    /// Formats the expression as printed in `diagnosis.json`.
     pub fn text(self, signals: &Signals) -> String {
         let mut text = String::new();
         for factor in self.factors() {
@@ -346,7 +347,7 @@ impl Expression {
         text
     }
 
-    /// Reads what [`Expression::text`] printed; `None` where a factor is none of these signals.
+    /// Parses a text of [`Expression::text`]; `None` if a factor is not one of these signals.
     pub fn parse(text: &str, signals: &Signals) -> Option<Self> {
         let mut depth = 0;
         let outside = |letter: char| {
@@ -360,7 +361,7 @@ impl Expression {
         ((1..=3).contains(&factors.len())).then(|| Self::of(&factors))
     }
 
-    /// Means over rows times T; `None` where a channel is not measured.
+    /// Computes means over rows times T; `None` if a channel is not measured.
     pub fn values(self, signals: &Signals, motion: &CaseMotion) -> Option<Vec<f64>> {
         let period = signals.period_s();
         let mut product = vec![period; signals.rows];
@@ -380,12 +381,12 @@ impl Expression {
         Some(product)
     }
 
-    /// Its factors; those that are absent come last.
+    /// Factors; absent ones come last.
     pub fn parts(self) -> [Option<Factor>; 3] {
         self.0
     }
 
-    /// The same lag or decay with another time constant; `None` of an expression that is neither.
+    /// Replaces the time constant \[s\] of a lag or decay; `None` for other expressions.
     pub fn with_time_constant(self, constant_s: f64) -> Option<Self> {
         match self.0 {
             [Some(Factor::Lag(of, _)), None, None] => {
@@ -396,7 +397,7 @@ impl Expression {
         }
     }
 
-    /// Frequency of a sine or cosine in time, if that is all it is \[Hz\].
+    /// Frequency \[Hz\] of a single sine or cosine in time.
     pub fn wave_hz(self) -> Option<f64> {
         match self.0 {
             [Some(Factor::Sine(hz) | Factor::Cosine(hz)), None, None] => Some(hz),
@@ -404,7 +405,7 @@ impl Expression {
         }
     }
 
-    /// Time constant of a lag or a decay, if that is all it is \[s\].
+    /// Time constant \[s\] of a single lag or decay.
     pub fn time_constant_s(self) -> Option<f64> {
         match self.0 {
             [
@@ -417,7 +418,7 @@ impl Expression {
     }
 }
 
-/// Channels that move enough to be recognised.
+/// Channels that vary enough to be identifiable.
 fn moving_channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Channel> {
     use Channel::{Acceleration, Field, Force, Other, Rate, Warming};
     let triads: [OfAxis; 5] = [Rate, Acceleration, Force, Warming, Field];
@@ -430,7 +431,7 @@ fn moving_channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Channel> {
         .collect()
 }
 
-/// Each channel by itself.
+/// Expressions of one channel each.
 pub fn channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
     let channels = moving_channels(signals, is_moving).into_iter();
     channels
@@ -438,8 +439,8 @@ pub fn channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
         .collect()
 }
 
-/// Every expression that is tried on each gyro: channels and products of two, some of three, what goes with a channel's
-/// past, and shapes in time.
+/// All expressions tried on each gyro: channels and products of two, some of three, lags and integrals of channels, and
+/// functions of time.
 pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
     use Channel::{
         Acceleration, DitherAngle, DitherRate, Force, Other, Rate, Warming, WarmingRate,
@@ -467,7 +468,7 @@ pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
                 add(&[Of(a), Way(a)]);
                 add(&[Time, Of(a)]);
             }
-            // A reference whose clock gains on the gyros'.
+            // A clock of the reference that gains on that of the gyros.
             Acceleration(_) => add(&[Time, Of(a)]),
             Force(_) => {
                 add(&[Size(a)]);
@@ -533,7 +534,8 @@ pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
     all
 }
 
-/// What a channel must move by to be clearly elsewhere, of its root mean square about its mean: noise stays below.
+/// Hysteresis of [`Factor::Side`] and [`Factor::Way`], as a share of the channel's rms about its mean: noise stays
+/// below.
 const CLEARLY: f64 = 0.1;
 
 fn mean(values: &[f64]) -> f64 {
@@ -552,7 +554,7 @@ fn multiply(product: &mut [f64], values: &[f64]) {
     }
 }
 
-/// The sign that a channel had when it was last clearly off zero; before that, the first it will have.
+/// Sign of a channel with hysteresis about zero; before the first value off zero, the sign of that value.
 fn side(values: &[f64]) -> Vec<f64> {
     let least = CLEARLY * rms_about_mean(values);
     let first = values.iter().find(|value| value.abs() > least);
@@ -566,7 +568,7 @@ fn side(values: &[f64]) -> Vec<f64> {
     values.iter().map(follow).collect()
 }
 
-/// Whether a channel went up (1) or down (−1) since it last clearly turned; 0 before it first moves.
+/// Direction of a channel, up (1) or down (−1), since its last turning point; 0 before the first motion.
 fn way(values: &[f64]) -> Vec<f64> {
     let least = CLEARLY * rms_about_mean(values);
     let Some(&first) = values.first() else {
@@ -585,7 +587,7 @@ fn way(values: &[f64]) -> Vec<f64> {
     values.iter().map(follow).collect()
 }
 
-/// A first-order lag of `rows`, settled at the start.
+/// First-order lag of `rows`, settled at the start.
 fn lagged(values: &[f64], rows: f64) -> Vec<f64> {
     let keep = (-1.0 / rows).exp();
     let Some(&first) = values.first() else {
@@ -600,7 +602,7 @@ fn lagged(values: &[f64], rows: f64) -> Vec<f64> {
     values.iter().map(follow).collect()
 }
 
-/// The integral to the middle of each row, 0 at the start.
+/// Integral to the middle of each row, 0 at the start.
 fn integrated(values: &[f64], rate_hz: f64) -> Vec<f64> {
     let mut sum = 0.0;
     let follow = |value: &f64| {

@@ -1,5 +1,5 @@
-//! Effects with a number inside that no sum of columns gives: an order, a natural frequency, a time constant, which
-//! channels are multiplied. They are gone through in a grid, each point a place that the search has picked from.
+//! Effects with a nonlinear parameter (order, natural frequency, time constant, product of channels), searched on a
+//! grid; each point is one place in the price of a selection.
 
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
@@ -15,7 +15,7 @@ use crate::low_pass::{self, LowPass};
 use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
 use crate::signals::Signals;
 
-/// Candidates over columns of their own, in groups that share columns.
+/// Candidates over a pool of their own, in groups that share columns.
 pub struct Family {
     /// Columns.
     pub pool: Pool,
@@ -23,10 +23,11 @@ pub struct Family {
     pub groups: Vec<Vec<Candidate>>,
 }
 
-/// Encoders are known by few errors a turn: eccentricity (1, 2), magnet poles and gear teeth up to some dozens.
+/// Highest order of the search: encoders have few errors a turn, eccentricity (1, 2), magnet poles and gear teeth up to
+/// some dozens.
 const HIGHEST_ORDER: u32 = 72;
 
-/// Every order of every axis whose table turned through a radian of it.
+/// Every order of every axis about which the table's angle spans a radian or more of that order.
 pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
     let mut pool = Pool::default();
     let mut groups = Vec::new();
@@ -46,7 +47,7 @@ pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
     Family { pool, groups }
 }
 
-/// Sine and cosine of frequencies about one, a tenth of a period of the record apart, on one gyro.
+/// Sine and cosine on one gyro at frequencies around `hz`, a tenth of the inverse record length apart.
 ///
 /// A group's first member is the sine, its second the cosine.
 pub fn lines_about(hz: f64, gyro: usize, signals: &Signals) -> Family {
@@ -58,7 +59,7 @@ pub fn lines_about(hz: f64, gyro: usize, signals: &Signals) -> Family {
         .map(|step| hz + 0.1 * f64::from(step) / span_s)
         .filter(|hz| *hz > 0.0)
         .map(|hz| {
-            // A thousandth of a period of the record is read off no data.
+            // Rounded to a thousandth of the inverse record length, well within the resolution of the data.
             let digit = 10_f64.powf((1e3 * span_s).log10().ceil());
             let hz = (hz * digit).round() / digit;
             [Factor::Sine(hz), Factor::Cosine(hz)]
@@ -69,7 +70,7 @@ pub fn lines_about(hz: f64, gyro: usize, signals: &Signals) -> Family {
     Family { pool, groups }
 }
 
-/// Every expression on every gyro on which no listed effect is the same column.
+/// Every expression on every gyro without a listed effect of the same column.
 ///
 /// # Inputs
 /// `listed`: candidates of the catalogue over `pool`.
@@ -100,7 +101,7 @@ pub fn expressions(
     Family { pool: own, groups }
 }
 
-/// A lag or a decay with other time constants, an octave and less about its own.
+/// Lag or decay with other time constants, an octave or less from its own.
 pub fn time_constants_about(expression: Expression, gyro: usize, signals: &Signals) -> Family {
     const EIGHTHS: std::ops::RangeInclusive<i32> = -8..=8;
     let mut pool = Pool::default();
@@ -108,7 +109,7 @@ pub fn time_constants_about(expression: Expression, gyro: usize, signals: &Signa
         .time_constant_s()
         .map(|constant_s| {
             let other = |step: f64| {
-                // Four digits: it is read, and the data know no more.
+                // Rounded to four digits: for legibility, and beyond the precision of the data.
                 let seconds = constant_s * step.exp2();
                 let digit = 10_f64.powi(3 - seconds.log10().floor() as i32);
                 expression.with_time_constant((seconds * digit).round() / digit)
@@ -122,29 +123,29 @@ pub fn time_constants_about(expression: Expression, gyro: usize, signals: &Signa
     Family { pool, groups }
 }
 
-/// Response of a resonance at a frequency \[Hz\].
+/// Frequency response of a resonance at a frequency \[Hz\].
 pub type Response = fn(Resonance, f64) -> Complex64;
 
-/// A family of resonances as combinations of few responses.
+/// Family of resonances as linear combinations of few responses (truncated singular value decomposition).
 ///
-/// The grid's responses are nearly alike where the motion has no power; their strongest directions, weighed by it, stand
-/// for all of them.
+/// The grid's responses are nearly alike at frequencies without motion; the strongest singular vectors, weighted by the
+/// motion's power over the noise, span the family.
 pub struct Basis {
     /// Frequencies at which responses are tabulated \[Hz\].
     hz: Vec<f64>,
     /// Responses.
     responses: Vec<Vec<Complex64>>,
-    /// What one response is of each direction, row by row as the decomposition has them.
+    /// Left singular vectors: real parts, then imaginary parts, by frequency.
     left: DMatrix<f64>,
     /// Root of the motion's power over the noise at the tabulated frequencies.
     root: Vec<f64>,
     law: Response,
 }
 
-/// Growth of ln L below which a step is none.
+/// Growth of ln L below which the climb stops.
 const LEAST_STEP: f64 = 1e-3;
 
-/// A response by real and imaginary parts, each times the root of the motion's power over the noise.
+/// Real and imaginary parts of a response, each times the root of the motion's power over the noise.
 fn weighed(law: Response, resonance: Resonance, hz: &[f64], root: &[f64]) -> DVector<f64> {
     let count = hz.len();
     DVector::from_fn(2 * count, |row, _| {
@@ -154,15 +155,15 @@ fn weighed(law: Response, resonance: Resonance, hz: &[f64], root: &[f64]) -> DVe
     })
 }
 
-/// Directions that are kept; a grid of a hundred responses is then right to some 1e-3 of its strongest.
+/// Number of singular vectors kept; a grid of a hundred responses is then accurate to some 1e-3 of its strongest.
 const DIRECTIONS: usize = 12;
 
 impl Basis {
-    /// Decomposes a grid's responses.
+    /// Decomposes the responses of a grid.
     ///
     /// # Inputs
-    /// `law`: the response at a frequency \[Hz\]; `axes`: whose motion passes through it; `noise`: power of the noise that
-    /// it is seen beside, at a frequency \[Hz\], in any unit.
+    /// `law`: response at a frequency \[Hz\]; `axes`: axes of the motion through it; `noise`: power of the observation
+    /// noise at a frequency \[Hz\], in any unit.
     pub fn new(
         law: Response,
         grid: &[Resonance],
@@ -218,15 +219,15 @@ impl Basis {
         }
     }
 
-    /// What a resonance is of each direction.
+    /// Coefficients of a resonance along the directions.
     pub fn sizes(&self, resonance: Resonance) -> DVector<f64> {
         self.left
             .tr_mul(&weighed(self.law, resonance, &self.hz, &self.root))
     }
 
-    /// The resonances of the largest gains, the best first: by ever smaller steps about each of the best of the grid.
+    /// Refines the best points of the grid to local maxima of the gain, the best first.
     ///
-    /// A strong resonance has other maxima beside its own.
+    /// A strong resonance has secondary maxima besides its own.
     pub fn best(
         &self,
         grid: &[Resonance],
@@ -254,9 +255,9 @@ impl Basis {
     }
 }
 
-/// The top that is reached by ever smaller steps of frequency and damping.
+/// Climbs to a local maximum of the gain by decreasing steps of frequency and damping.
 fn climb(begin: (Resonance, f64), of: &impl Fn(Resonance) -> (Resonance, f64)) -> (Resonance, f64) {
-    /// Ratios of neighbours: as in the grid, halved each time.
+    /// Ratios of neighbours: those of the grid, reduced by half in each pass.
     const FREQUENCY: f64 = 1.2;
     const DAMPING: f64 = 3.0;
     const HALVINGS: i32 = 10;
@@ -288,7 +289,7 @@ impl Basis {
         self.responses.len()
     }
 
-    /// A direction's response at a frequency \[Hz\], between tabulated ones.
+    /// Response of a direction at a frequency \[Hz\], interpolated between tabulated ones.
     fn at(&self, direction: usize, hz: f64) -> Complex64 {
         let response = &self.responses[direction];
         let after = self.hz.partition_point(|other| *other <= hz);
@@ -303,13 +304,13 @@ impl Basis {
     }
 }
 
-/// Mounts about one axis: a column for each direction of a basis.
+/// Mounts about one axis: one column per direction of a basis.
 pub struct MountColumns<'a> {
     /// Responses.
     pub basis: &'a Basis,
     /// Motion.
     pub signals: &'a Signals,
-    /// About which axis.
+    /// Axis of the mount.
     pub axis: usize,
 }
 
@@ -328,19 +329,19 @@ impl Columns for MountColumns<'_> {
 }
 
 impl MountColumns<'_> {
-    /// A parameter for each direction, on every gyro.
+    /// Hypothesis of one parameter per direction, on every gyro.
     pub fn hypothesis(&self) -> Hypothesis {
         on_every_gyro(self.count(), self.axis, self.signals)
     }
 }
 
-/// One mount by its exact columns: its full response, and its derivatives by frequency and damping.
+/// One mount by its exact columns: complete response, and derivatives with respect to frequency and damping.
 pub struct ExactMount<'a> {
     /// Resonance.
     pub resonance: Resonance,
     /// Motion.
     pub signals: &'a Signals,
-    /// About which axis.
+    /// Axis of the mount.
     pub axis: usize,
 }
 
@@ -355,19 +356,20 @@ impl Columns for ExactMount<'_> {
 }
 
 impl ExactMount<'_> {
-    /// A parameter for each column, on every gyro.
+    /// Hypothesis of one parameter per column, on every gyro.
     pub fn hypothesis(&self) -> Hypothesis {
         on_every_gyro(self.count(), self.axis, self.signals)
     }
 }
 
-/// One low pass on a gyro's path by its exact columns: its full response, and its derivative by the time constant.
+/// One low pass on a gyro's path by its exact columns: complete response, and derivative with respect to the time
+/// constant.
 pub struct ExactLowPass<'a> {
     /// Low pass.
     pub low_pass: LowPass,
     /// Motion.
     pub signals: &'a Signals,
-    /// Whose path.
+    /// Gyro behind the low pass.
     pub gyro: usize,
 }
 
@@ -381,13 +383,12 @@ impl Columns for ExactLowPass<'_> {
     }
 }
 
-/// One high pass behind a gyro by its exact columns: its full response, and its derivative by the time constant.
+    /// Hypothesis of one parameter per column, on the gyro.
+    /// Hypothesis of the response alone.
+/// Hypothesis of one parameter for each of `count` columns of the case's motion about an axis.
 pub struct ExactHighPass<'a> {
-    /// High pass.
     pub high_pass: HighPass,
-    /// Motion.
     pub signals: &'a Signals,
-    /// Behind which gyro.
     pub gyro: usize,
 }
 
@@ -402,17 +403,13 @@ impl Columns for ExactHighPass<'_> {
     }
 }
 
-/// Exact columns of a filter of one gyro: a parameter for each, or for the response alone.
 pub trait OfOneGyro: Columns {
-    /// Which gyro, and its motion.
     fn of(&self) -> (usize, &Signals);
 
-    /// A parameter for each column, on the gyro.
     fn hypothesis(&self) -> Hypothesis {
         first_on_gyro(self.of(), self.count())
     }
 
-    /// The response alone.
     fn of_response(&self) -> Hypothesis {
         first_on_gyro(self.of(), 1)
     }
@@ -430,7 +427,6 @@ impl OfOneGyro for ExactHighPass<'_> {
     }
 }
 
-/// A parameter for each of the first `count` columns of what a gyro senses, on that gyro.
 fn first_on_gyro((gyro, signals): (usize, &Signals), count: usize) -> Hypothesis {
     let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
     let terms = (0..count).map(|column| Term {
@@ -441,7 +437,6 @@ fn first_on_gyro((gyro, signals): (usize, &Signals), count: usize) -> Hypothesis
     });
     Hypothesis::of_terms(count, terms.collect())
 }
-/// A parameter for each of `count` columns of what the case does about an axis.
 fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
     let terms = (0..count).flat_map(|column| {
         (0..3).map(move |gyro| Term {
@@ -457,18 +452,18 @@ fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
     )
 }
 
-/// Resonant suspensions of one gyro: for each of its two tilts a column for each direction of a basis.
+/// Resonant suspensions of one gyro: for each of its two tilts, one column per direction of a basis.
 pub struct SuspensionColumns<'a> {
     /// Responses.
     pub basis: &'a Basis,
     /// Motion.
     pub signals: &'a Signals,
-    /// Whose block.
+    /// Gyro of the block.
     pub gyro: usize,
 }
 
 impl SuspensionColumns<'_> {
-    /// The two axes about which the block tilts.
+    /// Two axes about which the block tilts.
     pub fn about(&self) -> [usize; 2] {
         match self.gyro {
             0 => [1, 2],
@@ -477,7 +472,7 @@ impl SuspensionColumns<'_> {
         }
     }
 
-    /// A parameter for each tilt and direction.
+    /// Hypothesis of one parameter per tilt and direction.
     pub fn hypothesis(&self) -> Hypothesis {
         let terms = (0..self.count()).map(|place| {
             let about = self.about()[place / self.basis.directions()];
@@ -502,7 +497,7 @@ impl Columns for SuspensionColumns<'_> {
         let directions = self.basis.directions();
         let about = self.about()[place / directions];
         let (_, senses) = tilt(self.gyro, about);
-        // Products of two other axes: nothing of the gyro's own noise is in them.
+        // Products of two other axes are free of the gyro's own noise.
         let motion = &self.signals.likeliest;
         let acceleration = motion.spectra[about]
             .middle_derivative_behind(1, |hz| self.basis.at(place % directions, hz));
@@ -516,7 +511,7 @@ impl Columns for SuspensionColumns<'_> {
     }
 }
 
-/// Laws of the two resonant kinds, as responses.
+/// Frequency responses of the two resonant kinds.
 pub const SUSPENSION: Response = |resonance, hz| resonance.suspension(hz, Part::Response);
 
 /// See [`SUSPENSION`].

@@ -1,11 +1,11 @@
 //! Effects that a model may lack, as hypotheses over design columns.
 //!
-//! [`signals`] holds the measured inputs and the motion derived from them; [`mod@column`] makes one design column of them;
-//! [`expression`] writes physics outside the catalogue as products of channels, [`resonance`] second-order systems, [`lock_in`] dead bands;
-//! [`entries`] is the catalogue, one row an effect; [`candidates`] spells its rows out for the search, with the price of
-//! each, `members` those with a number inside, `turned` a reference turned by more than a small angle; [`families`] are effects with a number inside
-//! (order, frequency, time constant) that is gone through in a grid; [`experiment`] is what a rate table could do next, in
-//! [`moves`], and what that would say of hypotheses.
+//! [`signals`] holds the measured inputs and the motion derived from them; [`mod@column`] computes one design column;
+//! [`expression`] holds effects outside the catalogue as products of channels, [`resonance`] second-order systems,
+//! [`lock_in`] dead bands; [`entries`] is the catalogue, one row per effect; [`candidates`] expands its rows into
+//! priced hypotheses for the search, `members` those with nonlinear parameters, `turned` a reference rotated by more
+//! than a small angle; [`families`] are effects with a nonlinear parameter (order, frequency, time constant), searched
+//! on a grid; [`experiment`] predicts the information of rate-table experiments, composed of [`moves`], on hypotheses.
 
 pub mod signals;
 

@@ -1,18 +1,19 @@
-//! Lock-in of a gyro that is not dithered: what a slow turn does not show.
+//! Lock-in of a gyro that is not dithered: angle lost in slow rotation.
 //!
-//! Adler's equation dψ/dt = S ω − S Ω_L sin ψ, S = 2π a pulse (Aronowitz, "The laser gyro", 1971, §V), at a rate that changes
-//! little in 1/(S Ω_L): an angular acceleration well below S Ω_L². Below the threshold Ω_L the beat stands still, above it runs at
-//! sgn(ω) √(ω² − Ω_L²) on the mean. Where it stops within a cycle is chance: each pass through rest leaves up to half a pulse
-//! either way. A dither makes a random walk of angle of that.
+//! Adler's equation dψ/dt = S ω − S Ω_L sin ψ, S = 2π per pulse (Aronowitz, "The laser gyro", 1971, §V), for a rate
+//! that changes little in 1/(S Ω_L): an angular acceleration well below S Ω_L². Below the threshold Ω_L the beat
+//! frequency is zero; above it the mean beat rate is sgn(ω) √(ω² − Ω_L²). The phase at which the beat stops within a
+//! cycle is random: each pass through rest leaves an error of up to half a pulse either way. A dither turns these
+//! errors into an angle random walk.
 
 use crate::signals::{CaseMotion, Signals, Triad};
 
-/// What of lock-in is asked for.
+/// Lost angle or its derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// The missing angle \[rad\].
+    /// Angle lost, as an addition to the increment \[rad\].
     Missing,
-    /// Its derivative by the threshold \[s\].
+    /// Derivative with respect to the threshold \[s\].
     ByThreshold,
 }
 
@@ -24,7 +25,7 @@ pub struct Threshold {
 }
 
 impl Threshold {
-    /// Thresholds a step of a quarter apart, from `least_rad_s` to `most_rad_s`.
+    /// Grid of thresholds in ratios of 1.25, from `least_rad_s` to `most_rad_s`.
     pub fn grid(least_rad_s: f64, most_rad_s: f64) -> Vec<Self> {
         const STEP: f64 = 1.25;
         std::iter::successors(Some(least_rad_s), |rate| Some(rate * STEP))
@@ -33,7 +34,7 @@ impl Threshold {
             .collect()
     }
 
-    /// What lock-in adds to the increments that a gyro senses, by row.
+    /// Computes the effect of lock-in on a gyro's increments by row \[rad\], or its derivative \[s\].
     ///
     /// # Assumptions
     /// The rate changes linearly within a row.
@@ -54,7 +55,7 @@ impl Threshold {
             .collect()
     }
 
-    /// Rows in which a gyro comes to its dead band: each leaves up to half a pulse of angle either way.
+    /// Rows in which a gyro enters its dead band: each leaves an angle error of up to half a pulse either way.
     pub fn stops(self, gyro: usize, signals: &Signals) -> Vec<usize> {
         let rate = |row: usize| along(&signals.independent.rate_rad_s, gyro, row, signals);
         let is_stop = |&row: &usize| {
@@ -64,12 +65,12 @@ impl Threshold {
         (1..signals.rows).filter(is_stop).collect()
     }
 
-    /// Mean over a row of the missing rate \[rad/s\] about a middle rate that changes by `change` within the row \[rad/s\], or its
-    /// derivative.
+    /// Mean over a row of the lost rate \[rad/s\], or its derivative, at a middle rate `rate` that changes by `change`
+    /// within the row \[rad/s\].
     fn mean(self, rate: f64, change: f64, part: Part) -> f64 {
-        /// From this many thresholds away the middle rate stands for the row.
+        /// Rates beyond this many thresholds use the middle rate for the whole row.
         const FAR: f64 = 8.0;
-        /// A steady rate is spread over this share of a threshold: the derivative has a pole there.
+        /// Spread of a steady rate, as a share of the threshold: the derivative has a pole there.
         const SPREAD: f64 = 1e-3;
         let half = 0.5 * change.abs().max(SPREAD * self.rad_s);
         let size = rate.abs();
@@ -89,7 +90,7 @@ impl Threshold {
         }
     }
 
-    /// Integral by rate from 0 of the beat's rate sgn(ω) √(ω² − Ω_L²), or of its derivative by Ω_L.
+    /// Integral by rate, from 0, of the beat rate sgn(ω) √(ω² − Ω_L²), or of its derivative with respect to Ω_L.
     fn integral(self, rate: f64, part: Part) -> f64 {
         let size = rate.abs();
         if size <= self.rad_s {
@@ -104,7 +105,7 @@ impl Threshold {
     }
 }
 
-/// What a gyro senses of a triad in the middle of a row.
+/// Component of a triad along a gyro's sensing axis in the middle of a row.
 fn along(triad: &Triad, gyro: usize, row: usize, signals: &Signals) -> f64 {
     (0..3)
         .map(|axis| signals.sensing_from_body[(gyro, axis)] * triad[axis][row])
@@ -115,7 +116,7 @@ fn along(triad: &Triad, gyro: usize, row: usize, signals: &Signals) -> f64 {
 mod tests {
     use super::{Part, Threshold};
 
-    /// Mean of the law over a row by ten thousand steps.
+    /// Mean of the law over a row, by ten thousand steps.
     fn stepped(rad_s: f64, rate: f64, change: f64) -> f64 {
         const STEPS: usize = 10_000;
         let at = |step: usize| {

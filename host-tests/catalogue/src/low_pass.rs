@@ -11,12 +11,12 @@ pub struct LowPass {
     pub time_s: f64,
 }
 
-/// A response, or how it changes with the time constant.
+/// Response or its derivative with respect to the time constant.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
     /// H − 1.
     Response,
-    /// Its derivative by the time constant \[1/s\].
+    /// Derivative with respect to the time constant \[1/s\].
     ByTime,
 }
 
@@ -24,12 +24,12 @@ pub enum Part {
 pub const PARTS: [Part; 2] = [Part::Response, Part::ByTime];
 
 impl LowPass {
-    /// H.
+    /// Complete response H at a frequency \[Hz\].
     pub fn whole(self, hz: f64) -> Complex64 {
         1.0 + self.beyond(hz, Part::Response)
     }
 
-    /// What the low pass adds to a rate at a frequency \[Hz\]: H − 1 = −iωτ/(1 + iωτ).
+    /// Additive part of the response at a frequency \[Hz\]: H − 1 = −iωτ/(1 + iωτ), or its derivative.
     pub fn beyond(self, hz: f64, part: Part) -> Complex64 {
         let omega = Complex64::new(0.0, TAU * hz);
         let below = 1.0 + omega * self.time_s;
@@ -40,7 +40,7 @@ impl LowPass {
     }
 }
 
-/// Time constants from a row to `longest_s`, an octave apart.
+/// Time constants from one row to `longest_s`, an octave apart.
 pub fn grid(period_s: f64, longest_s: f64) -> Vec<LowPass> {
     const STEP: f64 = 2.0;
     std::iter::successors(Some(period_s), |time_s| Some(time_s * STEP))

@@ -1,5 +1,5 @@
-//! One member at a time of the families of the catalogue: candidates with numbers inside their columns (order, frequency, time
-//! constant, threshold), made linear about a first value and made anew where an estimate says.
+//! Single members of the catalogue's families: candidates with nonlinear parameters (order, frequency, time constant,
+//! threshold), linearised about a first value and relinearised at an estimate.
 
 use rlg_inference::{Bound, Fixed, Hypothesis, Term};
 
@@ -14,7 +14,7 @@ use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
 use crate::signals::{AXES, Signals};
 use crate::stiffness;
 
-/// A candidate with numbers inside its columns, linear about the values in `base`, picked from `places`.
+/// Candidate with nonlinear parameters, linearised about the values in `base`, selected from `places`.
 fn about_values(
     kind: &'static str,
     (names, base): (Vec<String>, Vec<f64>),
@@ -42,9 +42,9 @@ fn about_values(
     }
 }
 
-/// What is known of a resonance's numbers at a row rate: beyond critical damping and half the row rate there is none.
+/// Bounds of a resonance's parameters at a row rate: at most critical damping and half the row rate.
 fn of_resonance(rate_hz: f64) -> impl Fn(&str) -> Bound {
-    /// A static flexure at its resonance; the typical one is 7e-8 s².
+    /// Prior standard deviation of a static flexure at resonance \[s²\]; a typical one is 7e-8 s².
     const LARGEST_FLEXURE_S2: f64 = 1e-4;
     move |name| {
         if name.ends_with("frequency_hz") {
@@ -66,31 +66,31 @@ fn of_resonance(rate_hz: f64) -> impl Fn(&str) -> Bound {
     }
 }
 
-/// A value moved by a step as far as it is to be trusted.
+/// Moves a value by a step, limited to the trust region of the linearisation.
 fn moved(value: f64, step: f64) -> f64 {
     const MOST_RATIO: f64 = 1.3;
     (value + step).clamp(value / MOST_RATIO, value * MOST_RATIO)
 }
 
-/// What is known of an encoder's error of one order \[rad\]: eccentricity of a cheap one is a degree, and none is six.
+/// Bound of an encoder's error of one order \[rad\]: eccentricity of a cheap one is a degree, and none reaches six.
 const OF_HARMONIC: Bound = Bound {
     std: 0.02,
     range: [-0.1, 0.1],
 };
 
-/// A number of one gyro inside columns that are made about its value.
+/// Nonlinear parameter of one gyro and its columns, linearised about a value.
 struct AboutValue {
     name: String,
     value: f64,
-    /// What it does at that value.
+    /// Column of the effect at that value.
     whole: Column,
-    /// Its derivative.
+    /// Derivative of the column.
     slope: Column,
 }
 
-/// What the families of the catalogue have one member of at a time.
+/// Single members of the catalogue's families.
 impl Pool {
-    /// The reference's error of an order, picked from `places`.
+    /// Error of the reference of one order, selected from `places`.
     pub fn harmonic(
         &mut self,
         axis: usize,
@@ -127,7 +127,7 @@ impl Pool {
         }
     }
 
-    /// An expression on one gyro, picked from `places`.
+    /// Expression on one gyro, selected from `places`.
     pub fn expression(
         &mut self,
         axis: usize,
@@ -145,8 +145,8 @@ impl Pool {
         of_one_term(UNLISTED, variant, "coefficient", term, places)
     }
 
-    /// A suspension with a resonance, picked from `places`: the six flexures, and the resonance about a first value, which
-    /// the flexures of `k_s2` make linear.
+    /// Resonant suspension, selected from `places`: the six flexures, and the resonance linearised about a first value
+    /// with the flexures `k_s2`.
     pub fn suspension(
         &mut self,
         resonance: Resonance,
@@ -199,8 +199,8 @@ impl Pool {
         )
     }
 
-    /// A soft mount, picked from `places`: about each axis that has one its full response, and the resonance about a first
-    /// value.
+    /// Soft mount, selected from `places`: the complete response about each axis with a mount, and its resonance
+    /// linearised about a first value.
     pub fn mount(
         &mut self,
         mount: [Option<Resonance>; 3],
@@ -247,8 +247,8 @@ impl Pool {
         )
     }
 
-    /// Low passes of first order, picked from `places`: on each gyro that has one its full response, and the time constant
-    /// about a first value.
+    /// First-order low passes, selected from `places`: the complete response of each gyro with a low pass, and its time
+    /// constant linearised about a first value.
     pub fn low_pass(
         &mut self,
         low_passes: [Option<LowPass>; 3],
@@ -270,8 +270,8 @@ impl Pool {
         }
     }
 
-    /// High passes of first order, picked from `places`: on each gyro that has one its full response, and the time constant
-    /// about a first value.
+    /// Lock-in, selected from `places`: the dead band of each gyro with a threshold, and the threshold linearised about
+    /// a first value.
     pub fn high_pass(
         &mut self,
         high_passes: [Option<HighPass>; 3],
@@ -293,7 +293,6 @@ impl Pool {
         self.on_gyros(HIGH_PASS, of_gyros, places, signals)
     }
 
-    /// Lock-in, picked from `places`: of each gyro that has a threshold the dead band, and the threshold about a first value.
     pub fn lock_in(
         &mut self,
         thresholds: [Option<Threshold>; 3],
@@ -312,7 +311,7 @@ impl Pool {
         self.on_gyros(LOCK_IN, of_gyros, places, signals)
     }
 
-    /// A number of each gyro that has one, by gyro, none of them below 0.
+    /// Candidate with one nonlinear parameter, at least 0, for each gyro that has one.
     fn on_gyros(
         &mut self,
         kind: &'static str,
@@ -346,10 +345,11 @@ impl Pool {
         about_values(kind, (names, base), (terms, fixed), possible, places)
     }
 
-    /// Makes late pickoffs linear about delays: their parameters are all that they are late by beside `known_s` still.
+    /// Linearises pickoff delays about known and found delays: the parameters are the total delays beyond `known_s`.
     ///
     /// # Inputs
-    /// `candidate`: of this pool, linear about no delay; `known_s`: what the model knows; `found_s`: what was found beside.
+    /// `candidate`: of this pool, linearised about zero delay; `known_s`: delays in the model; `found_s`: delays found
+    /// beyond them.
     pub fn about_late_pickoff(
         &mut self,
         candidate: &mut Candidate,
@@ -373,10 +373,10 @@ impl Pool {
         }
     }
 
-    /// A candidate that is no row of the catalogue over these signals, its columns made where `estimate` says; `None` of a row.
+    /// Relinearises a candidate at `estimate` over these signals; `None` for a row of the catalogue.
     ///
     /// # Inputs
-    /// `estimate`: its parameters beyond [`Candidate::base`].
+    /// `estimate`: its parameters relative to [`Candidate::base`].
     pub fn again(
         &mut self,
         candidate: &Candidate,
@@ -417,7 +417,7 @@ impl Pool {
         }
     }
 
-    /// A candidate over columns of another pool, its columns placed here.
+    /// Copies a candidate of another pool into this one, with its columns.
     pub fn adopt(&mut self, candidate: &Candidate, columns: &[Sensed]) -> Candidate {
         let mut adopted = candidate.clone();
         adopted.hypothesis.requires = None;
@@ -432,8 +432,8 @@ impl Pool {
 }
 
 impl Candidate {
-    /// The resonance whose frequency and damping are parameters `first` and the next, moved by an estimate as far as it is
-    /// to be trusted.
+    /// Resonance with frequency and damping in parameters `first` and the next, moved by an estimate within the trust
+    /// region.
     fn moved(&self, first: usize, estimate: &[f64]) -> Resonance {
         const DAMPINGS: [f64; 2] = [1e-3, CRITICAL];
         let damping = self.base[first + 1];
@@ -445,7 +445,7 @@ impl Candidate {
         }
     }
 
-    /// The thresholds of the gyros, if it is lock-in, moved by an estimate as far as it is to be trusted.
+    /// Thresholds of the gyros of a lock-in candidate, moved by an estimate within the trust region.
     pub fn thresholds(&self, estimate: &[f64]) -> [Option<Threshold>; 3] {
         self.values(estimate)
             .map(|value| value.map(|rad_s| Threshold { rad_s }))
@@ -459,7 +459,8 @@ impl Candidate {
         })
     }
 
-    /// The low passes of the gyros, if it is some, moved by an estimate as far as it is to be trusted; none of no length.
+    /// Low passes of the gyros of a low-pass candidate, moved by an estimate within the trust region; `None` for a time
+    /// constant of 0.
     pub fn low_passes(&self, estimate: &[f64]) -> [Option<LowPass>; 3] {
         std::array::from_fn(|gyro| {
             let name = format!("{}_pole_s", AXES[gyro]);
@@ -472,7 +473,7 @@ impl Candidate {
         })
     }
 
-    /// The mounts about the axes, if it is a mount.
+    /// Mounts about the axes of a mount candidate, moved by an estimate within the trust region.
     pub fn mounts(&self, estimate: &[f64]) -> [Option<Resonance>; 3] {
         std::array::from_fn(|axis| {
             let name = format!("{}_frequency_hz", AXES[axis]);

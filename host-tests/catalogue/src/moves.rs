@@ -1,22 +1,23 @@
-//! Computes the moves of an experiment in closed form.
+//! Moves of an experiment in closed form.
 //!
-//! From a move and the time since its beginning it gives the body rate \[rad/s\] and its derivative \[rad/s²\], body
-//! frame. A three-axis table makes the move by following these rates; what its gimbals do is its controller's business.
+//! The body rate \[rad/s\] and its derivative \[rad/s²\], body frame, are functions of a move and of the time since its
+//! beginning. A three-axis table follows these rates; the gimbal angles are left to its controller.
 //!
-//! Spin: steady rate Ω about one axis, oscillation of the same frequency about another: the tilt K_ij α_j of the
-//! third gyro meets Ω, and reversing Ω reverses it alone. Cone: rates in quadrature across an axis.
+//! Spin: steady rate Ω about one axis and an oscillation of the same frequency about another: the tilt K_ij α_j of the
+//! third gyro is multiplied by Ω, and a reversal of Ω reverses only that product. Cone: rates in quadrature across an
+//! axis.
 
 use std::f64::consts::TAU;
 
 use rlg_signal::axes::Triad;
 use rlg_signal::derivatives::row_means;
 
-/// What a move does.
+/// Kinds of motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Kind {
     /// Rest.
     Still,
-    /// A cone about `axis`; a negative frequency runs the other way round.
+    /// Cone about `axis`; a negative frequency reverses its sense.
     Coning {
         /// 0, 1, 2 for x, y, z.
         axis: usize,
@@ -25,7 +26,7 @@ pub enum Kind {
         /// Half-angle \[rad\].
         angle_rad: f64,
     },
-    /// A spin about `axis` with an oscillation about `across`.
+    /// Spin about `axis` with an oscillation about `across`.
     Spin {
         /// 0, 1, 2 for x, y, z.
         axis: usize,
@@ -45,7 +46,7 @@ pub enum Kind {
 /// One move.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Move {
-    /// What it does.
+    /// Motion.
     pub kind: Kind,
     /// Duration, ramps included \[s\].
     pub duration_s: f64,
@@ -53,10 +54,10 @@ pub struct Move {
     pub ramp_s: f64,
 }
 
-/// Steepest slope of the step 35x⁴ − 84x⁵ + 70x⁶ − 20x⁷, at its middle.
+/// Steepest slope of the smooth step 35x⁴ − 84x⁵ + 70x⁶ − 20x⁷, at its middle.
 pub const STEEPEST: f64 = 2.1875;
 
-/// The step and its slope.
+/// Smooth step and its slope.
 fn step(x: f64) -> (f64, f64) {
     if x >= 1.0 {
         return (1.0, 0.0);
@@ -69,7 +70,7 @@ fn step(x: f64) -> (f64, f64) {
 }
 
 impl Move {
-    /// Rate and angular acceleration `time_s` after the beginning.
+    /// Rate \[rad/s\] and angular acceleration \[rad/s²\] at `time_s` after the beginning.
     pub fn at(&self, time_s: f64) -> ([f64; 3], [f64; 3]) {
         let (mut rate, mut acceleration) = ([0.0; 3], [0.0; 3]);
         let rising = 2.0 * time_s <= self.duration_s;
@@ -116,7 +117,7 @@ impl Move {
         (rate, acceleration)
     }
 
-    /// Whether it is the first of its kind: not rest, and not the other sense of a spin.
+    /// True for the first move of its kind: neither rest nor the negative sense of a spin.
     pub fn leads(&self) -> bool {
         match self.kind {
             Kind::Still => false,
@@ -125,9 +126,9 @@ impl Move {
         }
     }
 
-    /// The greatest rate and angular acceleration about any axis over the move.
+    /// Greatest rate \[rad/s\] and angular acceleration \[rad/s²\] about any axis over the move.
     pub fn greatest(&self) -> (f64, f64) {
-        /// Instants a second: a fiftieth of the period of the fastest oscillation that tables follow.
+        /// Sampling of the search \[Hz\]: fifty samples per period of the fastest oscillation that tables follow.
         const LOOKS_HZ: f64 = 2000.0;
         let looks = (self.duration_s * LOOKS_HZ) as usize;
         (0..=looks).fold((0.0, 0.0), |most: (f64, f64), look| {
@@ -141,7 +142,7 @@ impl Move {
     }
 }
 
-/// Increments of the case by row over moves that follow one another \[rad\].
+/// Computes the case's increments by row over consecutive moves \[rad\].
 pub fn increments_rad(moves: &[Move], rate_hz: f64) -> Triad {
     let mut rate_rad_s = Triad::default();
     for one in moves {

@@ -1,29 +1,29 @@
-//! Second-order systems between what moves and what is measured.
+//! Second-order systems between motion and measurement.
 
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex64;
 
-/// A natural frequency with its damping.
+/// Natural frequency and damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Resonance {
     /// Undamped natural frequency \[Hz\].
     pub hz: f64,
-    /// Share of critical damping \[1\].
+    /// Damping ratio ζ \[1\].
     pub damping: f64,
 }
 
-/// Damping beyond which nothing swings: what is more damped is a low pass.
+/// Critical damping ratio \[1\]: a system damped more does not oscillate and is a low pass.
 pub const CRITICAL: f64 = 1.0;
 
-/// A response, or how it changes with the resonance.
+/// Response or its derivative with respect to a parameter of the resonance.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Part {
-    /// The response itself.
+    /// Response.
     Response,
-    /// Its derivative by the natural frequency \[1/Hz\].
+    /// Derivative with respect to the natural frequency \[1/Hz\].
     ByFrequency,
-    /// Its derivative by the damping.
+    /// Derivative with respect to the damping ratio \[1\].
     ByDamping,
 }
 
@@ -40,7 +40,7 @@ impl Resonance {
         )
     }
 
-    /// Derivatives of the denominator by frequency \[Hz\] and damping.
+    /// Derivatives of the denominator with respect to frequency \[Hz\] and damping ratio.
     fn slopes(self, hz: f64) -> [Complex64; 2] {
         let (omega, natural) = (TAU * hz, TAU * self.hz);
         [
@@ -49,7 +49,7 @@ impl Resonance {
         ]
     }
 
-    /// A suspension's tilt over its stiff one: Ω0²/(Ω0² − ω² + 2iζΩ0ω).
+    /// Tilt of a suspension over that of a stiff one: Ω0²/(Ω0² − ω² + 2iζΩ0ω), or its derivative.
     pub fn suspension(self, hz: f64, part: Part) -> Complex64 {
         let below = self.denominator(hz);
         let natural = TAU * self.hz;
@@ -62,12 +62,12 @@ impl Resonance {
         }
     }
 
-    /// A soft mount's whole response, and 1 far below the resonance.
+    /// Complete response of a soft mount; 1 far below the resonance.
     pub fn whole(self, hz: f64) -> Complex64 {
         1.0 + self.beyond_mount(hz, Part::Response)
     }
 
-    /// What an isolated case does beyond its reference: H − 1 = ω²/(ω0² − ω² + 2iζω0ω).
+    /// Motion of an isolated case relative to its reference: H − 1 = ω²/(ω0² − ω² + 2iζω0ω), or its derivative.
     pub fn beyond_mount(self, hz: f64, part: Part) -> Complex64 {
         let below = self.denominator(hz);
         let omega = TAU * hz;
@@ -81,7 +81,7 @@ impl Resonance {
     }
 }
 
-/// Natural frequencies a step of a fifth apart, from `least_hz` to `most_hz`, with light to heavy damping.
+/// Grid of natural frequencies in ratios of 1.2, from `least_hz` to `most_hz`, each with light to heavy damping.
 pub fn grid(least_hz: f64, most_hz: f64) -> Vec<Resonance> {
     const STEP: f64 = 1.2;
     const DAMPINGS: [f64; 4] = [0.01, 0.04, 0.15, 0.5];

@@ -19,10 +19,10 @@ pub const AXES: [&str; 3] = ["x", "y", "z"];
 /// A channel on the three body axes, `[axis][row]`.
 pub type Triad = [Vec<f64>; 3];
 
-/// Temperature of a block changes more slowly than this \[Hz\]; what is faster is the converter's noise.
+/// Upper edge of the band of a block's temperature \[Hz\]; faster variation is noise of the converter.
 const THERMAL_EDGE_HZ: f64 = 0.5;
 
-/// Inputs as they were measured.
+/// Measured inputs.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Inputs<'a> {
     /// Specific force, row means \[m/s²\].
@@ -31,30 +31,30 @@ pub struct Inputs<'a> {
     pub temperature_k: Option<&'a Triad>,
     /// Magnetic flux density \[T\].
     pub magnetic_t: Option<&'a Triad>,
-    /// Turn from the felt force to the reference's vertical, by body axis \[1\].
+    /// Rotation from the measured specific force to the reference's vertical, by body axis \[1\].
     pub off_vertical: Option<&'a Triad>,
-    /// Block relative to case at row ends \[rad\], one entry more than rows.
+    /// Angle of block against case at row ends \[rad\], one entry more than rows.
     pub pickoff_rad: Option<&'a Triad>,
-    /// Channels of unknown quantity, by name.
+    /// Channels of unclassified quantity, by name.
     pub others: &'a [(String, Vec<f64>)],
-    /// When the first row begins on the recording's clock \[s\].
+    /// Start of the first row on the recording's clock \[s\].
     pub start_s: f64,
-    /// Where the rows stand in a longer recording that they are a part of.
+    /// Origin in the longer recording that the rows are a part of.
     pub origin: Option<&'a Origin>,
 }
 
-/// What stands between the reference and what a gyro turns with.
+/// Transfer path from the reference to the rotation that each gyro senses.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Path {
-    /// How late each gyro is against the reference \[s\].
+    /// Delay of each gyro after the reference \[s\].
     pub delay_s: [f64; 3],
-    /// The soft mount between reference and case about each axis.
+    /// Soft mount between reference and case about each axis.
     pub mount: [Option<Resonance>; 3],
-    /// The low pass on each gyro's path.
+    /// Low pass on each gyro's path.
     pub low_pass: [Option<LowPass>; 3],
 }
 
-/// The case's motion as the gyros saw it, behind the path, and what derives from it.
+/// Motion of the case after the path, and its derivatives.
 pub struct CaseMotion {
     /// Increments \[rad\].
     pub case_rad: Triad,
@@ -62,13 +62,13 @@ pub struct CaseMotion {
     pub rate_rad_s: Triad,
     /// Angular acceleration at row middles \[rad/s²\].
     pub acceleration_rad_s2: Triad,
-    /// Of the mean rates, for further derivatives.
+    /// Spectra of the mean rates, for further derivatives.
     pub spectra: [Spectrum; 3],
 }
 
 impl CaseMotion {
     /// # Inputs
-    /// `case_rad`: increments behind the path \[rad\].
+    /// `case_rad`: increments after the path \[rad\].
     pub fn new(case_rad: Triad, rate_hz: f64) -> Self {
         let spectra: [Spectrum; 3] = std::array::from_fn(|axis| {
             let rates: Vec<f64> = case_rad[axis].iter().map(|angle| angle * rate_hz).collect();
@@ -83,22 +83,22 @@ impl CaseMotion {
     }
 }
 
-/// Which estimate of the motion a column is made of.
+/// Estimate of the motion from which a column is computed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Estimate {
-    /// The one that shares no noise with the residual of its own axis: what an effect is tried with on that gyro.
+    /// Estimate whose noise is independent of the residual of its own axis: for candidate effects on that gyro.
     Independent,
-    /// The likeliest one: what an effect is tried with on gyros whose residual shares no noise with it, and what a
-    /// nonlinear effect that is known adds.
+    /// Most likely estimate: for candidate effects on gyros whose residual shares no noise with it, and for known
+    /// nonlinear effects.
     Likeliest,
-    /// The reference as it was measured, noise and all: what a linear effect that is known adds. What it makes of the motion
-    /// it makes of the noise, and no part of the motion stays behind.
+    /// Reference as measured, noise included: for known linear effects, which filter motion and noise of the reference
+    /// alike and leave no part of the motion in the residual.
     Measured,
 }
 
-/// Estimates of the motion that columns are made of.
+/// Estimates of the motion from which columns are computed.
 pub struct Motions {
-    /// Increments of the reference \[rad\] behind what the model knows of the path, noise and all.
+    /// Increments of the reference \[rad\] after the model's known path, noise included.
     pub measured_rad: Arc<Triad>,
     /// See [`Estimate::Independent`].
     pub independent: CaseMotion,
@@ -109,10 +109,10 @@ pub struct Motions {
 }
 
 impl Motions {
-    /// One motion for all three, where no other is known.
+    /// Uses one motion for all three estimates if no other is known.
     ///
     /// # Inputs
-    /// `case_rad`: increments of the case \[rad\]; `dither_rad`: of the blocks against it.
+    /// `case_rad`: increments of the case \[rad\]; `dither_rad`: increments of the blocks against it \[rad\].
     pub fn of_one(case_rad: Arc<Triad>, dither_rad: Option<Triad>, rate_hz: f64) -> Self {
         let case = || CaseMotion::new((*case_rad).clone(), rate_hz);
         Self {
@@ -125,7 +125,7 @@ impl Motions {
 }
 
 impl<'a> Inputs<'a> {
-    /// The channels of aligned rows.
+    /// Takes the channels of aligned rows.
     pub fn of(streams: &'a Streams) -> Self {
         Self {
             force_m_s2: streams.force_m_s2.as_ref(),
@@ -140,50 +140,52 @@ impl<'a> Inputs<'a> {
     }
 }
 
-/// What columns are made of.
+/// Signals from which columns are computed.
 pub struct Signals {
-    /// Rows per second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
     /// Number of rows.
     pub rows: usize,
-    /// When the first row begins on the recording's clock \[s\].
+    /// Start of the first row on the recording's clock \[s\].
     pub start_s: f64,
-    /// Time from the recording's beginning to the first row \[s\]: 0 but in a part of a longer one.
+    /// Time from the recording's beginning to the first row \[s\]: 0 except in a part of a longer recording.
     pub elapsed_s: f64,
-    /// Increments of the reference \[rad\] behind what the model knows of the path, noise and all.
+    /// Increments of the reference \[rad\] after the model's known path, noise included.
     pub measured_rad: Arc<Triad>,
-    /// What lies between that and the gyros besides.
+    /// Further path from there to the gyros.
     pub path: Path,
-    /// The motion that shares no noise with the residual of its own axis.
+    /// See [`Estimate::Independent`].
     pub independent: CaseMotion,
-    /// The likeliest motion.
+    /// See [`Estimate::Likeliest`].
     pub likeliest: CaseMotion,
     /// Specific force \[m/s²\].
     pub force_m_s2: Option<Triad>,
-    /// Temperature since the recording's beginning \[K\].
+    /// Temperature change since the recording's beginning \[K\].
     pub warming_k: Option<Triad>,
     /// Magnetic flux density \[T\].
     pub magnetic_t: Option<Triad>,
-    /// Turn from the felt force to the reference's vertical, by body axis: (f/|f|) × up \[1\]. Known beside attitudes alone.
+    /// Rotation from the measured specific force to the reference's vertical, by body axis: (f/|f|) × up \[1\]. Known
+    /// only with attitude references.
     pub off_vertical: Option<Triad>,
-    /// Increments of block against case \[rad\], conditioned like the motion.
+    /// Increments of block against case \[rad\], filtered like the motion.
     pub dither_rad: Option<Triad>,
     /// Pickoff angle at row ends \[rad\].
     pub pickoff_rad: Option<Triad>,
-    /// Channels of unknown quantity, by name.
+    /// Channels of unclassified quantity, by name.
     pub others: Vec<(String, Vec<f64>)>,
-    /// Scale error of the model \[1\], for the 1/(1 − s_i) of sensed increments.
+    /// Scale error of the model \[1\], for the factor 1/(1 − s_i) of sensed increments.
     pub scale_error: [f64; 3],
-    /// Rates along the sensing axes from body rates: the inverse of Eq. (7)'s matrix.
+    /// Sensing-axis rates from body rates: the inverse of the matrix of Eq. (7).
     pub sensing_from_body: Matrix3<f64>,
-    /// The same with all that has been found besides: whose noise a gyro's residual holds.
+    /// The same with all effects found so far: determines the axes whose noise is in a gyro's residual.
     pub shared: Matrix3<f64>,
-    /// Of the body against the start in the middle of each row; single precision is that of the columns in the sums.
+    /// Rotation from the start frame to the body frame in the middle of each row; single precision, as the columns in
+    /// the sums.
     attitude: Vec<UnitQuaternion<f32>>,
 }
 
 impl Signals {
-    /// Derives what the columns need.
+    /// Derives the inputs of the columns.
     pub fn new(
         rate_hz: f64,
         motions: Motions,
@@ -236,11 +238,11 @@ impl Signals {
         }
     }
 
-    /// What columns are made of where the motion shares no noise with the residual, and the path is direct.
+    /// Builds the signals of a motion whose noise is not in the residual, with a direct path.
     ///
     /// # Inputs
-    /// `case_rad`: increments of the case; `dither_rad`: of the blocks against it; `inputs`: other channels; `scale_error`,
-    /// `sensing_from_body`: of the model.
+    /// `case_rad`: increments of the case \[rad\]; `dither_rad`: increments of the blocks against it \[rad\]; `inputs`:
+    /// other channels; `scale_error`, `sensing_from_body`: of the model.
     pub fn of_known(
         (case_rad, dither_rad): (Triad, Option<Triad>),
         inputs: Inputs,
@@ -260,7 +262,8 @@ impl Signals {
         )
     }
 
-    /// What a gyro senses of the measured reference \[rad\], less its scale error, behind the mounts about each axis.
+    /// Computes the sensed increments of a gyro from the measured reference \[rad\], after the mount about each axis
+    /// and without the scale factor 1/(1 − s_i).
     pub fn measured_along_rad(&self, gyro: usize) -> Vec<f64> {
         let mut sum = vec![0.0; self.rows];
         for (axis, values) in self.measured_rad.iter().enumerate() {
@@ -275,12 +278,13 @@ impl Signals {
         sum
     }
 
-    /// One row's period \[s\].
+    /// Row period \[s\].
     pub fn period_s(&self) -> f64 {
         1.0 / self.rate_hz
     }
 
-    /// Component along body `axis` of a unit vector fixed in space that lay along body axis `at_start`.
+    /// Computes the component along body `axis` of a unit vector fixed in space that lay along body axis `at_start` at
+    /// the start.
     pub fn space_vector(&self, at_start: usize, axis: usize) -> Vec<f64> {
         self.attitude
             .iter()
@@ -290,25 +294,25 @@ impl Signals {
 }
 
 impl Path {
-    /// Whether nothing lies between the reference and a gyro.
+    /// True if reference and gyro have no delay, mount or low pass between them.
     pub fn is_direct(&self, axis: usize) -> bool {
         self.delay_s[axis] == 0.0 && self.mount[axis].is_none() && self.low_pass[axis].is_none()
     }
 
-    /// The delay of the largest size \[s\].
+    /// Delay of the largest magnitude \[s\].
     pub fn longest_delay_s(&self) -> f64 {
         let by_size = |a: &f64, b: &f64| a.abs().total_cmp(&b.abs());
         self.delay_s.into_iter().max_by(by_size).unwrap_or_default()
     }
 
-    /// Its response about an axis at a frequency \[Hz\].
+    /// Frequency response about an axis at a frequency \[Hz\].
     pub fn response(&self, axis: usize, hz: f64) -> Complex64 {
         let mount = self.mount[axis].map_or(Complex64::ONE, |mount| mount.whole(hz));
         let low_pass = self.low_pass[axis].map_or(Complex64::ONE, |one| one.whole(hz));
         late(self.delay_s[axis], hz) * mount * low_pass
     }
 
-    /// The reference's increments about an axis behind it \[rad\].
+    /// Applies the path to the reference's increments about an axis \[rad\].
     pub fn along<'a>(&self, axis: usize, reference_rad: &'a [f64], rate_hz: f64) -> Cow<'a, [f64]> {
         if self.is_direct(axis) {
             return Cow::Borrowed(reference_rad);
@@ -316,7 +320,7 @@ impl Path {
         Self::through(reference_rad, rate_hz, |hz| self.response(axis, hz)).into()
     }
 
-    /// The reference's increments about an axis from those behind it \[rad\].
+    /// Removes the path from increments about an axis \[rad\]: the inverse of [`Path::along`].
     pub fn before<'a>(&self, axis: usize, case_rad: &'a [f64], rate_hz: f64) -> Cow<'a, [f64]> {
         if self.is_direct(axis) {
             return Cow::Borrowed(case_rad);
@@ -324,7 +328,7 @@ impl Path {
         Self::through(case_rad, rate_hz, |hz| self.response(axis, hz).inv()).into()
     }
 
-    /// Increments behind a linear system.
+    /// Applies a linear system to increments \[rad\].
     pub fn through(
         values_rad: &[f64],
         rate_hz: f64,
@@ -334,7 +338,7 @@ impl Path {
     }
 }
 
-/// Response of a delay \[s\] at a frequency \[Hz\].
+/// Frequency response of a delay \[s\] at a frequency \[Hz\].
 pub fn late(delay_s: f64, hz: f64) -> Complex64 {
     if delay_s == 0.0 {
         return Complex64::ONE;
@@ -342,7 +346,7 @@ pub fn late(delay_s: f64, hz: f64) -> Complex64 {
     Complex64::from_polar(1.0, -std::f64::consts::TAU * hz * delay_s)
 }
 
-/// Temperature of each block in the first row, in the band in which a block changes \[K\].
+/// Temperature of each block in the first row, low-passed to the thermal band \[K\].
 ///
 /// # Inputs
 /// `temperature_k`: from the recording's beginning on, two seconds at least.
@@ -353,7 +357,7 @@ pub fn start_temperature_k(temperature_k: &Triad, rate_hz: f64) -> [f64; 3] {
     })
 }
 
-/// Temperature in the band in which a block changes, above `start_k` or the first row \[K\].
+/// Temperature rise above `start_k`, or above the first row, low-passed to the thermal band \[K\].
 fn warming(temperature_k: &[f64], start_k: Option<f64>, rate_hz: f64) -> Vec<f64> {
     let first_k = temperature_k[0];
     let values: Vec<f64> = temperature_k.iter().map(|value| value - first_k).collect();
@@ -368,7 +372,7 @@ fn warming(temperature_k: &[f64], start_k: Option<f64>, rate_hz: f64) -> Vec<f64
     slow.iter().map(|value| value - start).collect()
 }
 
-/// Attitude in the middle of each row against the recording's beginning, from the increments alone.
+/// Integrates the increments alone to the attitude in the middle of each row: start frame to body.
 fn attitude(case_rad: &Triad, at_first: UnitQuaternion<f64>) -> Vec<UnitQuaternion<f32>> {
     let mut start_from_body = at_first;
     (0..case_rad[0].len())

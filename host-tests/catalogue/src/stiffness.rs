@@ -1,8 +1,9 @@
-//! The largest flexure that a block can have which follows a motion as a spring without inertia does.
+//! Largest flexure of a block that follows the motion quasi-statically, as a spring without inertia.
 //!
-//! K = J/k is 1/Ω0²: a block of flexure K rings at f0 = 1/(2π√K). Static flexure is its law below f0 alone. Where half the
-//! power of the angular acceleration lies at or above the f0 that a K implies, most of the motion would find the block
-//! ringing, and what reads as this K is something else: mostly a low pass, which against attitudes is like K = v/2.
+//! K = J/k is 1/Ω0²: a block of flexure K resonates at f0 = 1/(2π√K). The static law holds only below f0. If half the
+//! power of the angular acceleration lies at or above the f0 implied by an estimate of K, most of the motion would
+//! excite the resonance, and the estimate is due to another effect: mostly a low pass, which with an attitude reference
+//! is like K = v/2.
 
 use std::f64::consts::TAU;
 
@@ -11,11 +12,11 @@ use rlg_inference::Bound;
 use crate::resonance::Resonance;
 use crate::signals::Signals;
 
-/// Kinds of static flexure: in proportion, and in the cube of the angular acceleration.
+/// Kinds of static flexure: linear and cubic in the angular acceleration.
 const STATIC: &str = "axis_flexure";
 const CUBIC: &str = "axis_flexure_cubic";
 
-/// The largest K about each axis \[s²\]; infinite where nothing moves.
+/// Largest K about each axis \[s²\]; infinite without motion.
 fn largest_s2(signals: &Signals) -> [f64; 3] {
     std::array::from_fn(|axis| {
         let median_hz = signals.independent.spectra[axis].median_hz(1);
@@ -23,11 +24,11 @@ fn largest_s2(signals: &Signals) -> [f64; 3] {
     })
 }
 
-/// What the largest values of a kind are about each axis; `None` of kinds that are no static flexure.
+/// Largest values of a kind about each axis; `None` for kinds other than static flexure.
 pub(crate) fn largest(kind: &str, signals: &Signals) -> Option<[f64; 3]> {
     match kind {
         STATIC => Some(largest_s2(signals)),
-        // A sine of amplitude A, mean square A²/2, finds a spring of Q α³ as soft as one of K = (3/4) Q A².
+        // A sine of amplitude A, mean square A²/2, makes a spring of Q α³ equivalent to one of K = (3/4) Q A².
         CUBIC => Some(std::array::from_fn(|axis| {
             let acceleration = &signals.independent.acceleration_rad_s2[axis];
             let squares: f64 = acceleration.iter().map(|one| one * one).sum();
@@ -38,7 +39,7 @@ pub(crate) fn largest(kind: &str, signals: &Signals) -> Option<[f64; 3]> {
     }
 }
 
-/// What is known of a parameter ij of a kind, where j has a largest value.
+/// Restricts the bound of a parameter ij of a kind to the largest value about axis j, if there is one.
 pub(crate) fn within(bound: Bound, name: &str, largest: Option<[f64; 3]>) -> Bound {
     let about = name.chars().nth(1).and_then(|axis| "xyz".find(axis));
     let most = largest.zip(about).map(|(largest, about)| largest[about]);
@@ -51,8 +52,8 @@ pub(crate) fn within(bound: Bound, name: &str, largest: Option<[f64; 3]>) -> Bou
     }
 }
 
-/// The largest flexures of a suspension whose resonance is known: those of a block that rings there, or of a stiffer one that
-/// the motion does not tell from it.
+/// Largest flexures of a suspension whose resonance is known: those of a block that resonates there, or of a stiffer
+/// block that the motion cannot distinguish from a static one.
 pub(crate) fn largest_of_mode(resonance: Resonance, signals: &Signals) -> [f64; 3] {
     let own = (TAU * resonance.hz).powi(-2);
     largest_s2(signals).map(|most| most.max(own))
@@ -68,7 +69,7 @@ mod tests {
     use super::{largest, within};
     use crate::signals::{Inputs, Signals};
 
-    /// A case that oscillates about x at a frequency, and about the others at half of it.
+    /// Signals of a case that oscillates about x at a frequency and about y and z at half of it.
     fn signals(hz: f64) -> Signals {
         const RATE_HZ: f64 = 1000.0;
         let sine = |hz: f64| -> Vec<f64> {

@@ -1,6 +1,6 @@
-//! A turned reference: a rotation, of which what is linear in its angles is all there is to see only while they are small.
+//! Rotated reference: a rotation beyond the small angles for which its linear term suffices.
 //!
-//! A reference turned by the rotation vector r reads Rᵀ(r) ω, so that the case turns with ω = R(r) m of its reading m.
+//! A reference rotated by the rotation vector r outputs m = Rᵀ(r) ω, so that the case rotates with ω = R(r) m.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -14,10 +14,10 @@ use crate::signals::{AXES, Signals};
 /// The contract's kind.
 pub const TURNED: &str = "reference_misalignment";
 
-/// The kind that scales what a turned reference reads.
+/// Kind of the scale error of a reference, rotated or not.
 const STRETCHED: &str = "reference_scale";
 
-/// What a rotation adds to the reference's reading: R(r) − 1.
+/// Computes the increment of a rotation over the identity: R(r) − 1.
 ///
 /// # Inputs
 /// `turned_rad`: rotation vector \[rad\], body axes.
@@ -25,18 +25,18 @@ pub fn turn(turned_rad: Vector3<f64>) -> Matrix3<f64> {
     Rotation3::from_scaled_axis(turned_rad).into_inner() - Matrix3::identity()
 }
 
-/// The rotation vector \[rad\] of the rotation nearest to a map from readings to what the case turns with.
+/// Rotation vector \[rad\] of the rotation nearest to a map from the reference's output to the case's rate.
 pub fn nearest(map: &Matrix3<f64>) -> Vector3<f64> {
     let parts = map.svd(true, true);
     let (Some(left), Some(right)) = (parts.u, parts.v_t) else {
         return Vector3::zeros();
     };
-    // By the quaternion: the arc cosine of a trace tells no small angle.
+    // By the quaternion: the arc cosine of a trace is inaccurate at small angles.
     let rotation = Rotation3::from_matrix_unchecked(left * right);
     UnitQuaternion::from_rotation_matrix(&rotation).scaled_axis()
 }
 
-/// Derivative of R(r) by a component of r: R(r) [J e]×, J the right Jacobian of the rotation group
+/// Derivative of R(r) with respect to a component of r: R(r) [J e]×, J the right Jacobian of the rotation group
 /// 1 − (1 − cos θ)/θ² [r]× + (θ − sin θ)/θ³ [r]×² (Solà, "A micro Lie theory", Eq. 143).
 fn by_component(turned_rad: Vector3<f64>, component: usize) -> Matrix3<f64> {
     let angle = turned_rad.norm();
@@ -54,7 +54,8 @@ fn by_component(turned_rad: Vector3<f64>, component: usize) -> Matrix3<f64> {
     Rotation3::from_scaled_axis(turned_rad).into_inner() * about.cross_matrix()
 }
 
-/// What each gyro senses of each reading \[1\] of a map from readings to what the case turns with.
+/// Sensed increment of each gyro per unit output of each reference axis \[1\], for a map from output to the case's
+/// rate.
 fn sensed(map: &Matrix3<f64>, signals: &Signals) -> Matrix3<f64> {
     Matrix3::from_fn(|gyro, axis| {
         let body = 0..3;
@@ -63,7 +64,7 @@ fn sensed(map: &Matrix3<f64>, signals: &Signals) -> Matrix3<f64> {
     })
 }
 
-/// What a turned reference makes gyros sense beside its reading: gyro, column, size.
+/// Terms of a rotated reference in the gyros' increments beyond its output: gyro, column, size.
 pub fn known_turn(turned_rad: Vector3<f64>, signals: &Signals) -> Vec<(usize, Sensed, f64)> {
     let sizes = sensed(&turn(turned_rad), signals);
     let all = (0..3).flat_map(|gyro| (0..3).map(move |axis| (gyro, axis)));
@@ -75,8 +76,8 @@ pub fn known_turn(turned_rad: Vector3<f64>, signals: &Signals) -> Vec<(usize, Se
 }
 
 impl Pool {
-    /// Terms of a kind over a reference that is turned: effects of gyros act on what the case turns with, those of the reference
-    /// on what it reads.
+    /// Terms of a kind with a rotated reference: effects of gyros act on the case's motion, those of the reference on
+    /// its output.
     ///
     /// # Inputs
     /// `turned_rad`: rotation vector \[rad\] of the reference.
@@ -95,7 +96,7 @@ impl Pool {
         for term in increments {
             let along = self.increment(&term).expect("only increments are left");
             if kind == STRETCHED {
-                // Every gyro that senses the axis now does; the sign is that of the law.
+                // The scale error acts on every gyro that senses the rotated axis, with the sign of the law.
                 for gyro in 0..3 {
                     sizes.insert((term.parameter, gyro, along), -read[(gyro, along)]);
                 }
@@ -119,7 +120,7 @@ impl Pool {
         carried
     }
 
-    /// The axis of a term on the motion itself.
+    /// Axis of a term whose column is an increment of the motion.
     fn increment(&self, term: &Term) -> Option<usize> {
         match self.columns[term.column].column {
             Column::Increment(axis) => Some(axis),
@@ -127,10 +128,11 @@ impl Pool {
         }
     }
 
-    /// Makes a turned reference linear about a rotation: its parameters are all that it is turned by beside `known_rad` still.
+    /// Linearises a rotated reference about a rotation: the parameters are the total rotation beyond `known_rad`.
     ///
     /// # Inputs
-    /// `candidate`: of this pool, linear about no rotation; `known_rad`: what the model knows; `found_rad`: what was found beside.
+    /// `candidate`: of this pool, linearised about zero; `known_rad`: rotation in the model; `found_rad`: rotation
+    /// found beyond it.
     pub fn about_turn(
         &mut self,
         candidate: &mut Candidate,
@@ -140,7 +142,7 @@ impl Pool {
         let terms = candidate.hypothesis.terms.iter();
         let moving: BTreeSet<usize> = terms.filter_map(|term| self.increment(term)).collect();
         let about_rad = known_rad + found_rad;
-        // What the rotation is beyond the known one and what is linear in the found one.
+        // Part of the rotation beyond the known one and beyond the linear term of the found one.
         let mut beyond = turn(about_rad) - turn(known_rad);
         let mut slopes: Vec<Matrix3<f64>> = Vec::new();
         for name in &candidate.names {
@@ -191,7 +193,7 @@ mod tests {
                 let difference =
                     (turn(turned_rad + step) - turn(turned_rad - step)) / (2.0 * STEP_RAD);
                 let derivative = by_component(turned_rad, component);
-                // The third derivative is 1 at most, and its share STEP²/6.
+                // The third derivative is 1 at most; its contribution is STEP²/6.
                 assert!((difference - derivative).amax() < 1e-8, "{scale}");
             }
         }

@@ -1,16 +1,17 @@
-//! An absolute judgement: a noise that was fitted explains any residual, so what is left is noise only where it is like some
-//! instrument's, and does not move with the motion.
+//! Absolute test of a residual: a fitted noise level explains any residual, so the residual counts as noise only if its
+//! level is within an instrument's bounds and does not depend on the motion.
 
 use crate::numbers::number;
 use crate::result::{Diagnosis, NoiseEntry, Verdict};
 use crate::sentences::opening;
 
-/// Noise that no instrument of the kind exceeds.
+/// Upper bounds of instrument noise.
 #[derive(Debug, Clone, Copy)]
 pub struct NoiseBounds {
-    /// Angle random walk of a gyro \[rad/√s\]: 10 °/√h. A telephone has a fiftieth, the poorest vibrating gyros a third.
+    /// Angle random walk of a gyro \[rad/√s\]: 10 °/√h. A phone's gyro has a fiftieth, the poorest vibrating gyros a
+    /// third.
     pub most_walk_rad_sqrt_s: f64,
-    /// White noise of an angle or attitude, of gyro and reference together \[rad\]: 6°, three times a compass's.
+    /// White noise of an angle or attitude, gyro and reference together \[rad\]: 6°, three times that of a compass.
     pub most_angle_rad: f64,
 }
 
@@ -23,11 +24,11 @@ impl Default for NoiseBounds {
     }
 }
 
-/// °/√h of a walk of 1 rad/√s.
+/// Conversion factor from rad/√s to °/√h.
 pub const DEG_SQRT_H: f64 = 60.0 * 180.0 / std::f64::consts::PI;
 
 impl Diagnosis {
-    /// Says of noise beyond the bounds that it is none.
+    /// Reports noise beyond the bounds as unexplained residual.
     pub fn judge_noise(&mut self, bounds: &NoiseBounds) {
         let said: Vec<String> = self
             .noise
@@ -39,7 +40,7 @@ impl Diagnosis {
         }
     }
 
-    /// What is left is not explained, for the reasons that are said.
+    /// Changes the verdict to an unexplained residual, for the reasons `said`.
     pub fn is_left(&mut self, said: Vec<String>) {
         let was = opening(self.verdict);
         self.verdict = match self.verdict {
@@ -54,7 +55,7 @@ impl Diagnosis {
     }
 }
 
-/// Why the noise of a channel is no instrument's.
+/// Returns the reason if the noise of a channel exceeds the bounds.
 fn beyond(noise: &NoiseEntry, bounds: &NoiseBounds) -> Option<String> {
     let walk = noise.angle_random_walk_rad_sqrt_s;
     let angle = noise.angle_noise_rad;
@@ -79,10 +80,10 @@ fn beyond(noise: &NoiseEntry, bounds: &NoiseBounds) -> Option<String> {
     ))
 }
 
-/// What is left moves with the motion, in words.
+/// Sentence on a residual that depends on the motion.
 ///
 /// # Inputs
-/// `share`: of the motion; `moving_over_still`: power of what is left while the unit moves most over that while it moves least.
+/// `share`: of the motion; `moving_over_still`: power of the residual at the strongest motion over that at the weakest.
 pub fn in_step(share: f64, moving_over_still: f64) -> String {
     format!(
         "What is left moves with the motion: it is {} % of it, and has {:.0} times the power while the unit moves most of that while it moves least. That is a mismatch of unknown form, not noise; a reference that is computed from these gyros leaves one.",
@@ -91,7 +92,7 @@ pub fn in_step(share: f64, moving_over_still: f64) -> String {
     )
 }
 
-/// What is left beside the motion, in words.
+/// Sentence on the size of the residual relative to the motion.
 pub fn beside_motion(share: f64) -> String {
     format!(
         "What is left is {} % of the motion (root mean squares of turns over 0.1 s).",

@@ -1,4 +1,4 @@
-//! Which combinations of an effect's numbers a recording fixes, and what is written for the others.
+//! Estimable combinations of an effect's parameters, and the values written for the others.
 
 use std::collections::BTreeMap;
 
@@ -8,28 +8,28 @@ use rlg_model::catalogue::SIX;
 
 use crate::result::Identifiable;
 
-/// Anti-correlation of a gyro's two coefficients beyond which they are known only together.
+/// Correlation of a gyro's two coefficients below which only their combination is estimable.
 const TOGETHER: f64 = -0.5;
 
-/// Share of the prior's standard deviation from which on a number is no better known than before the recording.
+/// Ratio of posterior to prior standard deviation from which on the recording adds no information on a parameter.
 const UNKNOWN: f64 = 0.5;
 
-/// Standard deviations by which a pair's difference must stand out to be known beside its sum.
+/// Standard deviations by which a pair's difference must exceed zero to be reported in addition to its sum.
 const APART: f64 = 3.0;
 
-/// A number of an effect.
+/// Parameter of an effect.
 #[derive(Debug, Clone)]
 pub struct Number {
-    /// Its name in the contract.
+    /// Name in the contract.
     pub name: String,
-    /// Its value.
+    /// Estimated value.
     pub value: f64,
-    /// What was known of it before: the standard deviation of a prior about 0, infinite where nothing was.
+    /// Standard deviation of the prior about 0; infinite for a flat prior.
     pub prior_std: f64,
 }
 
 impl Number {
-    /// Of which nothing was known.
+    /// Parameter with a flat prior.
     pub fn free(name: &str, value: f64) -> Self {
         Self {
             name: name.to_string(),
@@ -39,12 +39,13 @@ impl Number {
     }
 }
 
-/// Forms the combinations that are known: sums of the two coefficients of each gyro where they alone are (of a pair that is
-/// known mostly by its sum, six numbers would say more than three are worth), with the difference where that stands out, else
-/// single numbers; of those that are no better known than before, the eigenvectors of their covariance that are.
+/// Forms the estimable combinations: sums of the two coefficients of each gyro if only these are estimable (six
+/// separate values would overstate the information of three sums), with the difference if significant, else single
+/// parameters; from the parameters not better known than a priori, the eigenvectors of their scaled covariance that
+/// are.
 ///
 /// # Inputs
-/// `covariance`: of the numbers.
+/// `covariance`: posterior covariance of the parameters.
 pub fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
     let count = numbers.len();
     let has_pairs =
@@ -79,21 +80,21 @@ pub fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identi
     all
 }
 
-/// What is written of an effect's numbers.
+/// Values written for an effect.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Written {
-    /// The numbers.
+    /// Values of the parameters.
     pub values: Vec<f64>,
-    /// Which of them are a choice, for `model.toml`; `None` where all are known.
+    /// Text on the parameters that are a choice, for `model.toml`; `None` if all are estimable.
     pub choice: Option<String>,
 }
 
-/// The numbers of least harm that agree with what is known: the expectation of their prior given the combinations that the
-/// recording fixes. The two coefficients of a gyro that are known by their sum are then even (an uneven pair that the data do not
-/// support costs drift under vibration in phase), and what is no better known than before is 0.
+/// Computes the minimum-norm values consistent with the estimable combinations: the expectation of the Gaussian prior
+/// given those. The two coefficients of a gyro with only their sum known are then equal (an unequal pair without
+/// support of the data costs drift under in-phase vibration), and parameters not better known than a priori are 0.
 ///
 /// # Inputs
-/// `known`: the combinations of [`identifiable`].
+/// `known`: combinations of [`identifiable`].
 pub fn written(numbers: &[Number], known: &[Identifiable]) -> Written {
     let as_estimated = || Written {
         values: numbers.iter().map(|one| one.value).collect(),
@@ -103,7 +104,7 @@ pub fn written(numbers: &[Number], known: &[Identifiable]) -> Written {
     if known.len() >= count {
         return as_estimated();
     }
-    // Of free numbers, which are all known, the width does not matter.
+    // Parameters with a flat prior are all estimable, so that their width has no effect.
     let width = |one: &Number| match one.prior_std.is_finite() {
         true => one.prior_std,
         false => 1.0,
@@ -127,13 +128,13 @@ pub fn written(numbers: &[Number], known: &[Identifiable]) -> Written {
     }
 }
 
-/// Whether a number is known by itself.
+/// True if a parameter is estimable by itself.
 fn single(known: &[Identifiable], name: &str) -> bool {
     let mut known = known.iter();
     known.any(|one| one.combination.len() == 1 && one.combination.contains_key(name))
 }
 
-/// Says which of some numbers are a choice; `None` where all are known.
+/// Formats the names of the parameters that are a choice; `None` if all are estimable.
 pub fn choice<'a>(names: impl Iterator<Item = &'a str>, known: &[Identifiable]) -> Option<String> {
     let of = |name: &str| -> Vec<&Identifiable> {
         let known = known.iter();
@@ -177,7 +178,8 @@ fn is_sum_of_a_pair(weights: &BTreeMap<String, f64>) -> bool {
             .all(|weight| (weight - 1.0).abs() < f64::EPSILON)
 }
 
-/// Eigenvectors of the covariance of numbers that are unknown each by itself, those that the recording fixes, best first.
+/// Eigenvectors of the covariance, scaled by the prior, of parameters not estimable singly; those that are estimable,
+/// best first.
 fn known_together(
     numbers: &[Number],
     covariance: &DMatrix<f64>,
@@ -194,7 +196,7 @@ fn known_together(
     known.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let of_direction = |direction: usize| {
         let weight = |k: usize| eigen.eigenvectors[(k, direction)] / prior(k);
-        // An eigenvector has no scale of its own: the largest weight is 1.
+        // The scale of an eigenvector is arbitrary: the largest weight is set to 1.
         let largest = (0..unknown.len()).map(weight).fold(0.0, |most: f64, one| {
             if one.abs() > most.abs() { one } else { most }
         });
@@ -250,7 +252,7 @@ mod tests {
         SIX.iter().zip(values).map(of).collect()
     }
 
-    /// Posterior of a prior of 1 and one measurement of a·θ to 0.01.
+    /// Posterior covariance with a unit prior and one measurement of a·θ to 0.01.
     fn measured(direction: &[f64]) -> DMatrix<f64> {
         let a = DVector::from_column_slice(direction);
         let information = DMatrix::identity(a.len(), a.len()) + &a * a.transpose() / 1e-4;
@@ -297,7 +299,7 @@ mod tests {
         assert!((sum.value - 2.0).abs() < 1e-12 && sum.std < 0.011);
     }
 
-    /// Covariance of six numbers whose pairs are known by their sum and difference.
+    /// Covariance of six parameters, given the standard deviations of the sum and difference of each pair.
     fn pairs(sum_std: f64, difference_std: f64) -> DMatrix<f64> {
         let of = |sign: f64| 0.25 * (sum_std.powi(2) + sign * difference_std.powi(2));
         DMatrix::from_fn(6, 6, |a, b| match (a / 2 == b / 2, a == b) {
@@ -341,7 +343,7 @@ mod tests {
         let estimated = numbers(&[0.9, 0.2, -0.2], 1.0);
         let known = identifiable(&estimated, &covariance);
         let values = written(&estimated, &known).values;
-        // 0.9 + 2 · 0.2 + 0.2, shared out along the direction that was measured.
+        // 0.9 + 2 · 0.2 + 0.2, distributed along the measured direction.
         for (value, expected) in values.iter().zip([0.25, 0.5, -0.25]) {
             assert!((value - expected).abs() < 1e-6, "{values:?}");
         }

@@ -1,11 +1,11 @@
-//! Findings that both engines have, as entries of `diagnosis.json`.
+//! Findings common to both engines, as entries of `diagnosis.json`.
 
 use rlg_recording::AXES;
 
 use crate::excess::Excess;
 use crate::result::{EffectEntry, ParameterEntry, UNLISTED};
 
-/// What has no name in the catalogue.
+/// Entry of an effect outside the catalogue.
 pub fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
     EffectEntry {
         evidence: None,
@@ -24,7 +24,7 @@ pub fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
     }
 }
 
-/// One number an axis, each by itself, and their covariance.
+/// One parameter per axis, uncorrelated, and their covariance.
 pub fn by_axis(
     values: [f64; 3],
     stds: [f64; 3],
@@ -43,7 +43,7 @@ pub fn by_axis(
     ((0..3).map(number).collect(), (0..3).map(row).collect())
 }
 
-/// Noise beyond the model's.
+/// Entry of noise beyond the model's.
 pub fn noise(excess: &Excess) -> EffectEntry {
     let (parameters, covariance) = by_axis(excess.values, excess.stds, excess.unit);
     EffectEntry {

@@ -1,34 +1,34 @@
-//! Noise beyond what a model declares, as a finding: random walk (`angle_random_walk`, which lock-in imitates) and white
-//! angle noise (`pulse_quantisation`: a step q leaves q²/12).
+//! Noise beyond the model's declared levels, as a finding: random walk (`angle_random_walk`, which lock-in imitates)
+//! and white angle noise (`pulse_quantisation`: a quantisation step q has variance q²/12).
 
 use rlg_model::{EffectValue, Model};
 use rlg_recording::AXES;
 
-/// An excess of one kind on the three gyros.
+/// Excess noise of one kind on the three gyros.
 #[derive(Debug, Clone)]
 pub struct Excess {
     /// The contract's kind.
     pub kind: &'static str,
-    /// Kinds that look the same in a spectrum.
+    /// Kinds with the same spectrum.
     pub indistinguishable_from: &'static [&'static str],
     /// Its equation.
     pub equation: &'static str,
     /// Unit of its parameters.
     pub unit: &'static str,
-    /// x, y, z; 0 where the declared level stands.
+    /// Excess on x, y, z; 0 if the declared level suffices.
     pub values: [f64; 3],
     /// Their standard deviations.
     pub stds: [f64; 3],
-    /// Chance of the strongest gyro's excess, all levels and gyros counted.
+    /// p-value of the strongest gyro's excess, corrected for all levels and gyros.
     pub p_value: f64,
     /// Δ ln L of all gyros.
     pub log_likelihood_gain: f64,
-    /// For a navigation engineer.
+    /// Explanation for a navigation engineer.
     pub left_out: &'static str,
 }
 
 impl Excess {
-    /// A kind before anything is known of it.
+    /// Kind without an estimate.
     const fn of(
         kind: &'static str,
         indistinguishable_from: &'static [&'static str],
@@ -50,7 +50,7 @@ impl Excess {
     }
 }
 
-/// Random walk, which lock-in imitates.
+/// Angle random walk, which lock-in imitates.
 pub const WALK: Excess = Excess::of(
     "angle_random_walk",
     &["lock_in"],
@@ -59,7 +59,7 @@ pub const WALK: Excess = Excess::of(
     "The gyro has more angle random walk than the model declares, as lock-in leaves behind when the dither is too small or too regular.",
 );
 
-/// White noise of angle, as pulses leave it.
+/// White angle noise, as of pulse quantisation.
 pub const PULSES: Excess = Excess::of(
     "pulse_quantisation",
     &[],
@@ -68,7 +68,7 @@ pub const PULSES: Excess = Excess::of(
     "A channel is coarser than the model declares: white noise of angle, as a pulse converter with a larger pulse leaves behind.",
 );
 
-/// Square of the noise of one kind that the model has as effects, on one gyro.
+/// Square of the noise of one kind on one gyro, summed over the model's effects.
 pub fn excess_square(model: &Model, kind: &str, axis: usize) -> f64 {
     model
         .effects

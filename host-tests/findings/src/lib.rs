@@ -1,8 +1,9 @@
-//! What a diagnosis found, in the terms of `diagnosis.json`, of people and of the updated model.
+//! Findings of a diagnosis, in the terms of `diagnosis.json`, of the reader and of the updated model.
 //!
-//! [`result`] holds the types of `diagnosis.json`; [`absolute`] whether what is left is noise at all; [`excess`] noise beyond the model's; [`entries`] makes entries of
-//! findings, [`combinations`] what of their numbers is fixed; [`own_mode`] which rivals are one physics; [`sentences`] says them, in the [`names`] and [`numbers`] that people read; [`updated_model`] adds them to
-//! a model.
+//! [`result`] holds the types of `diagnosis.json`; [`absolute`] tests if the residual is noise; [`excess`] is noise
+//! beyond the model's; [`entries`] forms entries of findings, [`combinations`] the estimable combinations of their
+//! parameters; [`own_mode`] identifies rivals of the same physics; [`sentences`] formulates findings, in the [`names`]
+//! and [`numbers`] of the report; [`updated_model`] adds them to a model.
 
 pub mod result;
 

@@ -1,13 +1,13 @@
-//! Says kinds, parameters and channels of the contract in plain words.
+//! Plain words for kinds, parameters and channels of the contract.
 
-/// The words with a capital at their beginning.
+/// Capitalises the first letter.
 pub fn capital(words: &str) -> String {
     let mut letters = words.chars();
     let first = letters.next().map(|first| first.to_uppercase().to_string());
     first.unwrap_or_default() + letters.as_str()
 }
 
-/// Kinds and their words, where these are not the name itself.
+/// Kinds and their words, for kinds whose words are not their name.
 const KINDS: &[(&str, &str)] = &[
     ("gyro_bias_temperature", "gyro bias by temperature"),
     (
@@ -49,7 +49,7 @@ const KINDS: &[(&str, &str)] = &[
     ("unlisted", "physics outside the catalogue"),
 ];
 
-/// Kinds whose sign has words: late where it is positive, early where negative.
+/// Kinds with words for their sign: late if positive, early if negative.
 const DELAYS: &[(&str, &str)] = &[
     ("gyro_delay", "gyro"),
     ("dither_delay", "dither pickoff"),
@@ -57,16 +57,16 @@ const DELAYS: &[(&str, &str)] = &[
     ("accel_delay", "accelerometer"),
 ];
 
-/// The words of a kind: those of the table, or its name with spaces.
+/// Returns the words of a kind: those of the table, or its name with spaces.
 pub fn plain(kind: &str) -> String {
     let known = KINDS.iter().find(|(name, ..)| *name == kind);
     known.map_or_else(|| spaced(kind), |(_, words)| (*words).to_owned())
 }
 
-/// The words of a kind at these sizes: a delay is late or early, where all sizes agree.
+/// Returns the words of a kind at these sizes: a delay is late or early if all sizes have one sign.
 ///
 /// # Returns
-/// The words, and the sign that the sizes then have.
+/// The words, and the factor that gives the sizes their sign in these words.
 pub fn plain_at(kind: &str, sizes: &[f64]) -> (String, f64) {
     let delay = DELAYS.iter().find(|(name, _)| *name == kind);
     match delay {
@@ -76,7 +76,7 @@ pub fn plain_at(kind: &str, sizes: &[f64]) -> (String, f64) {
     }
 }
 
-/// "gyro_x" as "gyro x".
+/// Replaces underscores by spaces: "gyro_x" as "gyro x".
 pub fn spaced(name: &str) -> String {
     name.replace('_', " ")
 }

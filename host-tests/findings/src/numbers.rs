@@ -1,7 +1,7 @@
-//! Formats numbers with the digits that their standard deviations justify, in the units that people read.
+//! Formats numbers with the digits justified by their standard deviations, in customary units.
 //!
-//! Values come in the SI units of the contract ("rad/s", "s^2"). A [`Scale`] turns those of one finding into the unit
-//! of its field (°/h, ″, ppm, µs), chosen by the largest of them.
+//! Values are in the SI units of the contract ("rad/s", "s^2"). A [`Scale`] converts those of one finding to the unit
+//! of its field (°/h, ″, ppm, µs), selected by the largest of them.
 
 use std::f64::consts::PI;
 
@@ -11,16 +11,16 @@ pub const DEG_H: f64 = 180.0 / PI * 3600.0;
 /// Standard gravity \[m/s²\].
 const G: f64 = 9.806_65;
 
-/// Standard deviations below which a value is not significantly different from zero.
+/// Significance limit of a value \[σ\].
 pub const SIGNIFICANT_SIGMAS: f64 = 3.0;
 
-/// Powers of ten that are still read without an exponent.
+/// Powers of ten written without an exponent.
 const PLAIN_EXPONENTS: std::ops::RangeInclusive<i32> = -3..=4;
 
-/// A unit that people read: from which SI size on, how many of it make one SI unit, its name.
+/// Customary unit: smallest SI value for its use, factor from the SI unit, name.
 type Rung = (f64, f64, &'static str);
 
-/// By SI unit, the smallest first; a ratio ("1" of an axis) has a name of its own.
+/// Units by SI unit, the smallest first; a ratio ("1" of an axis) has its own entry.
 const LADDERS: &[(&str, &[Rung])] = &[
     (
         "rad/s",
@@ -67,20 +67,20 @@ const LADDERS: &[(&str, &[Rung])] = &[
     ),
 ];
 
-/// What turns SI values into the unit that people read.
+/// Conversion from the SI unit to a customary unit.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Scale {
-    /// Units in one SI unit.
+    /// Factor from the SI unit.
     pub factor: f64,
-    /// Name; empty where there is none.
+    /// Name; empty for a pure number.
     pub unit: String,
 }
 
 impl Scale {
-    /// Chooses the unit of values in `unit` of which the largest is `largest`, both SI.
+    /// Selects the unit for values in `unit`, the largest of them `largest`, both SI.
     ///
-    /// `parameter`: the contract's name of one of them. A number without a unit that belongs to an axis is a ratio and
-    /// is read in ppm; others (an order, a damping) are numbers.
+    /// `parameter`: the contract's name of one of them. A dimensionless number of an axis is a ratio in ppm; others (an
+    /// order, a damping) are pure numbers.
     pub fn of(parameter: &str, unit: &str, largest: f64) -> Self {
         let is_of_axes = |name: &str| {
             let mut letters = name.chars();
@@ -139,12 +139,12 @@ impl Scale {
     }
 }
 
-/// The decimal exponent of a value, 0 for 0.
+/// Decimal exponent of a value, 0 for 0.
 fn exponent(value: f64) -> i32 {
     if value == 0.0 || !value.is_finite() {
         0
     } else {
-        // −400…400 fits
+        // −400…400 fits an i32.
         value.abs().log10().floor() as i32
     }
 }
@@ -174,7 +174,7 @@ pub fn with_spread(value: f64, std: f64) -> String {
         return number(value);
     }
     let power = exponent(value.abs().max(std));
-    // A power of ten shortens only what begins with zeros.
+    // A power of ten shortens only numbers with leading zeros.
     let is_short = power >= 0 || exponent(std) >= -4;
     let scale = if PLAIN_EXPONENTS.contains(&power) && is_short {
         0
@@ -188,7 +188,7 @@ pub fn with_spread(value: f64, std: f64) -> String {
     );
     let decimals = usize::try_from(1 - exponent(std)).unwrap_or(0);
     let written = format!("{value:.decimals$}");
-    // What rounds to zero has no sign.
+    // A value rounded to zero has no sign.
     let written = match written.contains(|digit: char| matches!(digit, '1'..='9')) {
         true => written.as_str(),
         false => written.trim_start_matches('-'),
@@ -201,12 +201,12 @@ pub fn with_spread(value: f64, std: f64) -> String {
     }
 }
 
-/// A standard deviation to two significant digits: 0.0996 is 0.10, 339 is 340.
+/// Rounds a standard deviation to two significant digits: 0.0996 to 0.10, 339 to 340.
 fn two_digits(std: f64) -> f64 {
     format!("{std:.1e}").parse().unwrap_or(std)
 }
 
-/// The value to the last digit of its standard deviation, where that stands before the decimal point.
+/// Rounds the value to the last digit of its standard deviation, if that digit is before the decimal point.
 fn rounded_like(value: f64, std: f64) -> f64 {
     let power = exponent(two_digits(std)) - 1;
     if power <= 0 {
@@ -216,7 +216,7 @@ fn rounded_like(value: f64, std: f64) -> f64 {
     (value / digit).round() * digit
 }
 
-/// Says what happened from one size to another that is known to `std`: it falls, rises or stays.
+/// Returns the verb for a change of size with standard deviation `std`: falls, rises or stays.
 pub fn happened(before: f64, after: f64, std: f64) -> &'static str {
     match after.abs() - before.abs() {
         change if !change.is_finite() => "goes",
@@ -237,17 +237,17 @@ pub fn chance(p_value: f64) -> String {
     }
 }
 
-/// A time \[s\].
+/// Formats a time \[s\].
 pub fn seconds(time_s: f64) -> String {
     format!("{time_s:.1}")
 }
 
-/// A band \[Hz\], as in "0–1 Hz".
+/// Formats a band \[Hz\], as in "0–1 Hz".
 pub fn band(low_hz: f64, high_hz: f64) -> String {
     format!("{}–{} Hz", rounded_hz(low_hz), rounded_hz(high_hz))
 }
 
-/// A frequency to the hertz, to a tenth below ten.
+/// Formats a frequency rounded to 1 Hz, below 10 Hz to 0.1 Hz.
 fn rounded_hz(frequency_hz: f64) -> String {
     if frequency_hz < 10.0 {
         number((frequency_hz * 10.0).round() / 10.0)
@@ -256,7 +256,7 @@ fn rounded_hz(frequency_hz: f64) -> String {
     }
 }
 
-/// "s^2" as "s²".
+/// Writes exponents as superscripts: "s^2" as "s²".
 pub fn raised(text: &str) -> String {
     let mut out = String::with_capacity(text.len());
     let mut rest = text.chars().peekable();
@@ -279,7 +279,7 @@ pub fn raised(text: &str) -> String {
     out
 }
 
-/// An integer in superscript digits.
+/// Formats an integer in superscript digits.
 pub fn superscript(power: i32) -> String {
     power
         .to_string()
@@ -304,7 +304,7 @@ fn signed(text: &str) -> String {
 mod tests {
     use super::*;
 
-    /// Digits after the point, and significant digits.
+    /// Number of digits after the point, and of significant digits.
     fn digits(text: &str) -> (usize, usize) {
         let decimals = text.split_once('.').map_or(0, |(_, after)| after.len());
         let all: String = text.chars().filter(char::is_ascii_digit).collect();

@@ -1,5 +1,5 @@
-//! Static flexure and the resonance that its own K implies: one physics, of which a recording far below the resonance shows the
-//! static part.
+//! Static flexure and the resonance implied by its own K: one physics, whose static part is all that a recording far
+//! below the resonance shows.
 
 use rlg_model::catalogue::SIX;
 
@@ -9,11 +9,11 @@ use crate::result::{EffectEntry, ParameterEntry};
 const FLEXURE: &str = "axis_flexure";
 const MODE: &str = "axis_flexure_mode";
 
-/// Standard deviations within which a frequency is the one that K implies.
+/// Standard deviations within which a frequency agrees with the one implied by K.
 const WITHIN: f64 = 3.0;
 
-/// Natural frequencies of the blocks of a flexure \[Hz\], f0 = 1/(2π√K) with K the mean of a gyro's two coefficients: the least
-/// and the greatest; `None` where no K is positive.
+/// Computes the smallest and greatest natural frequency of the blocks of a flexure \[Hz\], f0 = 1/(2π√K) with K the
+/// mean of a gyro's two coefficients; `None` without a positive K.
 pub fn implied_hz(effect: &EffectEntry) -> Option<[f64; 2]> {
     let value = |wanted: &str| {
         let mut parameters = effect.parameters.iter();
@@ -32,8 +32,8 @@ pub fn implied_hz(effect: &EffectEntry) -> Option<[f64; 2]> {
     })
 }
 
-/// Whether a rival of an effect is the effect's own physics: of static flexure its resonance, and of a resonance where its K puts
-/// it the flexure below it.
+/// True if a rival of an effect is the effect's own physics: the resonance of a static flexure, or the static flexure
+/// of a resonance at the frequency implied by K.
 pub fn is_own_physics(effect: &EffectEntry, rival: &str) -> bool {
     match (effect.kind.as_str(), rival) {
         (FLEXURE, MODE) => implied_hz(effect).is_some(),
@@ -56,7 +56,7 @@ fn rings_where_it_implies(effect: &EffectEntry) -> bool {
     })
 }
 
-/// Says of an effect whose rivals hold its own physics that they do.
+/// Formats the sentence on a rival that is the effect's own physics; `None` without such a rival.
 pub fn sentence(effect: &EffectEntry) -> Option<String> {
     let mut rivals = effect.indistinguishable_from.iter();
     let own = rivals.find(|rival| is_own_physics(effect, rival))?;

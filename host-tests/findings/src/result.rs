@@ -7,24 +7,24 @@ use std::collections::BTreeMap;
 
 use crate::numbers::SIGNIFICANT_SIGMAS;
 
-/// What the tool says in one word.
+/// Verdict of the diagnosis, in one word.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The model explains the recording.
     Matches,
-    /// With the found effects it does.
+    /// The found effects explain the recording.
     Explained,
-    /// Something is found and something is left.
+    /// The found effects explain the recording in part.
     PartlyExplained,
-    /// Something is left and nothing is found.
+    /// A mismatch is left and no effect is found.
     Unexplained,
-    /// The recording carries too little to say.
+    /// The recording carries too little information.
     Unusable,
 }
 
 impl Verdict {
-    /// Whether nothing is left to explain.
+    /// True if no mismatch is left unexplained.
     pub fn is_told(self) -> bool {
         matches!(self, Verdict::Matches | Verdict::Explained)
     }
@@ -39,49 +39,49 @@ pub struct Diagnosis {
     pub recording: String,
     /// Version of the tool.
     pub version: String,
-    /// Seed of the self-test and the control; nothing random enters the findings.
+    /// Seed of the self-test and the control; the findings use no random numbers.
     pub seed: u64,
-    /// One word.
+    /// Verdict.
     pub verdict: Verdict,
-    /// One sentence each, for people.
+    /// Sentences for the reader.
     pub summary: Vec<String>,
-    /// Where the model and the recording differ.
+    /// Locations of the mismatch between model and recording.
     pub locations: Vec<LocationEntry>,
-    /// What was left out.
+    /// Effects missing in the model.
     pub effects: Vec<EffectEntry>,
-    /// Addition: what aligns two instruments, where attitudes are the reference.
+    /// Addition: alignment of two instruments, for an attitude reference.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub registration: Vec<RegistrationEntry>,
-    /// Before and after, on rows not fitted.
+    /// Fit before and after, on held-out rows.
     pub fit: FitEntry,
-    /// Kinds that this recording could not have shown, with the reason.
+    /// Kinds not observable in this recording, with the reason.
     pub not_excluded: Vec<String>,
-    /// The motion that would separate what is confused.
+    /// Motion that would separate the indistinguishable kinds.
     pub next_experiment: String,
-    /// Addition: what that motion is worth, where it was computed.
+    /// Addition: predicted benefit of that motion, if computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub experiment: Option<ExperimentEntry>,
-    /// Addition: the noise each gyro was judged with.
+    /// Addition: noise of each gyro in the tests.
     pub noise: Vec<NoiseEntry>,
-    /// Addition: the noise each accelerometer was judged with.
+    /// Addition: noise of each accelerometer in the tests.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub accelerometer_noise: Vec<ForceNoiseEntry>,
-    /// Addition: hypotheses tried, expressions and instants included.
+    /// Addition: number of hypotheses tested, expressions and instants included.
     pub trials: usize,
-    /// Addition: kinds that were weighed and lost, ln evidence behind the winner.
+    /// Addition: rejected kinds, with their ln evidence behind the selected one.
     pub runners_up: Vec<RunnerUp>,
-    /// Addition: each tested kind's matched-filter SNR in this recording if it had its typical size.
+    /// Addition: matched-filter SNR in this recording of each tested kind at its typical size.
     pub sensitivity: Vec<Sensitivity>,
-    /// Addition: what the same search finds in the same rows in shuffled order; for units at rest.
+    /// Addition: findings of the same search in the same rows in shuffled order; for units at rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub control: Option<ControlEntry>,
-    /// Addition: false names and sensitivity of this search on this recording's own noise.
+    /// Addition: false names and sensitivity of this search on this recording's noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub self_test: Option<SelfTestEntry>,
 }
 
 impl Diagnosis {
-    /// Adds how the search answers on this recording, where it was tried.
+    /// Adds the self-test and the sensitivity, if they were computed.
     pub fn tell(&mut self, tested: Option<Tested>) {
         if let Some(tested) = tested {
             self.self_test = Some(tested.self_test);
@@ -89,13 +89,13 @@ impl Diagnosis {
         }
     }
 
-    /// Adds sentences to the summary, right behind the verdict's.
+    /// Inserts sentences into the summary, after the verdict's.
     pub fn say_first(&mut self, sentences: Vec<String>) {
         let at = self.summary.len().min(1);
         self.summary.splice(at..at, sentences);
     }
 
-    /// What is written of a recording of which nothing can be said, with the reason `why`.
+    /// Diagnosis of an unusable recording, with the reason `why`.
     pub fn unusable(recording: &str, seed: u64, why: &str) -> Self {
         Self {
             format: 1,
@@ -129,44 +129,44 @@ impl Diagnosis {
     }
 }
 
-/// Numbers that align two instruments.
+/// Parameters of the alignment of two instruments.
 #[derive(Debug, Clone, Serialize)]
 pub struct RegistrationEntry {
     /// Contract's kind.
     pub kind: String,
-    /// Beyond what the model says.
+    /// Estimates beyond the model's values.
     pub parameters: Vec<ParameterEntry>,
-    /// Whether blocks of rows that were not fitted say so.
+    /// Held-out blocks of rows support the parameters.
     pub supported: bool,
 }
 
-/// What the search made of noise alone, and of effects added to it.
+/// Self-test of the search: trials with noise alone, and with effects added to it.
 #[derive(Debug, Clone, Serialize)]
 pub struct SelfTestEntry {
-    /// Trials with noise alone: drawn at the fitted levels, or what the fit left slid against the regressors.
+    /// Trials with noise alone: drawn at the fitted levels or, for attitudes, with the residual's scatter in each block.
     pub slides: usize,
-    /// Of them, how many named a listed effect.
+    /// Trials with noise alone that named a listed effect.
     pub false_names: usize,
     /// Upper limit of their share, 95 % confidence.
     pub upper_limit_95: f64,
-    /// Detection by strength, all kinds together.
+    /// Detections by strength, all kinds together.
     pub curve: Vec<SelfTestPoint>,
-    /// The same by kind.
+    /// Detections by kind.
     pub kinds: Vec<SelfTestKind>,
 }
 
-/// One strength of injected patterns.
+/// One strength of injected effects.
 #[derive(Debug, Clone, Serialize)]
 pub struct SelfTestPoint {
     /// Matched-filter SNR.
     pub rho: f64,
-    /// Effects added to noise.
+    /// Effects injected into noise.
     pub injections: usize,
-    /// Trials that named something.
+    /// Trials with a detection.
     pub detected: usize,
-    /// Trials that named the kind, alone or in its class.
+    /// Trials that named the injected kind, alone or in its class.
     pub named: usize,
-    /// Share that theory would detect in noise as modelled.
+    /// Detection probability predicted for the modelled noise.
     pub theory: f64,
 }
 
@@ -175,57 +175,57 @@ pub struct SelfTestPoint {
 pub struct SelfTestKind {
     /// Kind.
     pub kind: String,
-    /// Trials with noise alone that named it.
+    /// Trials with noise alone that named this kind.
     pub false_names: usize,
-    /// Injections detected, in the order of the curve; null where its size would not be credible physics.
+    /// Detected injections, in the order of the curve; null for sizes that are not credible.
     pub detected: Vec<Option<usize>>,
-    /// Injections rightly named.
+    /// Correctly named injections.
     pub named: Vec<Option<usize>>,
 }
 
-/// The shuffled control.
+/// Control with shuffled rows.
 #[derive(Debug, Clone, Serialize)]
 pub struct ControlEntry {
     /// Lines found in shuffled rows.
     pub lines: usize,
     /// 2 Δ ln L of the strongest.
     pub strongest: f64,
-    /// Cycles of the noise's power found in shuffled rows.
+    /// Periodic variations of the noise's power found in shuffled rows.
     pub cycles: usize,
-    /// Lines and cycles of the recording that were dropped because the control shows as much.
+    /// Lines and cycles of the recording rejected because the control shows as many.
     pub dropped: usize,
 }
 
-/// What the next experiment is worth, from the Fisher information of its motion under this recording's noise.
+/// Predicted benefit of the next experiment, from the Fisher information of its motion under this recording's noise.
 #[derive(Debug, Clone, Serialize)]
 pub struct ExperimentEntry {
-    /// What is done.
+    /// Description of the experiment.
     pub programme: String,
     /// The moves, in order.
     pub moves: Vec<MoveEntry>,
-    /// How often all of them are made.
+    /// Number of repetitions of all moves.
     pub repeats: u32,
-    /// Time between attitudes \[s\], where they are the reference.
+    /// Sampling interval of the attitudes \[s\], for an attitude reference.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub attitude_every_s: Option<f64>,
-    /// How far kinds come apart that are one class here.
+    /// Predicted separations of kinds that are not distinguishable here.
     pub separations: Vec<SeparationEntry>,
-    /// Standard deviations of the numbers of what was found.
+    /// Standard deviations of the parameters of the found effects.
     pub precisions: Vec<PrecisionEntry>,
 }
 
-/// One move of a table, as a scenario has it.
+/// One move of a table, as in a scenario.
 #[derive(Debug, Clone, Serialize)]
 pub struct MoveEntry {
     /// `still`, `coning` or `spin`.
     pub kind: &'static str,
-    /// Of the cone or the spin.
+    /// Axis of the cone or the spin.
     pub axis: &'static str,
-    /// Spin \[rad/s\].
+    /// Spin rate \[rad/s\].
     pub rate_rad_s: f64,
-    /// Of the oscillation.
+    /// Axis of the oscillation.
     pub oscillation_axis: &'static str,
-    /// Of the oscillation or the cone \[Hz\].
+    /// Frequency of the oscillation or the cone \[Hz\].
     pub frequency_hz: f64,
     /// Peak angle of either \[rad\].
     pub angle_rad: f64,
@@ -233,25 +233,25 @@ pub struct MoveEntry {
     pub phase_rad: f64,
     /// Ramp at either end \[s\].
     pub ramp_s: f64,
-    /// Ramps included \[s\].
+    /// Duration, ramps included \[s\].
     pub duration_s: f64,
 }
 
-/// How far an effect, as large as it was found, lies outside what a rival can make.
+/// Distance between an effect of the estimated size and the nearest effect of a rival kind \[σ\].
 #[derive(Debug, Clone, Serialize)]
 pub struct SeparationEntry {
-    /// The kind taken for true.
+    /// Kind assumed true.
     pub truth: String,
-    /// The kind it is separated from.
+    /// Rival kind.
     pub rival: String,
-    /// In this recording, in standard deviations; null: not computed.
+    /// Separation in this recording \[σ\]; null: not computed.
     pub here_sigma: Option<f64>,
-    /// In the experiment.
+    /// Predicted separation in the experiment \[σ\].
     pub promised_sigma: f64,
 }
 
 impl SeparationEntry {
-    /// The kind that one of the two is told from.
+    /// Returns the kind that `own` is separated from.
     pub fn other_than(&self, own: &str) -> &str {
         if self.truth == own {
             &self.rival
@@ -261,16 +261,16 @@ impl SeparationEntry {
     }
 }
 
-/// How well a number of what was found will be known.
+/// Standard deviation of a parameter of a found effect, here and in the experiment.
 #[derive(Debug, Clone, Serialize)]
 pub struct PrecisionEntry {
     /// The parameter.
     pub name: String,
     /// Standard deviation in this recording.
     pub here_std: f64,
-    /// In the experiment.
+    /// Predicted standard deviation in the experiment.
     pub promised_std: f64,
-    /// Of both.
+    /// Unit of both.
     pub unit: String,
 }
 
@@ -279,41 +279,41 @@ pub struct PrecisionEntry {
 pub struct LocationEntry {
     /// `gyro_x`, ...
     pub channel: String,
-    /// Addition, where there are several: the recording whose clock the times are read on.
+    /// Addition, with several recordings: recording whose clock the times refer to.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub recording: Option<String>,
-    /// Begin \[s\].
+    /// Start \[s\].
     pub start_s: f64,
     /// End \[s\].
     pub end_s: f64,
-    /// Band \[Hz\].
+    /// Lower edge of the band \[Hz\].
     pub low_hz: f64,
-    /// Band \[Hz\].
+    /// Upper edge of the band \[Hz\].
     pub high_hz: f64,
-    /// How it goes with the motion.
+    /// Dependence on the motion.
     pub regime: String,
     /// Size in `unit`.
     pub size: f64,
-    /// rad/s.
+    /// Unit of the size: rad/s.
     pub unit: String,
-    /// Chance, trials counted.
+    /// p-value, corrected for the number of trials.
     pub p_value: f64,
-    /// Addition: channels and products of two that it goes with in its band, found before any fit.
+    /// Addition: channels and products of two that are coherent with it in its band, found before any fit.
     pub coherent_with: Vec<CoherentEntry>,
 }
 
-/// A channel that a located mismatch goes with.
+/// Channel coherent with a located mismatch.
 #[derive(Debug, Clone, Serialize)]
 pub struct CoherentEntry {
     /// `gyro_x`, ...
     pub channel: String,
     /// Channel or product, as in expressions.
     pub with: String,
-    /// How much later the mismatch does the same \[s\].
+    /// Lag of the mismatch behind the channel \[s\].
     pub lag_s: f64,
-    /// −1 … 1.
+    /// Coherence, −1 … 1.
     pub coherence: f64,
-    /// Chance, expressions and lags counted.
+    /// p-value, corrected for all expressions and lags.
     pub p_value: f64,
 }
 
@@ -321,7 +321,7 @@ pub struct CoherentEntry {
 #[derive(Debug, Clone, Serialize)]
 #[serde(untagged)]
 pub enum ParameterEntry {
-    /// A number with its spread.
+    /// Estimate with its standard deviation.
     Number {
         /// Contract's name.
         name: String,
@@ -332,7 +332,7 @@ pub enum ParameterEntry {
         /// Unit.
         unit: String,
     },
-    /// `axis`, `expression`.
+    /// Text: `axis`, `expression`.
     Text {
         /// Contract's name.
         name: String,
@@ -342,7 +342,7 @@ pub enum ParameterEntry {
 }
 
 impl EffectEntry {
-    /// A parameter that is a text.
+    /// Returns the value of a text parameter.
     pub fn text(&self, of: &str) -> Option<&str> {
         self.parameters.iter().find_map(|one| match one {
             ParameterEntry::Text { name, value } if name == of => Some(value.as_str()),
@@ -351,7 +351,7 @@ impl EffectEntry {
     }
 }
 
-/// A combination of parameters that the data fix.
+/// Estimable combination of parameters.
 #[derive(Debug, Clone, Serialize)]
 pub struct Identifiable {
     /// Parameter → weight.
@@ -367,11 +367,11 @@ pub struct Identifiable {
 pub struct EffectEntry {
     /// Contract's kind.
     pub kind: String,
-    /// Other kinds that the recording cannot tell from it; `unlisted` where physics outside the catalogue explains as much
-    /// (`expression`), or where much beside it on the same gyro is only described.
+    /// Kinds that the recording cannot distinguish from it; `unlisted` if an effect outside the catalogue explains as
+    /// much (`expression`), or if much of the mismatch on the same gyro is only described.
     pub indistinguishable_from: Vec<String>,
-    /// Addition: those of them that the gyros alone cannot tell from it, and gravity, as the accelerometers feel it, speaks
-    /// against.
+    /// Addition: kinds among them that only the gyros cannot distinguish from it, and that the measured gravity
+    /// rejects.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub gravity_speaks_against: Vec<String>,
     /// Its equation.
@@ -380,47 +380,47 @@ pub struct EffectEntry {
     pub parameters: Vec<ParameterEntry>,
     /// Covariance of the numeric parameters, in order.
     pub covariance: Vec<Vec<f64>>,
-    /// What is fixed.
+    /// Estimable combinations.
     pub identifiable: Vec<Identifiable>,
-    /// ln evidence gained.
+    /// Gain of ln evidence.
     pub log_evidence_gain: f64,
-    /// Chance, trials counted.
+    /// p-value, corrected for the number of trials.
     pub p_value: f64,
-    /// For a navigation engineer.
+    /// Explanation for a navigation engineer.
     pub what_was_left_out: String,
-    /// Expression of unlisted physics; of a listed kind that such physics rivals (`indistinguishable_from` then holds
-    /// `unlisted`), the rival.
+    /// Expression of an unlisted effect; for a listed kind with an unlisted rival (`indistinguishable_from` contains
+    /// `unlisted`), the rival's expression.
     pub expression: Option<String>,
-    /// Addition: its amplitude in each regime (1 = as fitted on all).
+    /// Addition: amplitude in each regime (1 = as fitted on all).
     pub regimes: Vec<RegimeEntry>,
-    /// Additions: how sure it is, where rows beside the fitted ones were asked.
+    /// Additions: strength of the evidence, if tested on held-out rows.
     #[serde(flatten)]
     pub evidence: Option<EvidenceEntry>,
 }
 
-/// How sure an effect is.
+/// Strength of the evidence for an effect.
 #[derive(Debug, Clone, Serialize)]
 pub struct EvidenceEntry {
-    /// `named`, or `class` where this recording cannot tell it from another kind or from drift.
+    /// `named`, or `class` if this recording cannot distinguish it from another kind or from drift.
     pub label: &'static str,
-    /// Predictive log score that it gains on rows that were not fitted.
+    /// Gain of the predictive log score on held-out rows (cross-validation).
     pub confirmed_gain: f64,
-    /// Share of the residual's power that it explains \[1\].
+    /// Share of the residual's power explained \[1\].
     pub share: f64,
-    /// How often the recording was re-enacted without it.
+    /// Number of draws of the parametric bootstrap without the effect.
     pub reenactments: usize,
-    /// Mean squared size per number that those showed of it all the same \[σ²\]: 1 where the likelihood is right.
+    /// Mean squared estimate per parameter of the absent effect in those draws \[σ²\]: 1 if the likelihood is correct.
     pub inflation: f64,
 }
 
-/// The contract's kind of what has no name in the catalogue.
+/// Contract's kind of an effect outside the catalogue.
 pub const UNLISTED: &str = "unlisted";
 
-/// Of a listed kind that may be [`UNLISTED`] without an expression that rivals it.
+/// Note on a listed kind that may be [`UNLISTED`], without a rival expression.
 pub const ONLY_DESCRIBED: &str = "Much beside it on the same gyro is only described: both may be one cause that is not in the catalogue.";
 
 impl EffectEntry {
-    /// Whether its class holds physics outside the catalogue.
+    /// True if its class contains an effect outside the catalogue.
     pub fn may_be_unlisted(&self) -> bool {
         let mut alike = self.indistinguishable_from.iter();
         alike.any(|kind| kind == UNLISTED)
@@ -430,45 +430,45 @@ impl EffectEntry {
 /// Amplitude in a regime.
 #[derive(Debug, Clone, Serialize)]
 pub struct RegimeEntry {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// λ.
+    /// Amplitude λ.
     pub amplitude: f64,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub std: f64,
 }
 
-/// Before and after.
+/// Fit before and after.
 #[derive(Debug, Clone, Serialize)]
 pub struct FitEntry {
     /// Fitted times \[s\].
     pub fitted_on: Vec<[f64; 2]>,
     /// Held-out times \[s\].
     pub held_out: Vec<[f64; 2]>,
-    /// Addition, where there are several recordings: the same on each one's own clock; `fitted_on` and `held_out`
-    /// then count on from the first recording's clock without a gap.
+    /// Addition, with several recordings: the same on the clock of each; `fitted_on` and `held_out` then continue the
+    /// clock of the first recording without a gap.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub recordings: Vec<RecordingEntry>,
-    /// Addition, where the recording was longer than memory: what was looked at how. Locations and powers are then of the
-    /// stretches alone; parameters and drifts are of all of it.
+    /// Addition, for a recording longer than memory: rows and blocks used. Locations and powers are then of the
+    /// stretches alone, parameters and drifts of all of it.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub whole: Option<WholeEntry>,
     /// Gyros.
     pub channels: Vec<ChannelEntry>,
 }
 
-/// A recording longer than memory.
+/// Use of a recording longer than memory.
 #[derive(Debug, Clone, Serialize)]
 pub struct WholeEntry {
-    /// Blocks per second \[Hz\] into which its rows were summed.
+    /// Block rate of the summed rows \[Hz\].
     pub blocks_per_s: f64,
-    /// Stretches that were looked at row by row \[s\]; blocks that hold rows of them are left out.
+    /// Stretches analysed row by row \[s\]; blocks that contain their rows are left out.
     pub stretches_s: Vec<[f64; 2]>,
-    /// Fitted in blocks \[s\].
+    /// Total fitted time in blocks \[s\].
     pub fitted_blocks_s: f64,
-    /// Held out in blocks \[s\].
+    /// Total held-out time in blocks \[s\].
     pub held_out_blocks_s: f64,
-    /// Out of use \[s\].
+    /// Total unusable time \[s\].
     pub unusable_s: f64,
     /// Gyros, on the held-out blocks.
     pub channels: Vec<ChannelEntry>,
@@ -479,29 +479,29 @@ pub struct WholeEntry {
 pub struct RecordingEntry {
     /// Its name.
     pub recording: String,
-    /// Whether it was held out as a whole.
+    /// The recording was held out as a whole.
     pub held_out_whole: bool,
     /// Fitted times \[s\].
     pub fitted_on: Vec<[f64; 2]>,
     /// Held-out times \[s\].
     pub held_out: Vec<[f64; 2]>,
-    /// Power of what is left over the shared noise in its held-out rows, x, y, z (1 = nothing left).
+    /// Power of the residual over the shared noise in its held-out rows, x, y, z (1 = noise alone).
     pub normalised_power: [Option<f64>; 3],
 }
 
-/// One gyro before and after.
+/// One channel before and after.
 #[derive(Debug, Clone, Serialize)]
 pub struct ChannelEntry {
     /// `gyro_x`, `accel_x`, ...
     pub channel: String,
-    /// Addition: unit of the drifts where it is not rad/s (accelerometers: m/s^2).
+    /// Addition: unit of the drifts if it is not rad/s (accelerometers: m/s^2).
     #[serde(skip_serializing_if = "Option::is_none")]
     pub unit: Option<&'static str>,
-    /// Addition: judged band \[Hz\].
+    /// Addition: tested band \[Hz\].
     pub band_hz: [f64; 2],
-    /// Without the effects.
+    /// Figures without the effects.
     pub held_out_before: FiguresEntry,
-    /// With them.
+    /// Figures with the effects.
     pub held_out_after: FiguresEntry,
 }
 
@@ -510,13 +510,13 @@ pub struct ChannelEntry {
 pub struct FiguresEntry {
     /// Mean rate \[rad/s\].
     pub drift_rad_s: f64,
-    /// Addition: its standard deviation \[rad/s\].
+    /// Addition: standard deviation of the mean rate \[rad/s\].
     pub drift_std_rad_s: f64,
-    /// Power over noise where located.
+    /// Power over noise in the located bands and times.
     pub normalised_power: f64,
-    /// Power over noise everywhere held out.
+    /// Power over noise in all held-out rows.
     pub normalised_power_all: f64,
-    /// Chance of being white.
+    /// p-value of the whiteness test.
     pub white_p_value: f64,
 }
 
@@ -525,28 +525,28 @@ pub struct FiguresEntry {
 pub struct NoiseEntry {
     /// `gyro_x`, ...
     pub channel: String,
-    /// \[rad/√s\].
+    /// Angle random walk \[rad/√s\].
     pub angle_random_walk_rad_sqrt_s: f64,
-    /// \[rad\].
+    /// White angle noise \[rad\].
     pub angle_noise_rad: f64,
-    /// Standard deviation of its drifting rate over the record \[rad/s\], where it drifts beyond what the model declares.
+    /// Standard deviation of its rate's drift over the record \[rad/s\], if beyond the drift in the model.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub wandering_rad_s: Option<f64>,
-    /// Addition: the terms of IEEE 952, as measured; of units at rest.
+    /// Addition: measured noise terms of IEEE 952; for units at rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<NoiseTermsEntry>,
 }
 
-/// The terms of IEEE 952 of one gyro, fitted together.
+/// Noise terms of IEEE 952 of one gyro, from a joint fit.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct NoiseTermsEntry {
-    /// N \[rad/√s\].
+    /// Angle random walk N \[rad/√s\].
     pub angle_random_walk_rad_sqrt_s: LevelEntry,
-    /// Q: white noise of angle \[rad\].
+    /// Quantisation Q: white angle noise \[rad\].
     pub quantisation_rad: LevelEntry,
-    /// B \[rad/s\].
+    /// Bias instability B \[rad/s\].
     pub bias_instability_rad_s: LevelEntry,
-    /// K \[rad/s/√s\].
+    /// Rate random walk K \[rad/s/√s\].
     pub rate_random_walk_rad_s_sqrt_s: LevelEntry,
 }
 
@@ -555,22 +555,23 @@ pub struct NoiseTermsEntry {
 pub struct LevelEntry {
     /// Value.
     pub value: f64,
-    /// Standard deviation; where the value is less, that of its square, as a root.
+    /// Standard deviation; for a smaller value, the root of the standard deviation of its square.
     pub std: f64,
 }
 
 impl LevelEntry {
-    /// Whether the level stands out from zero by [`SIGNIFICANT_SIGMAS`] of its standard deviations.
+    /// True if the level exceeds zero by [`SIGNIFICANT_SIGMAS`] standard deviations.
     pub fn is_measured(&self) -> bool {
         self.value > SIGNIFICANT_SIGMAS * self.std
     }
 
-    /// The size that the level does not exceed, its square taken [`SIGNIFICANT_SIGMAS`] standard deviations up.
+    /// Upper bound of the level: the root of its square plus [`SIGNIFICANT_SIGMAS`] standard deviations of the square.
     pub fn bound(&self) -> f64 {
         (self.value.powi(2) + SIGNIFICANT_SIGMAS * self.std_of_square()).sqrt()
     }
 
-    /// Levels are fitted as squares, whose distribution is near normal even where that of the level is not.
+    /// Standard deviation of the square: levels are fitted as squares, which are nearly normal even if the levels are
+    /// not.
     fn std_of_square(&self) -> f64 {
         match self.value > self.std {
             true => 2.0 * self.value * self.std,
@@ -588,35 +589,35 @@ pub struct ForceNoiseEntry {
     pub noise_m_s2_sqrt_hz: f64,
     /// White noise of the velocity \[m/s\].
     pub velocity_noise_m_s: f64,
-    /// The terms of IEEE 952, of a unit at rest.
+    /// Noise terms of IEEE 952, for a unit at rest.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub terms: Option<ForceTermsEntry>,
 }
 
-/// The terms of IEEE 952 of one accelerometer at rest.
+/// Noise terms of IEEE 952 of one accelerometer at rest.
 #[derive(Debug, Clone, Copy, Serialize)]
 pub struct ForceTermsEntry {
-    /// N \[m/s/√s\].
+    /// Velocity random walk N \[m/s/√s\].
     pub velocity_random_walk_m_s_sqrt_s: LevelEntry,
-    /// Q: white noise of velocity \[m/s\].
+    /// Quantisation Q: white velocity noise \[m/s\].
     pub quantisation_m_s: LevelEntry,
-    /// B \[m/s²\].
+    /// Bias instability B \[m/s²\].
     pub bias_instability_m_s2: LevelEntry,
-    /// K \[m/s²/√s\].
+    /// Acceleration random walk K \[m/s²/√s\].
     pub acceleration_random_walk_m_s2_sqrt_s: LevelEntry,
 }
 
-/// A kind that lost.
+/// Rejected kind.
 #[derive(Debug, Clone, Serialize)]
 pub struct RunnerUp {
     /// Kind.
     pub kind: String,
-    /// ln evidence behind.
+    /// ln evidence behind the selected kind.
     pub behind: f64,
 }
 
 impl RunnerUp {
-    /// Each kind once, by its nearest: kinds with what each is behind, in the order of their names.
+    /// Keeps for each kind the smallest difference of ln evidence, in the order of the names.
     pub fn nearest<'a>(rivals: impl Iterator<Item = (&'a str, f64)>) -> Vec<Self> {
         let mut nearest: BTreeMap<&str, f64> = BTreeMap::new();
         for (kind, behind) in rivals {
@@ -633,7 +634,7 @@ impl RunnerUp {
     }
 }
 
-/// A kind's reach.
+/// Sensitivity of the recording to a kind.
 #[derive(Debug, Clone, Serialize)]
 pub struct Sensitivity {
     /// Kind.
@@ -642,17 +643,17 @@ pub struct Sensitivity {
     pub typical: f64,
     /// Unit.
     pub unit: String,
-    /// Matched-filter SNR of one of its numbers alone at that size, that which shows best.
+    /// Matched-filter SNR of its most observable parameter alone at that size.
     pub snr: f64,
-    /// The same of the number that shows worst; 0 where no size of it that anybody would believe is found.
+    /// The same of its least observable parameter; 0 if it is not detected at any credible size.
     pub snr_weakest: f64,
 }
 
-/// How a search answers on the very recording that it searched.
+/// Self-test of a search on its own recording.
 #[derive(Debug, Clone)]
 pub struct Tested {
-    /// What it made of noise alone, and of effects added to it.
+    /// Trials with noise alone, and with effects added to it.
     pub self_test: SelfTestEntry,
-    /// How well each kind would show, in the order of the catalogue.
+    /// Sensitivity to each kind, in the order of the catalogue.
     pub sensitivity: Vec<Sensitivity>,
 }

@@ -1,4 +1,4 @@
-//! Sentences and units that every report of a diagnosis shares.
+//! Sentences and units common to all reports of a diagnosis.
 
 use std::collections::BTreeMap;
 
@@ -7,7 +7,7 @@ use crate::result::{EffectEntry, ONLY_DESCRIBED, ParameterEntry, UNLISTED, Verdi
 
 pub use crate::numbers::DEG_H;
 
-/// Matched-filter SNR at which a six-parameter effect is found nine times in ten.
+/// Matched-filter SNR at which a six-parameter effect is found with a probability of 0.9.
 pub const NEEDED_SNR: f64 = 7.0;
 
 /// The verdict as a sentence.
@@ -29,9 +29,9 @@ pub fn opening(verdict: Verdict) -> &'static str {
     }
 }
 
-/// "xy + xz", or "−0.33 x + 0.95 y" where parameters do not count alike.
+/// Formats a combination: "xy + xz", or "−0.33 x + 0.95 y" for unequal weights.
 pub fn combination(weights: &BTreeMap<String, f64>) -> String {
-    /// Less does not show in two digits.
+    /// Smallest weight visible in two digits.
     const LEAST: f64 = 0.005;
     let alike = weights.values().all(|weight| weight.abs() == 1.0);
     let mut text = String::new();
@@ -50,7 +50,7 @@ pub fn combination(weights: &BTreeMap<String, f64>) -> String {
     text
 }
 
-/// Says an effect, what the data fix of it, and what it cannot be told from.
+/// Formats an effect, its estimable combinations, and the kinds not distinguishable from it.
 pub fn effect_lines(effect: &EffectEntry) -> Vec<String> {
     let equation = match effect.equation.as_str() {
         "" => String::new(),

@@ -1,10 +1,10 @@
-//! The model with what was found in it.
+//! Model updated by the findings.
 
 use rlg_model::catalogue::CHOICE_KEY;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_model::{EffectValue, Model, ModelEffect};
 
-/// Says in an effect which of its numbers are a choice.
+/// Writes into an effect the text on its parameters that are a choice.
 pub fn say_choice(effect: &mut ModelEffect, choice: Option<String>) {
     if let Some(choice) = choice {
         let key = CHOICE_KEY.to_owned();
@@ -14,7 +14,7 @@ pub fn say_choice(effect: &mut ModelEffect, choice: Option<String>) {
 
 /// Adds an effect to a model.
 pub fn switch_on(model: &mut Model, effect: ModelEffect) {
-    // Sizes of one kind add up in one entry; events and expressions stay apart.
+    // Sizes of one kind add up in one entry; events and expressions remain separate.
     let single = !FAULT_KINDS.contains(&effect.kind.as_str())
         && !matches!(
             effect.kind.as_str(),

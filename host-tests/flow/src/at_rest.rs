@@ -1,4 +1,4 @@
-//! A unit at rest on the Earth, and why its accelerometers are not tested.
+//! Unit at rest on the Earth, and the reason for its accelerometers not being tested.
 
 use std::path::Path;
 
@@ -10,7 +10,7 @@ use rlg_signal::streams::Streams;
 
 use crate::{Outcome, Settings};
 
-/// Diagnoses aligned channels, using up the sensed increments; `None` where too few rows can be fitted.
+/// Diagnoses aligned channels, consuming the sensed increments; `None` if too few rows can be fitted.
 pub(super) fn diagnose(
     settings: &Settings,
     streams: &mut Streams,

@@ -1,7 +1,7 @@
-//! Gyros beside attitudes by their own likelihood, and the accelerometers on the motion that it finds.
+//! Gyros with an attitude reference by their own likelihood, and the accelerometers on the estimated motion.
 //!
-//! Gravity is carried by the gyros, less what was found of their errors. What they still err by is of the size of what the
-//! search could not see; a slow turn of the vertical is fitted with it.
+//! Gravity is propagated by the gyros, corrected for their estimated errors. The remaining gyro errors are of the size
+//! of the undetectable effects; a slow rotation of the vertical is fitted with the accelerometers.
 
 use std::path::Path;
 
@@ -14,7 +14,7 @@ use rlg_signal::streams::Streams;
 use crate::result::Verdict;
 use crate::{Outcome, Settings, force_plan, lost_rows, unusable};
 
-/// Diagnoses gyros beside attitudes, and the accelerometers that the model describes.
+/// Diagnoses gyros with an attitude reference, and the accelerometers described by the model.
 ///
 /// # Errors
 /// As of [`rlg_attitude::diagnose`].
@@ -54,10 +54,10 @@ pub(super) fn diagnose(
     Ok(outcome)
 }
 
-/// Diagnoses the accelerometers on a motion without known errors: those of the reference do not carry gravity.
+/// Diagnoses the accelerometers on a motion without known errors: errors of the reference do not affect gravity.
 ///
 /// # Errors
-/// Why they cannot be.
+/// Reason for not testing them.
 fn accelerometers(
     settings: &Settings,
     streams: &Streams,

@@ -1,17 +1,17 @@
-//! The flow of a diagnosis: every recording goes to one likelihood, and its accelerometers beside it.
+//! Flow of a diagnosis: one likelihood per kind of recording, and one for its accelerometers.
 //!
 //! | recording | likelihood |
 //! |---|---|
-//! | gyros beside a reference on their rows | `rlg-diagnosis` ([`diagnose_streams`]) |
+//! | gyros with a reference on the same rows | `rlg-diagnosis` ([`diagnose_streams`]) |
 //! | a unit at rest on the turning Earth | `rlg-diagnosis::at_rest` (`at_rest.rs`) |
 //! | several recordings of one unit | `rlg-diagnosis::several` (`together.rs`) |
 //! | a recording longer than memory | `rlg-diagnosis::long` (`long.rs`) |
-//! | gyros beside attitudes, or beside increments on other rows | `rlg-attitude` (`attitudes.rs`) |
-//! | accelerometers, beside each of these | `rlg-force` |
+//! | gyros with attitudes, or with increments on other rows | `rlg-attitude` (`attitudes.rs`) |
+//! | accelerometers, with each of these | `rlg-force` |
 //! | accelerometers in still positions, without a reference | `rlg-force::positions` |
 //!
-//! Enters: a recording and the model that predicts it. Leaves: [`Outcome`]. Nothing here reads truth files or
-//! imports the simulator.
+//! Input: a recording and the model that predicts it. Output: [`Outcome`]. No truth file is read and the simulator is
+//! not imported.
 
 mod at_rest;
 
@@ -45,7 +45,7 @@ use rlg_recording::error::InputError;
 use result::Diagnosis;
 use streams::Streams;
 
-/// Why nothing can be said of a recording of increments: a likelihood needs eight rows (`Observations::bridged`).
+/// Reason of an unusable recording of increments: a likelihood needs eight rows (`Observations::bridged`).
 const TOO_FEW_ROWS: &str =
     "fewer than eight rows with all channels measured are left to fit, besides those held out";
 
@@ -63,7 +63,7 @@ pub fn diagnose(
     diagnose_without(&[], recording, model, model_file, seed, progress)
 }
 
-/// The same with some kinds taken out of the catalogue: what the tool says of physics it does not know.
+/// Diagnoses with some kinds left out of the catalogue: the response to an effect unknown to the catalogue.
 ///
 /// # Errors
 /// As of [`diagnose_under`].
@@ -83,7 +83,7 @@ pub fn diagnose_without(
     diagnose_under(&settings, recording, model, model_file, progress)
 }
 
-/// The same under chosen settings.
+/// Diagnoses under the given settings.
 ///
 /// # Errors
 /// A channel is missing or of another unit, or axes are exchanged or reversed; or the model holds an effect that cannot
@@ -112,7 +112,7 @@ pub fn diagnose_under(
     Ok(outcome)
 }
 
-/// The same on aligned channels, so that the recording's own tables need not stay in memory.
+/// Diagnoses aligned channels, so that the recording's own tables need not stay in memory.
 ///
 /// # Errors
 /// As of [`diagnose_under`].
@@ -148,7 +148,7 @@ pub fn diagnose_streams(
     Ok(outcome)
 }
 
-/// Diagnoses gyros beside a reference on their rows, and their accelerometers; `None` where too few rows can be fitted.
+/// Diagnoses gyros with a reference on the same rows, and their accelerometers; `None` if too few rows can be fitted.
 fn beside_reference(
     settings: &Settings,
     streams: &mut Streams,
@@ -183,7 +183,8 @@ fn beside_reference(
     Ok(Some(found))
 }
 
-/// Diagnoses the accelerometers of recordings beside the outcome of their gyros; those without accelerometers say nothing.
+/// Diagnoses the accelerometers of recordings, given the outcome of their gyros; recordings without accelerometers are
+/// skipped.
 fn accelerometers(
     settings: &Settings,
     mut parts: Vec<Part>,
@@ -206,7 +207,7 @@ fn accelerometers(
     }
 }
 
-/// The numbers of the accelerometers' part.
+/// Settings of the accelerometers' analysis.
 fn force_plan(settings: &Settings) -> ForcePlan {
     ForcePlan {
         shared: settings.plan,
@@ -214,7 +215,7 @@ fn force_plan(settings: &Settings) -> ForcePlan {
     }
 }
 
-/// The outcome of a recording of which nothing can be said, with the reason.
+/// Outcome of an unusable recording, with the reason.
 fn unusable(recording: &str, settings: &Settings, why: &str, model: &Model) -> Outcome {
     Outcome {
         diagnosis: Diagnosis::unusable(recording, settings.seed, why),

@@ -15,10 +15,10 @@ use rlg_signal::streams::Streams;
 
 use crate::{Outcome, Settings, TOO_FEW_ROWS, accelerometers, unusable};
 
-/// Rows that are held at once by default, 0.9 kB each: two and a half minutes at 4 kHz.
+/// Default number of rows in memory, 0.9 kB each: two and a half minutes at 4 kHz.
 pub const MOST_ROWS: usize = 600_000;
 
-/// A recording of which only a part is in memory at once.
+/// Recording of which only a part is in memory at once.
 pub struct LongRecording<'a> {
     folder: &'a Path,
     extent: Extent,
@@ -26,11 +26,11 @@ pub struct LongRecording<'a> {
 }
 
 impl<'a> LongRecording<'a> {
-    /// Looks at a folder, of which `most_rows` rows may be held; `None` where all of it may, or must: units at rest, accelerometers alone, slower
-    /// references and tables that are no Parquet are read whole.
+    /// Opens a folder with at most `most_rows` rows in memory; `None` if all rows fit, or if the recording must be read
+    /// whole: units at rest, accelerometers alone, slower references, and tables other than Parquet.
     ///
     /// # Errors
-    /// Its recording.toml cannot be read.
+    /// The folder's recording.toml cannot be read.
     pub fn of(
         folder: &'a Path,
         model: &Model,
@@ -49,7 +49,7 @@ impl<'a> LongRecording<'a> {
         }))
     }
 
-    /// Its first seconds.
+    /// Reads the first seconds.
     ///
     /// # Errors
     /// They cannot be read.
@@ -58,7 +58,7 @@ impl<'a> LongRecording<'a> {
         Recording::read_between(self.folder, start_s, start_s + seconds)
     }
 
-    /// Diagnoses it.
+    /// Diagnoses the recording.
     ///
     /// # Errors
     /// As of [`crate::diagnose_under`].

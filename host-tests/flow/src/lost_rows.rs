@@ -1,7 +1,7 @@
-//! Rows that a file without stamps has lost are put back as unmeasured, before anything is aligned.
+//! Restores rows lost from a file without time stamps as unmeasured, before the alignment.
 //!
-//! Both sides are looked at on the gyros' rows ([`rlg_signal::lost_rows`]); what is found moves the rows of one side in the
-//! recording's own tables, so that every likelihood sees an ordinary gap.
+//! Gyros and reference are compared on the gyros' rows ([`rlg_signal::lost_rows`]); a detected loss shifts the later
+//! rows of one side in the recording's own tables, so that every likelihood has an ordinary gap.
 
 use std::borrow::Cow;
 
@@ -12,19 +12,19 @@ use rlg_signal::channel_map::without_dither;
 use rlg_signal::lost_rows::{Loser, LostRows, LostRowsPlan, find};
 use rlg_signal::streams::Streams;
 
-/// A recording as it should have been.
+/// Recording with its lost rows restored.
 pub(crate) struct Whole<'a> {
     pub(crate) recording: Cow<'a, Recording>,
-    /// Its channels, gyros beside the reference.
+    /// Channels of gyros and reference.
     pub(crate) streams: Streams,
-    /// What is said of rows that were put back.
+    /// Sentences on the restored rows.
     pub(crate) said: Vec<String>,
 }
 
-/// Puts rows back, one place after the other.
+/// Restores lost rows, one gap at a time.
 ///
 /// # Inputs
-/// `align`: gyros beside the reference on their rows.
+/// `align`: aligns gyros and reference on the gyros' rows.
 ///
 /// # Errors
 /// As of `align`.
@@ -33,9 +33,9 @@ pub(crate) fn put_back<'a>(
     model: &Model,
     align: impl Fn(&Recording, &Model) -> Result<Streams, InputError>,
 ) -> Result<Whole<'a>, InputError> {
-    /// Gyro rows of one reading of the reference: of more, rows cannot be counted.
+    /// Limit of gyro rows per sample of the reference: with more, rows cannot be counted.
     const MOST_ROWS_A_READING: f64 = 5.0;
-    /// Most places; a record of more is none that rows could be put back into.
+    /// Limit of the number of gaps: a recording with more cannot be restored.
     const MOST: usize = 8;
     let mut whole = Whole {
         streams: align(recording, model)?,
@@ -85,7 +85,7 @@ fn is_reference(quantity: &Quantity) -> bool {
     )
 }
 
-/// The first table that holds gyros, or a reference, where its rows have no stamps.
+/// First table with such a channel, if its rows have no time stamps.
 fn even_table(recording: &Recording, holds: fn(&Quantity) -> bool) -> Option<usize> {
     let table = recording.tables.iter().position(|table| {
         let mut channels = table.channels.iter();
@@ -94,7 +94,7 @@ fn even_table(recording: &Recording, holds: fn(&Quantity) -> bool) -> Option<usi
     matches!(recording.tables[table].clock, Clock::Uniform { .. }).then_some(table)
 }
 
-/// Moves rows of some channels from a time on to later ones.
+/// Shifts rows of some channels after a time to later rows, with unmeasured rows in the gap.
 fn open(table: &mut Table, at_s: f64, lasts_s: f64, is_moved: impl Fn(&Quantity) -> bool) {
     let rate_hz = 1.0 / table.clock.period_s(table.rows);
     let row = ((at_s - table.start_s()) * rate_hz).round().max(0.0) as usize;

@@ -16,7 +16,7 @@ use rlg_signal::streams::Streams;
 
 use crate::{Outcome, Settings, accelerometers, unusable};
 
-/// Diagnoses aligned recordings of one unit together; those whose piece is held out only test.
+/// Diagnoses aligned recordings of one unit together; recordings with a held-out piece serve validation only.
 ///
 /// # Errors
 /// Two recordings have one name, one is of a unit at rest, axes of one of them are reversed or exchanged, or the model holds
@@ -87,7 +87,7 @@ pub fn diagnose_together(
     Ok(outcome)
 }
 
-/// Asks for names that tell recordings apart.
+/// Checks that the recordings have different names.
 fn distinct(all: &[Streams]) -> Result<(), InputError> {
     for (place, streams) in all.iter().enumerate() {
         let name = &streams.piece.recording;

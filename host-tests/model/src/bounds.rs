@@ -1,7 +1,7 @@
-//! Checks a model: finite numbers that a unit can have, effects of the catalogue.
+//! Checks a model: finite numbers in a plausible range, effects of the catalogue.
 //!
-//! The first key at fault is named with the file, its value and what was expected. The bounds refuse wrong units and
-//! slips of the pen; they do not judge a gyro.
+//! The error names the file and the first faulty key, with its value and the expected one. The bounds reject wrong
+//! units and typing errors; they do not assess a gyro.
 
 use std::path::Path;
 
@@ -10,22 +10,23 @@ use super::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
 use rlg_recording::toml_file::{self, within};
 
-/// Scale errors of ring-laser gyros are parts per million; a tenth is a wrong unit or a wrong pulse weight.
+/// Limit of a scale error \[1\]: those of ring-laser gyros are parts per million; a tenth is a wrong unit or pulse
+/// weight.
 const LARGEST_SCALE_ERROR: f64 = 0.1;
-/// Eq. (7) is of first order in the installation angles; a tenth of a radian is no small angle.
+/// Limit of an installation angle \[rad\]: Eq. (7) is of first order; a tenth of a radian is no small angle.
 const LARGEST_INSTALLATION_RAD: f64 = 0.1;
-/// 0.1 rad/s is 20 000 °/h; a ring-laser gyro's bias is below 1 °/h.
+/// Limit of a bias \[rad/s\]: 0.1 rad/s is 20 000 °/h; a ring-laser gyro's bias is below 1 °/h.
 const LARGEST_BIAS_RAD_S: f64 = 0.1;
-/// A pulse is a fraction of an arcsecond to some arcseconds; 0.01 rad is a wrong unit.
+/// Limit of a pulse weight \[rad\]: a pulse is a fraction of an arcsecond to some arcseconds; 0.01 rad is a wrong unit.
 const LARGEST_PULSE_RAD: f64 = 0.01;
-/// The pickoff is calibrated to per cent; a gain outside these is a wrong unit.
+/// Range of a pickoff gain \[1\]: pickoffs are calibrated to per cent; a gain outside the range is a wrong unit.
 const PICKOFF_GAIN: [f64; 2] = [0.1, 10.0];
-/// A tenth of g of bias is no navigation accelerometer.
+/// Limit of an accelerometer bias \[m/s²\]: a tenth of g is beyond any navigation accelerometer.
 const LARGEST_ACCELEROMETER_BIAS_M_S2: f64 = 1.0;
 
 impl Model {
-    /// Whether every number is finite and physically possible and every effect is the catalogue's; an
-    /// error names `path` and the key.
+    /// Checks that every number is finite and physically possible and every effect is the catalogue's; an error names
+    /// `path` and the key.
     pub fn check(&self, path: &Path) -> Result<(), InputError> {
         let gyro = &self.gyro;
         if gyro.names_pulse_weights() {
@@ -212,7 +213,7 @@ fn check_effect(path: &Path, index: usize, effect: &ModelEffect) -> Result<(), I
     Ok(())
 }
 
-/// Pulse weights \[rad\] as they are given, where they are possible.
+/// Checks pulse weights \[rad\] and returns them.
 pub(super) fn pulse_weights(path: &Path, weights: [f64; 3]) -> Result<[f64; 3], InputError> {
     let range = [f64::MIN_POSITIVE, LARGEST_PULSE_RAD];
     triple(path, "gyro.pulse_weight_rad", weights, range, "rad")?;

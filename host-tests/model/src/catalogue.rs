@@ -1,8 +1,8 @@
-//! The catalogue: every kind of effect with its parameters' names and units, as the contract has them.
+//! The catalogue: every kind of effect with the names and units of its parameters, as in the contract.
 //!
 //! Names and meanings are the contract's and stay as they are. "ij" = gyro i, axis j.
 
-/// What a parameter holds.
+/// Type of a parameter's value.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Value {
     /// Any finite number.
@@ -17,11 +17,11 @@ pub enum Value {
     Channel,
     /// The name of a recording.
     Recording,
-    /// One of these words; the first where it is absent.
+    /// One of these words; the first if absent.
     OneOf(&'static [&'static str]),
-    /// A number from the least to the greatest, both included, and what stands for it where it is absent.
+    /// Number within a closed interval, and its default.
     Between([f64; 2], f64),
-    /// A remark for people: it changes nothing.
+    /// Remark for the reader, without effect on the model.
     Remark,
 }
 
@@ -34,7 +34,7 @@ pub struct Group {
     pub unit: &'static str,
     /// Type of the values.
     pub value: Value,
-    /// Whether all must be given; otherwise an absent one counts as 0.
+    /// All parameters are required; otherwise an absent one counts as 0.
     pub required: bool,
 }
 
@@ -45,7 +45,7 @@ pub struct Kind {
     pub name: &'static str,
     /// Its parameters; empty: free parameters (`unlisted`).
     pub groups: &'static [Group],
-    /// What a model may say beside them of how the firmware compensates it; no prediction depends on it.
+    /// Optional parameters of its compensation by the firmware; no prediction depends on them.
     pub compensation: &'static [Group],
 }
 
@@ -87,19 +87,20 @@ const AXIS: Group = needed(&["axis"], "", Value::Axis);
 const CHANNEL: Group = needed(&["channel"], "", Value::Channel);
 const TIME: Group = needed(&["time_s"], "s", Value::Number);
 const SPAN: Group = needed(&["start_s", "end_s"], "s", Value::Number);
-/// The one of several recordings that has an effect, of any kind; absent: all, and of an event any that was running then.
+/// The one of several recordings with an effect, of any kind; absent: all, and for an event any recording running at
+/// that time.
 const RECORDING: Group = bounded(&["recording"], "", Value::Recording);
-/// Combinations of an effect's numbers that no recording fixes, and what was written for them, of any kind.
+/// Combinations of an effect's parameters that no recording can estimate, and the values chosen for them, of any kind.
 const CHOICE: Group = bounded(&[CHOICE_KEY], "", Value::Remark);
 const FAULT: &[Group] = &[CHANNEL, SPAN, RECORDING];
-/// Gyro i reads Σ ij times what the reference turns about j; `channel = "dither"`: what the pickoffs say.
+/// Gyro i senses Σ_j ij times the rotation of the reference about j; `channel = "dither"`: times that of the pickoffs.
 const MAP: &[Group] = &[
     needed(NINE, "1", Value::Number),
     bounded(&["channel"], "", Value::Channel),
 ];
-/// Rows that faults hold and how many of them, or that a reading stands for.
+/// Number of faults and of faulty rows in a span, or of rows per sample.
 const ROWS: Group = bounded(&["count", "rows", "row_count"], "1", Value::Positive);
-/// A span of rows, and what is known of them.
+/// Span of faults, with their number.
 const LISTED: &[Group] = &[CHANNEL, SPAN, RECORDING, ROWS];
 /// One event of the reference.
 const JUMP: &[Group] = &[
@@ -109,21 +110,21 @@ const JUMP: &[Group] = &[
     RECORDING,
 ];
 
-/// Name of the remark on numbers that no recording fixes.
+/// Name of the remark on parameters that no recording can estimate.
 pub const CHOICE_KEY: &str = "choice";
 
-/// Words for [`Response`](super::Response): of the block that K implies, or of a spring without inertia.
+/// Words for [`Response`](super::Response): mode implied by K, or spring without inertia.
 pub(super) const RESPONSES: &[&str] = &["mode", STATIC];
-/// The word for [`Response::Static`](super::Response::Static).
+/// Word for [`Response::Static`](super::Response::Static).
 pub(super) const STATIC: &str = "static";
 
-/// Least and greatest damping ratio of a block on its suspension: springs of metal have 0.001 to 0.01, and beyond critical
+/// Range of the damping ratio of a block on its suspension: metal springs have 0.001 to 0.01, and beyond critical
 /// damping there is no mode.
 pub const FLEXURE_DAMPING: [f64; 2] = [0.002, 0.99];
-/// Damping ratio of a block on its suspension where nobody says it.
+/// Default damping ratio of a block on its suspension.
 pub const USUAL_FLEXURE_DAMPING: f64 = 0.005;
 
-/// How the firmware takes the static flexure out.
+/// Compensation of the static flexure by the firmware.
 const FLEXURE_COMPENSATION: &[Group] = &[
     bounded(&["response"], "", Value::OneOf(RESPONSES)),
     bounded(
@@ -215,7 +216,7 @@ pub const CATALOGUE: &[Kind] = &[
     kind("reference_misalignment", &[of(XYZ, "rad")]),
     kind("reference_delay", &[needed(&["all"], "s", Value::Number)]),
     kind("reference_scale", &[of(XYZ, "1")]),
-    // Of an attitude filter, towards the force that the accelerometers feel.
+    // Pull of an attitude filter towards the measured specific force.
     kind(
         "reference_pull",
         &[needed(&["all"], "1/s", Value::NotNegative)],
@@ -229,7 +230,7 @@ pub const CATALOGUE: &[Kind] = &[
         ],
     ),
     kind("reference_bandwidth", &[of(XYZ, "s^2")]),
-    // Smoothing by its second order, or a low pass of first order with this time constant.
+    // Smoothing, by its second-order term, or a first-order low pass with this time constant.
     kind(
         "gyro_bandwidth",
         &[
@@ -278,12 +279,12 @@ pub const CATALOGUE: &[Kind] = &[
 ];
 
 impl Kind {
-    /// The kind of this name.
+    /// Returns the kind of this name.
     pub fn named(name: &str) -> Option<&'static Self> {
         CATALOGUE.iter().find(|kind| kind.name == name)
     }
 
-    /// The listed name that is spelt most like `name`.
+    /// Returns the listed name most similar to `name` (Damerau–Levenshtein distance).
     pub fn nearest(name: &str) -> &'static str {
         CATALOGUE
             .iter()
@@ -291,19 +292,19 @@ impl Kind {
             .map_or("", |kind| kind.name)
     }
 
-    /// Whether any parameter is allowed.
+    /// True if any parameter is allowed.
     pub fn is_free(&self) -> bool {
         self.groups.is_empty()
     }
 
-    /// Its parameters' names in the contract's order.
+    /// Names of its parameters in the contract's order.
     pub fn parameter_names(&self) -> impl Iterator<Item = &'static str> {
         self.groups
             .iter()
             .flat_map(|group| group.names.iter().copied())
     }
 
-    /// The group a parameter belongs to.
+    /// Returns the group of a parameter.
     pub fn group_of(&self, parameter: &str) -> Option<&'static Group> {
         self.groups
             .iter()
@@ -312,7 +313,7 @@ impl Kind {
             .find(|group| group.names.contains(&parameter))
     }
 
-    /// The unit of a parameter.
+    /// Returns the unit of a parameter.
     pub fn unit_of(&self, parameter: &str) -> Option<&'static str> {
         self.group_of(parameter).map(|group| group.unit)
     }

@@ -1,8 +1,8 @@
-//! Reads `model.toml` into a checked [`Model`], with warnings about keys that this version does not know.
+//! Reads `model.toml` into a checked [`Model`], with warnings about unknown keys.
 //!
-//! What the contract gives a neutral value may be absent: bias, scale error and installation are then 0, the pickoff
-//! gain 1, the motion that of the reference. Pulse weights have no neutral value, but only counts need them. An
-//! accelerometer noise that is absent is estimated. Drift that no key declares is unknown, which is not zero.
+//! Keys with a neutral value in the contract may be absent: bias, scale error and installation are then 0, the pickoff
+//! gain 1, the motion that of the reference. Pulse weights have no neutral value, but only pulse counts need them. An
+//! absent accelerometer noise is estimated. Drift without a key is unknown, which is not zero.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -46,7 +46,7 @@ enum Source {
     Static,
 }
 
-/// Three numbers, x, y, z: not two, not four.
+/// Exactly three numbers, x, y, z.
 #[derive(Deserialize, Clone, Copy)]
 #[serde(try_from = "Vec<f64>")]
 struct Triple([f64; 3]);
@@ -109,7 +109,7 @@ struct AccelerometerEntry {
     noise_m_s2_sqrt_hz: Option<OneOrThree>,
 }
 
-/// The names that the reader takes, by section.
+/// Names accepted by the reader, by section.
 pub(super) fn read_names() -> [(&'static str, &'static [&'static str]); 6] {
     [
         ("", names::<ModelFile>()),
@@ -122,13 +122,13 @@ pub(super) fn read_names() -> [(&'static str, &'static [&'static str]); 6] {
 }
 
 impl Model {
-    /// Reads and checks the model in `path`; keys this version does not know are passed over.
+    /// Reads and checks the model in `path`; unknown keys are ignored.
     pub fn read(path: impl AsRef<Path>) -> Result<Self, InputError> {
         Self::read_with_warnings(path).map(|(model, _)| model)
     }
 
-    /// As [`Model::read`], with a sentence about each key that was passed over (most likely a slip of
-    /// the pen, but others may add keys of their own).
+    /// As [`Model::read`], with a sentence about each ignored key (most likely a typing error, but others may add keys
+    /// of their own).
     pub fn read_with_warnings(path: impl AsRef<Path>) -> Result<(Self, Vec<String>), InputError> {
         let path = path.as_ref();
         let (table, file): (_, ModelFile) = toml_file::read(path)?;
@@ -225,7 +225,7 @@ fn effect(path: &Path, index: usize, table: toml::Table) -> Result<ModelEffect, 
     Ok(ModelEffect { kind, parameters })
 }
 
-/// Warnings about keys that others may have added; an error for one that is nearly a known key.
+/// Warnings about unknown keys; an error for one that is similar to a known key.
 fn unknown_keys(path: &Path, table: &toml::Table) -> Result<Vec<String>, InputError> {
     let mut warnings = Vec::new();
     let known = |section: &str, key: &str| {

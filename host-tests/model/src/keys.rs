@@ -1,8 +1,8 @@
-//! The keys of `model.toml`: what the reader knows, and what `docs/files.md` says of each.
+//! Keys of `model.toml`, with their description in `docs/files.md`.
 
 use rlg_recording::keys::{Key, key};
 
-/// Every key, in the order of the file; those of an `[[effect]]` beside its kind are the catalogue's.
+/// All keys, in the order of the file; parameters of an `[[effect]]` other than its kind are the catalogue's.
 #[rustfmt::skip]
 pub const KEYS: &[Key] = &[
     key("", "format", "", "must be there", "1: the form that this page describes"),

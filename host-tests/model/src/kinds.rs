@@ -1,9 +1,9 @@
-//! Kinds of effects that predict nothing of what a gyro senses.
+//! Kinds of effects without a prediction for the gyros.
 
-/// Effects that change the noise and nothing else: no prediction, only a level.
+/// Kinds that change only the noise level.
 pub const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];
 
-/// Kinds that predict nothing: they say that rows cannot be used, or how channels are put right before anything else.
+/// Faults: rows excluded from use, and corrections of channels before the analysis.
 pub const FAULT_KINDS: [&str; 12] = [
     "lost_samples",
     "stuck_channel",

@@ -1,7 +1,7 @@
-//! Defines a model: what the simulation of a recording already contains, and what the firmware compensates.
+//! Model of a unit: known effects in the simulation of a recording, and their compensation by the firmware.
 //!
-//! `model.toml` gives a checked [`Model`]: finite, in range, known kinds with their own parameter names. Units are SI;
-//! the meaning of every name is fixed by the project's contract.
+//! `model.toml` is read into a checked [`Model`]: finite numbers in range, known kinds with their own parameter names.
+//! Units are SI; the meaning of every name is fixed by the project's contract.
 
 use std::collections::BTreeMap;
 
@@ -13,7 +13,7 @@ pub mod keys;
 pub mod kinds;
 mod text;
 
-/// Where the case's motion comes from.
+/// Source of the case's motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum MotionSource {
     /// From the recording's reference channels.
@@ -39,10 +39,11 @@ pub struct Installation {
     pub zy: f64,
 }
 
-/// `[gyro]`, each x, y, z. The default names nothing and corrects nothing.
+/// `[gyro]`, each x, y, z. The default has no pulse weights and zero corrections.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Gyro {
-    /// Angle of one pulse \[rad\], positive; 0 on all axes where the model names none ([`Gyro::names_pulse_weights`]).
+    /// Angle of one pulse \[rad\], positive; 0 on all axes without pulse weights in the model
+    /// ([`Gyro::names_pulse_weights`]).
     pub pulse_weight_rad: [f64; 3],
     /// Bias \[rad/s\].
     pub bias_rad_s: [f64; 3],
@@ -58,22 +59,22 @@ pub struct Gyro {
     pub installation_rad: Installation,
 }
 
-/// `[dither]`, each x, y, z. Absent in models of undithered gyros; pickoffs that were recorded all the same are taken at
-/// their word ([`Model::pickoff_gain`]).
+/// `[dither]`, each x, y, z. Absent in models of undithered gyros; recorded pickoffs then have gain 1 and no noise
+/// ([`Model::pickoff_gain`]).
 #[derive(Debug, Clone, PartialEq)]
 pub struct Dither {
     /// Block angle over pickoff angle \[1\].
     pub pickoff_gain: [f64; 3],
-    /// Noise of one pickoff reading \[rad\].
+    /// Noise of one pickoff sample \[rad\].
     pub pickoff_noise_rad: [f64; 3],
 }
 
-/// `[reference]`. What is absent is unknown, not zero.
+/// `[reference]`. An absent value is unknown, not zero.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Reference {
     /// White noise of the reference's angle \[rad\].
     pub angle_noise_rad: Option<f64>,
-    /// Its angle random walk \[rad/√s\].
+    /// Angle random walk of the reference \[rad/√s\].
     pub angle_random_walk_rad_sqrt_s: Option<f64>,
 }
 
@@ -97,36 +98,37 @@ pub enum EffectValue {
     Text(String),
 }
 
-/// One `[[effect]]`: physics that is switched on.
+/// One `[[effect]]` of the model.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ModelEffect {
-    /// Its kind in the contract's catalogue.
+    /// Kind in the contract's catalogue.
     pub kind: String,
-    /// Its parameters by the contract's names; absent six/nine/xyz entries count as 0.
+    /// Parameters by the contract's names; absent six/nine/xyz entries count as 0.
     pub parameters: BTreeMap<String, EffectValue>,
 }
 
-/// Natural frequency of the block that a flexure K = J/k \[s²\] implies \[Hz\], f0 = 1/(2π√K); `None` where K is not positive.
+/// Computes the natural frequency of a block \[Hz\] from its flexure K = J/k \[s²\], f0 = 1/(2π√K); `None` if K is not
+/// positive.
 pub fn implied_hz(flexure_s2: f64) -> Option<f64> {
     (flexure_s2 > 0.0).then(|| 1.0 / (std::f64::consts::TAU * flexure_s2.sqrt()))
 }
 
-/// How the firmware compensates a block's static flexure.
+/// Compensation of a block's static flexure by the firmware.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum Response {
-    /// With the block's own mode, f0 = 1/(2π√K), that its K implies.
+    /// With the block's mode implied by its K, f0 = 1/(2π√K).
     #[default]
     Mode,
-    /// As a spring without inertia, as predictions and simulations of `axis_flexure` are.
+    /// As a spring without inertia, like predictions and simulations of `axis_flexure`.
     Static,
 }
 
 /// A model in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Model {
-    /// Where the motion comes from.
+    /// Source of the motion.
     pub motion: MotionSource,
-    /// Whether the reference motion already contains the Earth's rotation.
+    /// The reference motion already contains the Earth's rotation.
     pub earth_rate_in_reference: bool,
     /// The gyros.
     pub gyro: Gyro,
@@ -140,44 +142,44 @@ pub struct Model {
     pub effects: Vec<ModelEffect>,
 }
 
-/// The names that the reader of `model.toml` takes, by section.
+/// Returns the names accepted by the reader of `model.toml`, by section.
 pub fn read_names() -> [(&'static str, &'static [&'static str]); 6] {
     file::read_names()
 }
 
 impl Model {
-    /// Block angle over a recorded pickoff's angle; 1 where the model says nothing of a dither.
+    /// Gain from a recorded pickoff's angle to the block's angle \[1\]; 1 without a dither in the model.
     pub fn pickoff_gain(&self, axis: usize) -> f64 {
         let dither = self.dither.as_ref();
         dither.map_or(1.0, |dither| dither.pickoff_gain[axis])
     }
 
-    /// Noise of one reading of each recorded pickoff \[rad\]; 0 where the model says nothing of a dither.
+    /// Noise of one sample of each recorded pickoff \[rad\]; 0 without a dither in the model.
     pub fn pickoff_noise_rad(&self) -> [f64; 3] {
         let dither = self.dither.as_ref();
         dither.map_or([0.0; 3], |dither| dither.pickoff_noise_rad)
     }
 
-    /// White noise of a block's angle as its pickoff says it \[rad²\].
+    /// White noise of a block's angle measured by its pickoff \[rad²\].
     pub fn pickoff_white_rad2(&self, axis: usize) -> f64 {
         (self.pickoff_gain(axis) * self.pickoff_noise_rad()[axis]).powi(2)
     }
 }
 
 impl Gyro {
-    /// Whether the model says what a pulse is: only gyros that count need it.
+    /// True if the model has pulse weights, which only gyros with pulse counts need.
     pub fn names_pulse_weights(&self) -> bool {
         self.pulse_weight_rad != [0.0; 3]
     }
 }
 
 impl Installation {
-    /// In the order xy, xz, yx, yz, zx, zy \[rad\].
+    /// Angles in the order xy, xz, yx, yz, zx, zy \[rad\].
     pub fn to_array(self) -> [f64; 6] {
         [self.xy, self.xz, self.yx, self.yz, self.zx, self.zy]
     }
 
-    /// From the order xy, xz, yx, yz, zx, zy \[rad\].
+    /// Angles from the order xy, xz, yx, yz, zx, zy \[rad\].
     pub fn from_array([xy, xz, yx, yz, zx, zy]: [f64; 6]) -> Self {
         Self {
             xy,
@@ -191,7 +193,7 @@ impl Installation {
 }
 
 impl ModelEffect {
-    /// A parameter that is a number; absent ones count as 0.
+    /// Value of a numeric parameter; 0 if absent.
     pub fn number(&self, name: &str) -> f64 {
         match self.parameters.get(name) {
             Some(EffectValue::Number(value)) => *value,
@@ -199,7 +201,7 @@ impl ModelEffect {
         }
     }
 
-    /// A parameter that is text.
+    /// Value of a text parameter.
     pub fn text(&self, name: &str) -> Option<&str> {
         match self.parameters.get(name) {
             Some(EffectValue::Text(text)) => Some(text),
@@ -207,7 +209,7 @@ impl ModelEffect {
         }
     }
 
-    /// How the firmware compensates it; said of `axis_flexure` only.
+    /// Compensation by the firmware; for `axis_flexure` only.
     pub fn response(&self) -> Response {
         match self.text("response") {
             Some(catalogue::STATIC) => Response::Static,
@@ -215,13 +217,13 @@ impl ModelEffect {
         }
     }
 
-    /// The damping ratio \[1\], where the model says one; of `axis_flexure`, that of the mode that its K implies.
+    /// Damping ratio \[1\], if given; for `axis_flexure`, that of the mode implied by its K.
     pub fn damping(&self) -> Option<f64> {
         let given = self.parameters.contains_key("damping");
         given.then(|| self.number("damping"))
     }
 
-    /// Numbers that no recording fixes, with what was written for them; `None` where all are known.
+    /// Text on parameters that no recording can estimate, with the values chosen for them; `None` if all are estimable.
     pub fn choice(&self) -> Option<&str> {
         self.text(catalogue::CHOICE_KEY)
     }

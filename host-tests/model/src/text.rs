@@ -1,4 +1,4 @@
-//! `model.toml` as text: the same model gives the same bytes, and every f64 comes back as it was.
+//! `model.toml` as text: equal models give equal bytes, and every f64 is exact on reading.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -10,14 +10,14 @@ use rlg_recording::output;
 use rlg_recording::toml_file;
 
 impl Model {
-    /// Writes it to `path`, whole or not at all.
+    /// Writes the model to `path`, whole or not at all.
     pub fn write(&self, path: impl AsRef<Path>) -> Result<(), InputError> {
         let path = path.as_ref();
         self.check(path)?;
         output::write_file(path, self.to_toml().as_bytes())
     }
 
-    /// The text of `model.toml`.
+    /// Formats the text of `model.toml`.
     pub fn to_toml(&self) -> String {
         let mut out = format!("format = {}\n", toml_file::FORMAT);
         // Writing to a String cannot fail, so the results of write! are dropped.
@@ -107,7 +107,7 @@ fn list(values: [f64; 3]) -> String {
     format!("[{x}, {y}, {z}]")
 }
 
-/// A bare key where TOML allows it.
+/// Bare key if TOML allows it, else quoted.
 fn key(name: &str) -> String {
     let bare = |c: char| c.is_ascii_alphanumeric() || c == '_' || c == '-';
     if !name.is_empty() && name.chars().all(bare) {

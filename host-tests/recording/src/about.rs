@@ -1,7 +1,7 @@
-//! Reads what a recording says of its circumstances: instrument, date, temperature.
+//! Reads the circumstances of a recording: instrument, date, temperature.
 //!
-//! `instrument = "SN 17"` and `start = 2026-03-01T12:00:00Z` are optional keys of `recording.toml`; the temperature is that
-//! of its temperature channels. Nothing of it enters a diagnosis: it is for comparing many.
+//! `instrument = "SN 17"` and `start = 2026-03-01T12:00:00Z` are optional keys of `recording.toml`; the temperature is
+//! that of its temperature channels. No diagnosis uses them: they serve the comparison of many recordings.
 
 use std::path::Path;
 
@@ -20,29 +20,29 @@ pub struct About {
     pub recording: String,
     /// Name of the instrument.
     pub instrument: Option<String>,
-    /// Date and time of the recording's time 0, as RFC 3339 has it.
+    /// Date and time of the recording's time 0, by RFC 3339.
     pub start: Option<String>,
-    /// The same since 1970, UTC \[s\].
+    /// The same as the time since 1970, UTC \[s\].
     pub start_s: Option<f64>,
     /// Mean temperature \[K\].
     pub temperature_k: Option<f64>,
 }
 
-/// What stands at the top of a `recording.toml` that is written, beside what the rows say.
+/// Head of a written `recording.toml`, in addition to the description of the rows.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Head {
-    /// Lines that begin with `#`.
+    /// Lines starting with `#`.
     pub comment: String,
     /// Name of the instrument.
     pub instrument: Option<String>,
-    /// Date and time of the recording's time 0 with its zone, as RFC 3339 has it.
+    /// Date and time of the recording's time 0 with its zone, by RFC 3339.
     pub start: Option<String>,
-    /// Quantities whose rows hold the value at the row's end instead of the mean.
+    /// Quantities sampled at the row's end instead of averaged over the row.
     pub instants: Vec<Quantity>,
 }
 
 impl Head {
-    /// Its text, without keys that have no value.
+    /// Formats the text, without keys that have no value.
     pub(super) fn to_toml(&self) -> String {
         let mut text = self.comment.clone();
         if let Some(instrument) = &self.instrument {
@@ -56,7 +56,7 @@ impl Head {
 }
 
 impl About {
-    /// Reads it from the manifest in `folder`, and its tables with temperatures.
+    /// Reads the manifest in `folder`, and its tables with temperatures.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
         let mut manifest = Recording::manifest_of(folder)?;

@@ -1,8 +1,7 @@
 //! CSV tables with a header row: columns of numbers as f64; an empty cell, `nan` or `null` as NaN.
 //!
-//! Comma-separated UTF-8. Every row must have as many cells as the header; blank
-//! lines are allowed at the end only. Values leave as stored,
-//! before scale and offset.
+//! Comma-separated UTF-8. Every row must have as many cells as the header; blank lines are allowed at the end only.
+//! Values are returned as stored, before scale and offset.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +11,7 @@ use csv::{ReaderBuilder, StringRecord, Trim};
 use super::parquet_table::locate;
 use crate::error::InputError;
 
-/// The columns `wanted` of `path`, in that order, equally long.
+/// Reads the columns `wanted` of `path`, in that order, equally long.
 pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputError> {
     let bytes = fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
     if bytes.iter().all(u8::is_ascii_whitespace) {
@@ -33,7 +32,7 @@ pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputE
         .read_record(&mut record)
         .map_err(|error| unreadable(path, &error))?
     {
-        // The library drops blank lines, and every later row would move forward in time.
+        // The library drops blank lines, which would shift every later row in time.
         if begins_with_a_blank_line(bytes, end) {
             return Err(InputError::new(path, "has a blank line between its rows")
                 .row(row)
@@ -48,7 +47,7 @@ pub(super) fn read(path: &Path, wanted: &[&str]) -> Result<Vec<Vec<f64>>, InputE
     Ok(columns)
 }
 
-/// Whether a line without a character follows the record that ends before byte `end`.
+/// True if an empty line follows the record that ends before byte `end`.
 fn begins_with_a_blank_line(bytes: &[u8], end: usize) -> bool {
     let (before, rest) = bytes.split_at(end.min(bytes.len()));
     // The library ends a record at the first character of CR LF.

@@ -1,37 +1,36 @@
-//! One error for everything a user hands to `rlg`: which file, which channel, which row, what stood
-//! there and what was expected. It ends the command with exit code 2 and one sentence on standard error.
+//! Error for every input of `rlg`: file, channel, row, value found and value expected. It ends the command with exit
+//! code 2 and one sentence on standard error.
 
 use std::fmt;
 use std::io;
 use std::ops::Deref;
 use std::path::{Path, PathBuf};
 
-/// Why an input cannot be used. Every part that is known is printed; parts that do not apply are absent.
+/// Reason for rejecting an input. Every known part is printed; parts that do not apply are absent.
 ///
-/// The parts read as fields (`error.channel`). They lie behind one pointer, so that a `Result` on the
-/// good path stays small.
+/// The parts are read as fields (`error.channel`). They are boxed, so that a `Result` stays small in the success case.
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct InputError(Box<Parts>);
 
-/// The parts of an [`InputError`].
+/// Parts of an [`InputError`].
 #[derive(Debug, Clone, Default, PartialEq, Eq)]
 pub struct Parts {
-    /// The file or folder at fault.
+    /// Faulty file or folder.
     pub file: PathBuf,
-    /// The channel (column) at fault, or the key in a TOML file.
+    /// Faulty channel (column), or key in a TOML file.
     pub channel: Option<String>,
-    /// The row, counted from 0 at the first row of data.
+    /// Row, counted from 0 at the first row of data.
     pub row: Option<u64>,
-    /// The value found, as it stood in the file.
+    /// Value found, as written in the file.
     pub value: Option<String>,
-    /// What is wrong, as a clause: "is text, not a number".
+    /// Problem, as a clause: "is text, not a number".
     pub problem: String,
-    /// What was expected, as a noun phrase: "a number in rad".
+    /// Expected value, as a noun phrase: "a number in rad".
     pub expected: Option<String>,
 }
 
 impl InputError {
-    /// An error about `file` as a whole.
+    /// Error about `file` as a whole.
     pub fn new(file: impl AsRef<Path>, problem: impl Into<String>) -> Self {
         Self(Box::new(Parts {
             file: file.as_ref().to_path_buf(),
@@ -39,7 +38,7 @@ impl InputError {
             ..Parts::default()
         }))
     }
-    /// An error about `file`, which the system would not let be read.
+    /// Error about a `file` that the system cannot read.
     pub fn unreadable(file: impl AsRef<Path>, error: &io::Error) -> Self {
         Self::new(
             file,
@@ -49,27 +48,27 @@ impl InputError {
             },
         )
     }
-    /// An error about `file`, which the system would not let be written.
+    /// Error about a `file` that the system cannot write.
     pub fn unwritable(file: impl AsRef<Path>, error: &io::Error) -> Self {
         Self::new(file, format!("cannot be written ({})", error.kind()))
             .expected("a place this user may write to")
     }
-    /// Names the channel or key at fault.
+    /// Adds the faulty channel or key.
     pub fn channel(mut self, channel: impl Into<String>) -> Self {
         self.0.channel = Some(channel.into());
         self
     }
-    /// Names the row at fault, from 0.
+    /// Adds the faulty row, from 0.
     pub fn row(mut self, row: u64) -> Self {
         self.0.row = Some(row);
         self
     }
-    /// Quotes the value found.
+    /// Adds the value found.
     pub fn value(mut self, value: impl ToString) -> Self {
         self.0.value = Some(value.to_string());
         self
     }
-    /// Says what was expected.
+    /// Adds the expected value.
     pub fn expected(mut self, expected: impl Into<String>) -> Self {
         self.0.expected = Some(expected.into());
         self

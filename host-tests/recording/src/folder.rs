@@ -1,8 +1,8 @@
-//! Reads a recording's folder into memory, and judges its values.
+//! Reads a recording's folder into memory, and checks its values.
 //!
-//! Every channel becomes value = stored · scale + offset in SI. What cannot be right is refused by name: a count that
-//! is not whole, an infinite value, a whole channel in another unit or without a single value, stamps that do not
-//! increase. What may be a fault of the unit (a jump, a stuck run, a gap) is left to the user of the recording.
+//! Every channel becomes value = stored · scale + offset in SI. Impossible inputs are rejected by name: a count that is
+//! not whole, an infinite value, a whole channel in another unit or without a single value, stamps that do not
+//! increase. Possible faults of the unit (a jump, a stuck run, a gap) are left to the user of the recording.
 
 use std::ops::Range;
 use std::path::Path;
@@ -13,37 +13,38 @@ use super::{Channel, Clock, Quantity, Recording, Table, csv_table, misspelt, par
 use crate::error::InputError;
 use crate::toml_file;
 
-/// A count times a scale of 1 is exact; a scale that undoes another (stored in 1/1000 pulses, say) leaves
-/// rounding of the order 1e-10 pulse. A millionth of a pulse is neither, so the column holds no counts.
+/// Largest distance of a count from an integer \[pulse\]: a count times a scale of 1 is exact; a scale that undoes
+/// another (stored in 1/1000 pulses, say) leaves rounding of the order 1e-10 pulse. Beyond a millionth of a pulse the
+/// column holds no counts.
 const WHOLE_COUNT: f64 = 1e-6;
 
-/// The sensor's counter is read as i32 by the firmware.
+/// Largest count: the firmware reads the sensor's counter as i32.
 const LARGEST_COUNT: f64 = i32::MAX as f64;
 
-/// Larger numbers are damage, in any unit; and sums of products of three stay within what f64 holds.
+/// Largest value: larger numbers are damage, in any unit; sums of products of three stay within the range of f64.
 const LARGEST_VALUE: f64 = 1e30;
 
 impl Recording {
-    /// Whether the folder's manifest can be read and has a table in `file`.
+    /// True if the folder's manifest can be read and has a table in `file`.
     pub fn lists_table(folder: impl AsRef<Path>, file: &str) -> bool {
         Manifest::read(&folder.as_ref().join(MANIFEST))
             .is_ok_and(|manifest| manifest.tables.iter().any(|table| table.file == file))
     }
 
-    /// What the channels of the recording in `folder` measure, by its manifest alone.
+    /// Returns the quantities of the channels of the recording in `folder`, from its manifest alone.
     pub fn quantities(folder: impl AsRef<Path>) -> Result<Vec<Quantity>, InputError> {
         let manifest = Self::manifest_of(folder.as_ref())?;
         let channels = manifest.tables.iter().flat_map(|table| &table.channels);
         Ok(channels.map(ChannelEntry::quantity).collect())
     }
 
-    /// When it was recorded, as the manifest's `start` has it; absent where it has none.
+    /// Returns the start time of the recording, from the manifest's `start`; `None` without one.
     pub fn start(folder: impl AsRef<Path>) -> Result<Option<String>, InputError> {
         let manifest = Self::manifest_of(folder.as_ref())?;
         Ok(manifest.start.map(|start| start.to_string()))
     }
 
-    /// The names of the files that make up the recording in `folder`: the manifest, then its tables.
+    /// Returns the names of all files of the recording in `folder`: the manifest, then its tables.
     pub fn files(folder: impl AsRef<Path>) -> Result<Vec<String>, InputError> {
         let manifest = Self::manifest_of(folder.as_ref())?;
         let tables = manifest.tables.into_iter().map(|table| table.file);
@@ -68,7 +69,7 @@ impl Recording {
         })
     }
 
-    /// Judges the values of every channel as [`Recording::read`] does, for a recording that `file` became.
+    /// Checks the values of every channel as [`Recording::read`] does, for a recording converted from `file`.
     pub fn check_values(&self, file: &Path) -> Result<(), InputError> {
         for table in &self.tables {
             let period_s = table.clock.period_s(table.rows);
@@ -78,7 +79,7 @@ impl Recording {
         Ok(())
     }
 
-    /// What a folder says of itself, if it is one.
+    /// Reads the manifest of a folder.
     pub(super) fn manifest_of(folder: &Path) -> Result<Manifest, InputError> {
         if !folder.exists() {
             return Err(InputError::new(folder, "does not exist")
@@ -90,12 +91,12 @@ impl Recording {
         }
         let path = folder.join(MANIFEST);
         let text = toml_file::read_text(&path)?;
-        // Before anything is missed, for it may be there under a name that is nearly right.
+        // Before the check for missing keys, since a key may be present under a misspelt name.
         misspelt::check_keys(&path, &toml_file::table(&path, &text)?)?;
         Manifest::from_text(&path, &text)
     }
 
-    /// The name in the manifest, or else the folder's.
+    /// Returns the name in the manifest, or else the folder's.
     pub(super) fn name_of(folder: &Path, manifest: &Manifest) -> String {
         manifest.name.clone().unwrap_or_else(|| {
             let last = folder.file_name().unwrap_or(folder.as_os_str());
@@ -104,7 +105,7 @@ impl Recording {
     }
 }
 
-/// Reads and checks a table, or some rows of one in Parquet.
+/// Reads and checks a table, or some rows of a Parquet table.
 pub(super) fn read_table(
     folder: &Path,
     entry: &TableEntry,
@@ -151,7 +152,7 @@ pub(super) fn read_table(
     let period_s = clock.period_s(rows);
     let mut channels = Vec::with_capacity(columns.len());
     for (channel, mut values) in entry.channels.iter().zip(columns) {
-        // Rates of a quantity that is an angle over the row's period.
+        // A rate of a quantity that is an angle over the row's period.
         let period = if channel.is_rate { period_s } else { 1.0 };
         let (scale, offset) = (channel.scale * period, channel.offset * period);
         for value in &mut values {
@@ -176,25 +177,24 @@ pub(super) fn read_table(
     })
 }
 
-/// A uniform grid of rows, some of which may be missing: what is summed over a row's period needs one period for all
-/// rows.
+/// Uniform grid of rows, some of which may be missing: sums over a row's period need one period for all rows.
 struct Grid {
     clock: Clock,
-    /// Index in the grid of each row that is present.
+    /// Index in the grid of each row present.
     places: Vec<usize>,
 }
 
 impl Grid {
     fn of(stamps_s: &[f64]) -> Option<Self> {
-        /// Rows that a stamp may be off, as one printed with few digits is.
+        /// Largest deviation of a stamp from the grid \[rows\], as of one printed with few digits.
         const OFF_ROWS: f64 = 0.01;
-        /// Least share of the grid's rows that must be present.
+        /// Smallest share of the grid's rows that must be present.
         const FEWEST: f64 = 0.5;
         let (first, last) = (*stamps_s.first()?, *stamps_s.last()?);
         let mut apart_s: Vec<f64> = stamps_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
         apart_s.sort_by(f64::total_cmp);
         let usual_s = *apart_s.get(apart_s.len().checked_sub(1)? / 2)?;
-        // The usual period is as coarse as the stamps are printed: rows are counted from one to the next.
+        // The median period is as coarse as the printed stamps: rows are counted from one to the next.
         let mut place = 0;
         let mut places = vec![0];
         for pair in stamps_s.windows(2) {
@@ -224,7 +224,7 @@ impl Grid {
         self.places.last().map_or(0, |last| last + 1)
     }
 
-    /// Fills rows that are missing with NaN.
+    /// Fills missing rows with NaN.
     fn fill(&self, column: &mut Vec<f64>) {
         let mut filled = vec![f64::NAN; self.rows()];
         for (place, value) in self.places.iter().zip(column.iter()) {
@@ -309,7 +309,7 @@ fn check_values(
         .map(|v| v.abs())
         .collect();
     if !whole {
-        // A stretch may be a gap, and too quiet to tell a unit by.
+        // A stretch may be a gap, or too quiet to identify a unit.
         return Ok(());
     }
     if magnitudes.is_empty() {

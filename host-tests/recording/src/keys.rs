@@ -1,28 +1,28 @@
-//! The keys of `recording.toml`, as `docs/files.md` says them, and the form in which that page has such a list.
+//! Keys of `recording.toml`, with their description in `docs/files.md`, and the form of such a list.
 
 use serde::de::{DeserializeOwned, Deserializer, Error as _, Visitor, value::Error};
 use serde::forward_to_deserialize_any;
 
 use super::manifest::{ChannelEntry, Manifest, SegmentEntry, SiteEntry, TableEntry};
 
-/// One key of a file.
+/// Key of a file.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Key {
-    /// The table that it stands in, as TOML writes it inside the outer brackets; empty at the top, `[table]` where there
-    /// may be several.
+    /// Section of the key, as TOML writes it inside the outer brackets; empty at the top, `[table]` if there may be
+    /// several.
     pub section: &'static str,
-    /// Its name.
+    /// Name.
     pub name: &'static str,
-    /// Unit of its value; empty where it has none.
+    /// Unit of the value; empty without a unit.
     pub unit: &'static str,
-    /// What an absent key stands for.
+    /// Meaning of an absent key.
     pub default: &'static str,
-    /// What it says.
+    /// Meaning of the key.
     pub meaning: &'static str,
 }
 
 impl Key {
-    /// The key at the top of the file that holds it.
+    /// Returns the top-level key that contains it.
     pub fn top(&self) -> &'static str {
         let bare = self.section.trim_matches(['[', ']']);
         match bare.split('.').next() {
@@ -32,7 +32,7 @@ impl Key {
     }
 }
 
-/// Every key of `recording.toml`, in the order of the file.
+/// All keys of `recording.toml`, in the order of the file.
 #[rustfmt::skip]
 pub const KEYS: &[Key] = &[
     key("", "format", "", "must be there", "1: the form that this page describes"),
@@ -58,7 +58,7 @@ pub const KEYS: &[Key] = &[
     key("[segment]", "end_s", "s", "must be there", "its end"),
 ];
 
-/// A key of a section, with its unit, its default and its meaning.
+/// Key of a section, with its unit, default and meaning.
 pub const fn key(
     section: &'static str,
     name: &'static str,
@@ -75,7 +75,7 @@ pub const fn key(
     }
 }
 
-/// The names that the reader takes, by section.
+/// Names accepted by the reader, by section.
 pub fn read_names() -> [(&'static str, &'static [&'static str]); 5] {
     [
         ("", names::<Manifest>()),
@@ -86,15 +86,15 @@ pub fn read_names() -> [(&'static str, &'static [&'static str]); 5] {
     ]
 }
 
-/// The names of the fields that `T` is read from.
+/// Names of the fields from which `T` is deserialised.
 pub fn names<T: DeserializeOwned>() -> &'static [&'static str] {
     let mut names: &[&str] = &[];
-    // Whoever asks for the fields is told no more than that they were heard.
+    // The error is expected: the fields are recorded before it.
     drop(T::deserialize(Names(&mut names)));
     names
 }
 
-/// Hears which fields a type asks for.
+/// Deserialiser that records the fields requested by a type.
 struct Names<'a>(&'a mut &'static [&'static str]);
 
 impl<'de> Deserializer<'de> for Names<'_> {

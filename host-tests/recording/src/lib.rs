@@ -1,11 +1,11 @@
-//! Reads and writes recordings: folders with `recording.toml` beside tables (Parquet or CSV).
+//! Reads and writes recordings: folders with `recording.toml` and tables (Parquet or CSV).
 //!
-//! A [`Recording`] holds every channel as f64 in the unit of its quantity (SI), NaN where nothing was measured. The
-//! meaning of every name is fixed by the project's contract; unknown quantities are kept as [`Quantity::Other`] and are
-//! never an error.
+//! A [`Recording`] holds every channel as f64 in the unit of its quantity (SI), NaN for unmeasured values. The meaning
+//! of every name is fixed by the project's contract; unknown quantities are kept as [`Quantity::Other`] and are never
+//! an error.
 //!
-//! Out of scope: alignment of tables that differ in rate, and any judgement of the data's
-//! quality. That is the first stage of whoever uses the recording.
+//! Out of scope: alignment of tables of different rates, and any assessment of the data's quality. Both are the first
+//! stage of an analysis.
 
 use std::path::PathBuf;
 
@@ -45,7 +45,7 @@ pub use table_stream::TableStream;
 /// Names of the body axes, in index order.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 
-/// Where the recording was made.
+/// Site of the recording.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Site {
     /// Geodetic latitude \[rad\].
@@ -65,16 +65,16 @@ pub enum Axis {
     Z,
 }
 
-/// What a channel measures. The unit of each is fixed by the contract.
+/// Measured quantity of a channel. The unit of each is fixed by the contract.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Quantity {
-    /// Pulses counted over the row's period \[1\]; includes the block's own dither.
+    /// Pulses counted over the row's period \[1\]; includes the dither of the block.
     GyroCount,
-    /// Angle over the row's period \[rad\], no dither to strip.
+    /// Angle over the row's period \[rad\], free of dither.
     GyroIncrement,
     /// Mean rate over the row's period \[rad/s\].
     GyroRate,
-    /// Block relative to case \[rad\], at the row's end.
+    /// Angle of the block relative to the case \[rad\], at the row's end.
     DitherAngle,
     /// Mean specific force over the row's period \[m/s²\].
     SpecificForce,
@@ -88,25 +88,25 @@ pub enum Quantity {
     ReferenceIncrement,
     /// One component of the unit quaternion, body to navigation frame, at the row's end.
     ReferenceAttitude,
-    /// Any quantity the contract does not list, by its name in the file.
+    /// Quantity outside the contract, by its name in the file.
     Other(String),
 }
 
-/// When the rows of a table were taken. Row k covers \[start + k/rate, start + (k+1)/rate).
+/// Times of the rows of a table. Row k covers \[start + k/rate, start + (k+1)/rate).
 #[derive(Debug, Clone, PartialEq)]
 pub enum Clock {
     /// Uniform rows.
     Uniform {
-        /// Rows per second \[Hz\].
+        /// Row rate \[Hz\].
         rate_hz: f64,
-        /// Beginning of row 0 \[s\].
+        /// Start of row 0 \[s\].
         start_s: f64,
     },
-    /// A column of the table holds the time of each row \[s\], strictly increasing.
+    /// Time of each row \[s\] in a column of the table, strictly increasing.
     Stamped {
-        /// The column's name.
+        /// Name of the column.
         column: String,
-        /// The stamps \[s\], one a row.
+        /// Time stamps \[s\], one a row.
         stamps_s: Vec<f64>,
     },
 }
@@ -114,17 +114,17 @@ pub enum Clock {
 /// One column of a table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Channel {
-    /// The column's name in the table.
+    /// Name of the column in the table.
     pub column: String,
-    /// What it measures.
+    /// Measured quantity.
     pub quantity: Quantity,
-    /// The axis as written in the file: "x", "y", "z", or "w" for attitude; `None` where not given.
+    /// Axis as written in the file: "x", "y", "z", or "w" for attitude; `None` if not given.
     pub axis: Option<String>,
-    /// Scale in stored · scale + offset = the value in the quantity's unit.
+    /// Scale in value = stored · scale + offset, in the quantity's unit.
     pub scale: f64,
-    /// Offset in stored · scale + offset.
+    /// Offset in value = stored · scale + offset.
     pub offset: f64,
-    /// The values, already scaled; NaN = not measured.
+    /// Scaled values; NaN = not measured.
     pub values: Vec<f64>,
 }
 
@@ -133,58 +133,58 @@ pub struct Channel {
 pub struct Table {
     /// File name inside the folder, `*.parquet` or `*.csv`.
     pub file: String,
-    /// When its rows were taken.
+    /// Times of the rows.
     pub clock: Clock,
-    /// Rows in every channel.
+    /// Number of rows in every channel.
     pub rows: usize,
-    /// Its channels in the order of `recording.toml`.
+    /// Channels in the order of `recording.toml`.
     pub channels: Vec<Channel>,
 }
 
-/// A named interval of time.
+/// Named time interval.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Segment {
     /// Its name.
     pub name: String,
     /// still, coning, vibration, slew, spin, or free text.
     pub kind: String,
-    /// Begin \[s\].
+    /// Start \[s\].
     pub start_s: f64,
     /// End \[s\].
     pub end_s: f64,
 }
 
-/// A recording in memory.
+/// Recording in memory.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Recording {
     /// Its name.
     pub name: String,
-    /// The folder it was read from or will be written to, for error messages.
+    /// Folder of the recording, read or to be written, for error messages.
     pub folder: PathBuf,
-    /// Where it was made, if known.
+    /// Site, if known.
     pub site: Option<Site>,
     /// Its tables.
     pub tables: Vec<Table>,
-    /// Its named intervals.
+    /// Named time intervals.
     pub segments: Vec<Segment>,
 }
 
 impl Clock {
-    /// Time that one row covers \[s\]; of stamped rows the mean over `rows` rows.
+    /// Row period \[s\]; for stamped rows the mean over `rows` rows.
     pub fn period_s(&self, rows: usize) -> f64 {
         match self {
             Self::Uniform { rate_hz, .. } => 1.0 / rate_hz,
             Self::Stamped { stamps_s, .. } if rows > 1 => {
                 (stamps_s[rows - 1] - stamps_s[0]) / (rows - 1) as f64
             }
-            // One stamp tells nothing of a period; a second is the unit.
+            // One stamp does not define a period; 1 s is arbitrary.
             Self::Stamped { .. } => 1.0,
         }
     }
 }
 
 impl Table {
-    /// Beginning of row 0 \[s\].
+    /// Start of row 0 \[s\].
     pub fn start_s(&self) -> f64 {
         match &self.clock {
             Clock::Uniform { start_s, .. } => *start_s,
@@ -192,7 +192,7 @@ impl Table {
         }
     }
 
-    /// End of the last row \[s\]; a stamped last row counts as long as the mean row.
+    /// End of the last row \[s\]; a stamped last row has the mean row period.
     pub fn end_s(&self) -> f64 {
         match &self.clock {
             Clock::Uniform { rate_hz, start_s } => start_s + self.rows as f64 / rate_hz,
@@ -202,7 +202,7 @@ impl Table {
         }
     }
 
-    /// Keeps some rows alone, on the same clock; those beyond the last are none.
+    /// Keeps a range of rows, limited to the existing ones, on the same clock.
     pub fn keep(&mut self, rows: std::ops::Range<usize>) {
         let end = rows.end.min(self.rows);
         let rows = rows.start.min(end)..end;
@@ -216,7 +216,7 @@ impl Table {
         }
     }
 
-    /// The channel that measures `quantity` about `axis` ("x", "y", "z", "w").
+    /// Returns the channel of `quantity` about `axis` ("x", "y", "z", "w").
     pub fn channel(&self, quantity: &Quantity, axis: &str) -> Option<&Channel> {
         self.channels
             .iter()
@@ -225,7 +225,7 @@ impl Table {
 }
 
 impl Recording {
-    /// The first table with a channel of `quantity` about `axis`, and that channel.
+    /// Returns the first table with a channel of `quantity` about `axis`, and that channel.
     pub fn channel(&self, quantity: &Quantity, axis: &str) -> Option<(&Table, &Channel)> {
         self.tables
             .iter()

@@ -1,7 +1,6 @@
-//! Parses and writes `recording.toml`: the list of tables and what their columns mean.
+//! Parses `recording.toml`: the list of tables and the meaning of their columns.
 //!
-//! Everything that can be judged without opening a table is judged here. Keys that the contract does not name are
-//! ignored: others may add to it.
+//! Every check that needs no table is done here. Keys outside the contract are ignored: others may add to it.
 
 use std::collections::HashSet;
 use std::path::{Component, Path};
@@ -15,16 +14,16 @@ use super::{Quantity, Segment, Site};
 use crate::error::InputError;
 use crate::toml_file;
 
-/// Its name in the folder.
+/// File name of the manifest in the folder.
 pub const MANIFEST: &str = "recording.toml";
 
-/// The name of rates of the case, which are read as [`Quantity::ReferenceIncrement`]: rate times period.
+/// Name of case rates in the file, read as [`Quantity::ReferenceIncrement`]: rate times period.
 const REFERENCE_RATE: &str = "reference_rate";
 
-/// Sampled at the row's end.
+/// Sampling at the row's end.
 pub(super) const INSTANT: &str = "instant";
 
-/// Gravity of any place on Earth lies well inside these \[m/s²\]; outside, it is in other units.
+/// Plausible range of gravity on Earth \[m/s²\]; a value outside is in other units.
 const GRAVITY_M_S2: [f64; 2] = [9.0, 10.5];
 
 #[derive(Debug, Deserialize)]
@@ -66,7 +65,7 @@ pub(super) struct ChannelEntry {
     pub scale: f64,
     #[serde(default)]
     pub offset: f64,
-    /// Whether it holds rates of a quantity that is an angle over the row's period.
+    /// The channel holds rates of a quantity that is an angle over the row's period.
     #[serde(skip)]
     pub is_rate: bool,
 }
@@ -83,19 +82,19 @@ fn unscaled() -> f64 {
     1.0
 }
 
-/// A table's clock before its stamps are read.
+/// Clock of a table before its stamps are read.
 pub(super) enum ClockEntry<'a> {
     Uniform { rate_hz: f64, start_s: f64 },
     Stamped { column: &'a str },
 }
 
 impl Manifest {
-    /// Reads and judges `path`.
+    /// Reads and checks `path`.
     pub fn read(path: &Path) -> Result<Self, InputError> {
         Self::from_text(path, &toml_file::read_text(path)?)
     }
 
-    /// Judges a text that `path` holds or will hold.
+    /// Checks a text of the present or future content of `path`.
     pub fn from_text(path: &Path, text: &str) -> Result<Self, InputError> {
         let (_, mut manifest): (_, Self) = toml_file::parse(path, text)?;
         manifest.check(path)?;
@@ -233,12 +232,12 @@ impl ChannelEntry {
         Quantity::from_name(&self.quantity)
     }
 
-    /// Whether it holds the value at the row's end of what is otherwise a mean over the row.
+    /// True if the channel holds the value at the row's end instead of a mean over the row.
     pub fn is_instant(&self) -> bool {
         self.sampling.as_deref() == Some(INSTANT)
     }
 
-    /// Refuses a sampling that is none, or an instant of what is counted over a row.
+    /// Rejects an unknown sampling, or an instant of a quantity counted over a row.
     fn check_sampling(&self, path: &Path, name: &str) -> Result<(), InputError> {
         let fault = |problem: &str, expected: &str| {
             let found = self.sampling.as_deref().unwrap_or_default();
@@ -261,7 +260,7 @@ impl ChannelEntry {
         }
     }
 
-    /// The unit of what is stored × scale + offset, where it is stated and not the quantity's own.
+    /// Unit of stored × scale + offset, if given and different from the quantity's own.
     fn own_unit(&self) -> Option<&str> {
         let written = self.unit.as_deref()?;
         let expected = match self.quantity.as_str() {
@@ -271,7 +270,7 @@ impl ChannelEntry {
         (!same_unit(written, expected)).then_some(written)
     }
 
-    /// The dimension of what is stored.
+    /// Dimension of the stored values.
     fn dimension(&self) -> Option<Dimension> {
         match self.quantity.as_str() {
             REFERENCE_RATE => Some(Dimension::AngularRate),
@@ -279,7 +278,7 @@ impl ChannelEntry {
         }
     }
 
-    /// Puts a stated unit into scale and offset.
+    /// Includes a given unit in scale and offset.
     fn turn_into_si(&mut self) {
         if let Some(unit) = self.own_unit().and_then(Unit::parse) {
             self.offset = self.offset * unit.scale + unit.offset;
@@ -365,7 +364,7 @@ impl ChannelEntry {
             self.quantity(),
             format!("table {file}, channel {}", self.column),
         );
-        // One thermometer may stand for several gyros; every other column measures one thing.
+        // One thermometer may serve several gyros; every other column measures one quantity.
         if self.column == earlier.column && quantity != Quantity::Temperature {
             return Err(InputError::new(path, "is listed twice")
                 .channel(name)
@@ -413,7 +412,7 @@ impl SegmentEntry {
     }
 }
 
-/// Refuses a quantity whose name is nearly that of a listed one.
+/// Rejects a quantity with a name similar to that of a listed one.
 fn check_quantity(path: &Path, channel: &str, name: &str) -> Result<(), InputError> {
     let listed = || Quantity::LISTED.iter().map(Quantity::name);
     match nearest(name, listed()).filter(|near| *near != name) {

@@ -6,8 +6,8 @@ use super::manifest::INSTANT;
 use super::{Clock, Quantity, Recording};
 use crate::toml_file;
 
-/// The text of `recording.toml` for `recording`. `scaling` gives, for a table and a channel, the scale
-/// and offset with which the channel is stored; `instants` are quantities that were sampled at the rows' ends.
+/// Formats `recording.toml` for `recording`. `scaling` returns, for a table and a channel, the scale and offset of the
+/// stored channel; `instants` are quantities sampled at the rows' ends.
 pub(super) fn manifest_text(
     recording: &Recording,
     scaling: impl Fn(usize, usize) -> (f64, f64),

@@ -1,4 +1,4 @@
-//! Tells a misspelt key of `recording.toml` from one that others added.
+//! Distinguishes a misspelt key of `recording.toml` from an additional one.
 
 use std::path::Path;
 
@@ -6,7 +6,7 @@ use super::keys::KEYS;
 use super::nearest::nearest;
 use crate::error::InputError;
 
-/// Refuses keys whose names are nearly those of listed ones; others may have been added.
+/// Rejects keys with names similar to listed ones; other keys may be additions.
 pub(super) fn check_keys(path: &Path, file: &toml::Table) -> Result<(), InputError> {
     check_section(path, "", file)
 }

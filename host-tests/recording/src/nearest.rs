@@ -1,12 +1,12 @@
-//! Finds the known name that a misspelt one was meant to be.
+//! Finds the known name nearest to a misspelt one.
 
-/// Letters that a misspelt word has wrong, left out, more or exchanged.
+/// Largest edit distance of a misspelt word: letters wrong, missing, added or exchanged.
 const MISSPELT: usize = 2;
 
-/// Shortest word of which a longer one is taken for the same: `rate` for `rate_hz`.
+/// Smallest length of a word that is accepted as an abbreviation of a longer one: `rate` for `rate_hz`.
 const SHORTEST: usize = 4;
 
-/// The name among `known` that `word` was meant to be; `None` where it is like none of them.
+/// Returns the name among `known` that `word` is a misspelling of; `None` if no name is similar.
 pub fn nearest<'a>(word: &str, known: impl IntoIterator<Item = &'a str>) -> Option<&'a str> {
     let distance = |name: &&str| strsim::damerau_levenshtein(name, word);
     let is_near = |name: &&str| {

@@ -1,12 +1,10 @@
-//! What a command leaves on disk: whole, or not at all.
+//! Output of a command on disk: whole, or not at all.
 //!
-//! Files are written into a hidden sibling of their destination and moved there by renaming once all of
-//! them are complete. A command that fails leaves the destination as it was, and so does one that is told to end and
-//! calls [`abandon`].
+//! Files are written into a hidden sibling of their destination and moved there by renaming once all are complete. A
+//! command that fails leaves the destination unchanged, and so does one that is terminated and calls [`abandon`].
 //!
-//! Not done: flushing to the medium (a power cut may lose the last files, as with any command), and one
-//! atomic step when the destination folder exists already; then each file is replaced whole, in the
-//! order in which they were added.
+//! Out of scope: flushing to the medium (a power cut may lose the last files, as with any command), and one atomic step
+//! if the destination folder exists already; then each file is replaced whole, in the order of its addition.
 
 use std::fs::{self, File};
 use std::io::{self, Write as _};
@@ -17,23 +15,23 @@ use tempfile::{Builder, NamedTempFile, TempDir};
 
 use crate::error::InputError;
 
-/// Paths that would stay behind if the process ended now. Whoever makes, moves or removes one holds the lock.
+/// Paths of unfinished outputs. Creating, moving or removing one requires the lock.
 static UNFINISHED: Mutex<Vec<PathBuf>> = Mutex::new(Vec::new());
 
-/// The list, after a panic in another thread too: it is whole between any two steps.
+/// Locks the list, also after a panic in another thread: it is consistent between any two steps.
 fn unfinished() -> MutexGuard<'static, Vec<PathBuf>> {
     UNFINISHED.lock().unwrap_or_else(PoisonError::into_inner)
 }
 
-/// Removes every output that is not in its place yet: for a process that is told to end.
+/// Removes every unfinished output, for a terminating process.
 ///
 /// # Returns
-/// A guard; while it is held no output begins and none comes into its place. Hold it until the process ends.
+/// A guard; while it is held no output is started or moved to its place. Hold it until the process ends.
 #[must_use = "without it other threads go on writing"]
 pub fn abandon() -> impl Drop {
     let mut paths = unfinished();
     for path in paths.drain(..) {
-        // What cannot be removed stays: the process ends all the same.
+        // A failed removal is ignored: the process ends in any case.
         let _ = match path.is_dir() {
             true => fs::remove_dir_all(&path),
             false => fs::remove_file(&path),
@@ -42,12 +40,12 @@ pub fn abandon() -> impl Drop {
     paths
 }
 
-/// A path on the list, for as long as this lives.
+/// Path on the list, for the lifetime of this value.
 #[derive(Debug)]
 struct Unfinished(PathBuf);
 
 impl Unfinished {
-    /// Makes something temporary and lists its path, in one step.
+    /// Creates a temporary file or folder and lists its path, in one step.
     fn make<T>(
         make: impl FnOnce() -> io::Result<T>,
         path: impl Fn(&T) -> &Path,
@@ -66,16 +64,16 @@ impl Drop for Unfinished {
     }
 }
 
-/// A folder for intermediate files: gone with this value, or when the process is told to end.
+/// Folder for intermediate files: removed with this value, or by [`abandon`].
 #[derive(Debug)]
 pub struct ScratchFolder {
     folder: TempDir,
-    // Dropped after the folder is gone.
+    // Dropped after the folder.
     _unfinished: Unfinished,
 }
 
 impl ScratchFolder {
-    /// Makes an empty one where the system keeps such folders.
+    /// Creates an empty folder in the system's temporary folder.
     pub fn new() -> Result<Self, InputError> {
         let made = Unfinished::make(tempfile::tempdir, TempDir::path);
         let (folder, unfinished) = made.map_err(|error| {
@@ -87,26 +85,26 @@ impl ScratchFolder {
         })
     }
 
-    /// Where it is.
+    /// Path of the folder.
     pub fn path(&self) -> &Path {
         self.folder.path()
     }
 }
 
-/// A folder of results that is being written.
+/// Folder of results in preparation.
 #[derive(Debug)]
 pub struct OutputFolder {
     target: PathBuf,
     staging: TempDir,
-    // Dropped after the folder is gone.
+    // Dropped after the folder.
     _unfinished: Unfinished,
     names: Vec<PathBuf>,
-    /// Files of earlier runs that go.
+    /// Files of earlier runs to be removed.
     without: Vec<String>,
 }
 
 impl OutputFolder {
-    /// Prepares to fill `target`. Fails at once, before any work, where it cannot be written.
+    /// Prepares to fill `target`. Fails at once, before any work, if it cannot be written.
     pub fn create(target: impl AsRef<Path>) -> Result<Self, InputError> {
         let target = target.as_ref().to_path_buf();
         if target.as_os_str().is_empty() {
@@ -116,7 +114,7 @@ impl OutputFolder {
         if target.exists() && !target.is_dir() {
             return Err(InputError::new(&target, "is a file").expected("a folder to write to"));
         }
-        // An existing folder is tried itself, because its parent may be writable where it is not.
+        // An existing folder is tested itself, because its parent may be writable even if it is not.
         let beside = if target.is_dir() {
             target.clone()
         } else {
@@ -134,7 +132,7 @@ impl OutputFolder {
         })
     }
 
-    /// The folder in which the results will be.
+    /// Destination folder of the results.
     pub fn target(&self) -> &Path {
         &self.target
     }
@@ -164,7 +162,7 @@ impl OutputFolder {
         Ok(file)
     }
 
-    /// Takes away a file of an earlier run, when the others come to their place.
+    /// Removes a file of an earlier run when the others are moved to their place.
     pub fn without(&mut self, name: &str) {
         self.without.push(name.to_owned());
     }
@@ -215,7 +213,7 @@ pub fn write_file(path: impl AsRef<Path>, bytes: &[u8]) -> Result<(), InputError
     OutputFile::create(path, bytes)?.commit()
 }
 
-/// A single file that is complete but not yet in its place: for a command that writes a folder beside it.
+/// Single file, complete but not yet in its place: for a command that also writes a folder.
 #[derive(Debug)]
 pub struct OutputFile {
     target: PathBuf,
@@ -224,7 +222,7 @@ pub struct OutputFile {
 }
 
 impl OutputFile {
-    /// Writes the content near `target`. Fails where `target` cannot be written.
+    /// Writes the content near `target`. Fails if `target` cannot be written.
     pub fn create(target: impl AsRef<Path>, bytes: &[u8]) -> Result<Self, InputError> {
         let target = target.as_ref().to_path_buf();
         if target.is_dir() {
@@ -244,7 +242,7 @@ impl OutputFile {
             .map_err(|error| InputError::unwritable(&target, &error))
     }
 
-    /// Moves the file to its place, in a folder that exists by now.
+    /// Moves the file to its place, in a folder that must exist by now.
     pub fn commit(self) -> Result<(), InputError> {
         let Self {
             target,
@@ -262,7 +260,7 @@ impl OutputFile {
     }
 }
 
-/// A builder of hidden temporary names with the permissions that an ordinary file or folder would get.
+/// Builder of hidden temporary names with the permissions of an ordinary file or folder.
 fn builder(mode: u32) -> Builder<'static, 'static> {
     let mut builder = Builder::new();
     builder.prefix(".rlg-").suffix(".partial");
@@ -276,7 +274,7 @@ fn builder(mode: u32) -> Builder<'static, 'static> {
     builder
 }
 
-/// The nearest folder above `path` that exists: on the same file system as what will be made under it.
+/// Returns the nearest existing folder above `path`: on the same file system as a file created under it.
 fn nearest_folder(path: &Path) -> PathBuf {
     let above = path
         .ancestors()

@@ -1,7 +1,7 @@
 //! Parquet tables: columns of numbers as f64, null as NaN.
 //!
-//! Any integer or floating type, any codec and encoding the library reads, any number of row groups.
-//! Only the wanted columns are decoded. Values leave as stored, before scale and offset.
+//! Any integer or floating type, any codec and encoding of the library, any number of row groups. Only the wanted
+//! columns are decoded. Values are returned as stored, before scale and offset.
 
 use std::fs::File;
 use std::ops::Range;
@@ -24,26 +24,26 @@ use crate::error::InputError;
 /// Rows decoded at a time: 64 Ki rows of twelve channels stay within a few MB.
 const BATCH_ROWS: usize = 65_536;
 
-/// The number of rows that the file says it has.
+/// Number of rows in the file's metadata.
 pub(super) fn rows(path: &Path) -> Result<usize, InputError> {
     let rows = open(path)?.metadata().file_metadata().num_rows();
     Ok(usize::try_from(rows).unwrap_or(0))
 }
 
-/// A column of a file that no `recording.toml` describes.
+/// Column of a file without a `recording.toml`.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ForeignColumn {
-    /// Its name.
+    /// Name.
     pub name: String,
-    /// Numbers as stored, NaN for null; of date-times the seconds since `origin_s`.
+    /// Numbers as stored, NaN for null; for date-times the time since `origin_s` \[s\].
     pub values: Vec<f64>,
-    /// Of date-times the whole second since 1970 from which `values` count \[s\].
+    /// Origin of `values` for date-times, a whole second since 1970 \[s\].
     pub origin_s: Option<i64>,
-    /// Whether the date-times are instants in UTC; else their zone is not stated.
+    /// The date-times are instants in UTC; else their zone is unknown.
     pub has_zone: bool,
 }
 
-/// All columns of numbers and of date-times of `path`: for files that no `recording.toml` describes.
+/// Reads all columns of numbers and of date-times of `path`, for files without a `recording.toml`.
 pub fn parquet_columns(path: &Path) -> Result<Vec<ForeignColumn>, InputError> {
     let builder = open(path)?;
     let is_number = |data_type: &DataType| data_type.is_numeric() && !is_decimal(data_type);
@@ -76,7 +76,7 @@ pub fn parquet_columns(path: &Path) -> Result<Vec<ForeignColumn>, InputError> {
     Ok(found)
 }
 
-/// Adds date-times as seconds since the whole second of the first that is there.
+/// Appends date-times as seconds since the whole second of the first one present.
 fn append_dates(array: &ArrayRef, column: &mut ForeignColumn) {
     macro_rules! dates {
         ($type:ty, $per_second:expr) => {
@@ -110,8 +110,8 @@ fn is_decimal(data_type: &DataType) -> bool {
     )
 }
 
-/// The columns `wanted` of `path`, in that order, equally long; all rows or some, and then row groups without any of
-/// them are not decoded.
+/// Reads the columns `wanted` of `path`, in that order, equally long; all rows or a range, in which case row groups
+/// outside are not decoded.
 pub(super) fn read_rows(
     path: &Path,
     wanted: &[&str],
@@ -121,7 +121,7 @@ pub(super) fn read_rows(
         Some(rows) => rows.len(),
         None => self::rows(path)?,
     };
-    // A damaged row count must not decide an allocation; it only saves a few copies when it is sane.
+    // A damaged row count must not determine an allocation; a correct one only saves a few copies.
     let capacity = capacity.min(1 << 24);
     let mut columns: Vec<Vec<f64>> = wanted
         .iter()
@@ -133,7 +133,7 @@ pub(super) fn read_rows(
     Ok(columns)
 }
 
-/// Calls `take` with each stretch of each wanted column, by its place in `wanted`, in the order of the rows.
+/// Calls `take` with each batch of each wanted column, by its place in `wanted`, in the order of the rows.
 fn batches(
     path: &Path,
     wanted: &[&str],
@@ -198,7 +198,7 @@ fn open(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, InputError
         return Err(InputError::new(path, "is empty").expected("a Parquet file"));
     }
     let damaged = |error: &dyn std::fmt::Display| damaged(path, error);
-    // The writer's own schema hints (dictionaries, views) are skipped: plain types are all that is needed.
+    // The writer's own schema hints (dictionaries, views) are skipped: plain types suffice.
     let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
     let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(file, options)
         .map_err(|error| damaged(&error))?;
@@ -213,8 +213,8 @@ fn open(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, InputError
     Ok(builder)
 }
 
-/// Whether every column of a row group lies in a file of `length` bytes. The library asserts this rather
-/// than report it, so a damaged file is found here first.
+/// True if every column of a row group lies in a file of `length` bytes. The library asserts this instead of reporting
+/// it, so a damaged file is detected here first.
 fn lies_within(group: &RowGroupMetaData, length: u64) -> bool {
     group.columns().iter().all(|column| {
         let start = column.dictionary_page_offset().unwrap_or(column.data_page_offset());
@@ -223,7 +223,7 @@ fn lies_within(group: &RowGroupMetaData, length: u64) -> bool {
     })
 }
 
-/// The position of each wanted column among `names`.
+/// Position of each wanted column among `names`.
 pub(super) fn locate(
     path: &Path,
     names: &[String],

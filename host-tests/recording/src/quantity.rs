@@ -1,11 +1,11 @@
-//! What a channel may measure: names, units, axes and the magnitudes that its unit makes possible.
+//! Quantities of channels: names, units, axes and plausible magnitudes in the quantity's unit.
 //!
-//! The table of the contract as code. A magnitude bound is not a filter: it is compared with the
-//! *median* of a whole channel, so single faults pass and only a wrong unit is refused.
+//! The contract's table as code. A magnitude bound is not a filter: it is compared with the *median* of a whole
+//! channel, so that single faults pass and only a wrong unit is rejected.
 
 use super::{Axis, Quantity};
 
-/// Which axis labels a quantity takes.
+/// Axis labels of a quantity.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum AxisRule {
     /// One of x, y, z.
@@ -14,48 +14,49 @@ pub enum AxisRule {
     BodyOrNone,
     /// One of w, x, y, z.
     Quaternion,
-    /// Anything: the quantity is not one of the contract's.
+    /// Any label: a quantity outside the contract.
     Free,
 }
 
-/// Magnitudes that the median of a channel may have in the quantity's unit.
+/// Plausible range of the median magnitude of a channel, in the quantity's unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Plausible {
-    /// The least.
+    /// Lower bound.
     pub least: f64,
-    /// The greatest.
+    /// Upper bound.
     pub greatest: f64,
-    /// What a value outside suggests.
+    /// Probable cause of a value outside.
     pub reason: &'static str,
 }
 
-/// Ten revolutions a second, in rad/s: above any ring-laser gyro (the fastest are specified to about
-/// 1000 °/s), below what degrees or arcseconds labelled rad would show while anything moves.
+/// Upper bound of a rate \[rad/s\], ten revolutions a second: above any ring-laser gyro (the fastest are specified to
+/// about 1000 °/s), below a moving channel in degrees or arcseconds labelled as rad.
 const FASTEST_RAD_S: f64 = 62.8;
 
-/// A dither block is held by flexures and turns by at most some 0.001 rad; 0.1 rad is a wrong unit.
+/// Upper bound of a dither angle \[rad\]: flexures limit the block to some 0.001 rad; 0.1 rad is a wrong unit.
 const LARGEST_DITHER_RAD: f64 = 0.1;
 
-/// 1000 g: beyond any motion a navigation unit survives.
+/// Upper bound of a specific force \[m/s²\], 1000 g: beyond any motion survived by a navigation unit.
 const LARGEST_FORCE_M_S2: f64 = 9.8e3;
 
-/// Below −123 °C no unit runs: the column is in °C.
+/// Lower bound of a temperature \[K\]: no unit runs below −123 °C; the column is in °C.
 const COLDEST_K: f64 = 150.0;
 
-/// Above 327 °C solder melts.
+/// Upper bound of a temperature \[K\]: solder melts above 327 °C.
 const HOTTEST_K: f64 = 600.0;
 
-/// A field of 1 T (the Earth's is 5e-5 T) is that of a magnet's gap: the column is in µT, nT or gauss.
+/// Upper bound of a field \[T\]: 1 T (the Earth's is 5e-5 T) is that of a magnet's gap; the column is in µT, nT or
+/// gauss.
 const STRONGEST_FIELD_T: f64 = 1.0;
 
-/// A unit quaternion's components do not exceed 1; the rest is rounding of the storage.
+/// Upper bound of a unit quaternion's component: 1, plus rounding of the storage.
 const LARGEST_COMPONENT: f64 = 1.001;
 
 impl Quantity {
-    /// The quantities that a gyro may record, the least processed first.
+    /// Quantities of gyros, the least processed first.
     pub const GYROS: [Self; 3] = [Self::GyroCount, Self::GyroIncrement, Self::GyroRate];
 
-    /// Whether a row holds a sum or a mean over its period.
+    /// True if a row holds a sum or a mean over its period.
     pub fn is_of_a_period(&self) -> bool {
         let others = [
             Self::ReferenceIncrement,
@@ -65,7 +66,7 @@ impl Quantity {
         Self::GYROS.contains(self) || others.contains(self)
     }
 
-    /// The quantity of this name in the file; an unlisted name is kept as [`Quantity::Other`].
+    /// Returns the quantity of a name in the file; an unlisted name is kept as [`Quantity::Other`].
     pub fn from_name(name: &str) -> Self {
         match name {
             "gyro_count" => Self::GyroCount,
@@ -82,7 +83,7 @@ impl Quantity {
         }
     }
 
-    /// Its name in the file.
+    /// Name in the file.
     pub fn name(&self) -> &str {
         match self {
             Self::GyroCount => "gyro_count",
@@ -99,7 +100,7 @@ impl Quantity {
         }
     }
 
-    /// Those that the contract lists.
+    /// Quantities of the contract.
     pub const LISTED: [Self; 10] = [
         Self::GyroCount,
         Self::GyroIncrement,
@@ -113,7 +114,7 @@ impl Quantity {
         Self::ReferenceAttitude,
     ];
 
-    /// What a row of it holds, for `docs/files.md`.
+    /// Meaning of a row's value, for `docs/files.md`.
     pub fn meaning(&self) -> &'static str {
         match self {
             Self::GyroCount => {
@@ -136,7 +137,7 @@ impl Quantity {
         }
     }
 
-    /// The unit of its values after scale and offset; `None` for a quantity outside the contract.
+    /// Unit of the values after scale and offset; `None` for a quantity outside the contract.
     pub fn unit(&self) -> Option<&'static str> {
         Some(match self {
             Self::GyroCount | Self::ReferenceAttitude => "1",
@@ -150,7 +151,7 @@ impl Quantity {
         })
     }
 
-    /// Which axis labels it takes.
+    /// Axis labels of the quantity.
     pub fn axis_rule(&self) -> AxisRule {
         match self {
             Self::Temperature => AxisRule::BodyOrNone,
@@ -160,13 +161,13 @@ impl Quantity {
         }
     }
 
-    /// Whether a channel without a single value leaves nothing to compare: gyros and references.
+    /// True if a channel without a value prevents the analysis: gyros and references.
     pub fn is_essential(&self) -> bool {
         let references = [Self::ReferenceIncrement, Self::ReferenceAttitude];
         Self::GYROS.contains(self) || references.contains(self)
     }
 
-    /// The magnitudes that are possible in its unit, for rows of `period_s`; `None` where there is no bound.
+    /// Plausible magnitudes in the quantity's unit, for rows of `period_s` \[s\]; `None` without a bound.
     pub fn plausible(&self, period_s: f64) -> Option<Plausible> {
         let bound = |least, greatest, reason| {
             Some(Plausible {
@@ -221,7 +222,7 @@ impl Quantity {
     }
 }
 
-/// One unit in the spellings people use, reduced to the contract's: no spaces, `^` for powers, SI names.
+/// Compares units after reduction of common spellings to the contract's: no spaces, `^` for powers, SI names.
 pub fn same_unit(written: &str, expected: &str) -> bool {
     let canonical = |text: &str| {
         text.trim()
@@ -249,7 +250,7 @@ impl Axis {
     /// All three axes, in the order of vectors.
     pub const ALL: [Self; 3] = [Self::X, Self::Y, Self::Z];
 
-    /// Its label in the files.
+    /// Label in the files.
     pub fn label(self) -> &'static str {
         match self {
             Self::X => "x",
@@ -258,7 +259,7 @@ impl Axis {
         }
     }
 
-    /// Its index in a vector: 0, 1, 2.
+    /// Index in a vector: 0, 1, 2.
     pub fn index(self) -> usize {
         self as usize
     }

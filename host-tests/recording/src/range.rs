@@ -1,7 +1,7 @@
-//! Reads a span of a recording that is longer than memory.
+//! Reads a span of a recording longer than memory.
 //!
 //! The [`Recording`] holds the rows in the span, on the same clock. Parquet row groups outside are not decoded. CSV and
-//! stamped tables are read whole and then cut. The unit of a channel is not judged, since a span may be too quiet for
+//! stamped tables are read whole and then cut. The unit of a channel is not checked, since a span may be too quiet for
 //! that.
 
 use std::ops::Range;
@@ -13,27 +13,27 @@ use super::sampling::on_one_footing;
 use super::{Clock, Quantity, Recording, Segment, Table, parquet_table};
 use crate::error::InputError;
 
-/// Rows kept on either side of a slower table's stretch, so that straight lines reach over its ends.
+/// Rows kept on either side of a slower table's stretch, for linear interpolation beyond its ends.
 const MARGIN_ROWS: usize = 3;
 
-/// What a recording's manifest says, read without its rows.
+/// Extent of a recording, from its manifest without its rows.
 #[derive(Debug, Clone)]
 pub struct Extent {
     /// The recording's name.
     pub name: String,
-    /// Its named stretches.
+    /// Named time intervals.
     pub segments: Vec<Segment>,
-    /// Rows per second of the gyros \[Hz\].
+    /// Row rate of the gyros \[Hz\].
     pub rate_hz: f64,
-    /// Beginning of their first row \[s\].
+    /// Start of the gyros' first row \[s\].
     pub start_s: f64,
-    /// Their rows.
+    /// Number of the gyros' rows.
     pub rows: usize,
 }
 
 impl Recording {
-    /// How long the gyros' table is; `None` where it is stamped or no Parquet, and must be read to be known, or
-    /// where a reference has rows of its own.
+    /// Returns the extent of the gyros' table; `None` if it is stamped or not Parquet, and must be read to be known, or
+    /// if a reference has different rows.
     pub fn extent(folder: impl AsRef<Path>) -> Result<Option<Extent>, InputError> {
         let folder = folder.as_ref();
         let manifest = Self::manifest_of(folder)?;
@@ -69,7 +69,7 @@ impl Recording {
         }))
     }
 
-    /// The rows that begin in `from_s..to_s`, each table on its own clock.
+    /// Reads the rows that start in `from_s..to_s` \[s\], each table on its own clock.
     pub fn read_between(
         folder: impl AsRef<Path>,
         from_s: f64,

@@ -15,9 +15,9 @@ use crate::error::InputError;
 /// One column.
 #[derive(Debug, Clone, PartialEq)]
 pub enum ResultColumn {
-    /// Texts; none where there is nothing to say.
+    /// Texts; `None` for an empty cell.
     Text(Vec<Option<String>>),
-    /// Numbers; none where it is not known.
+    /// Numbers; `None` for an unknown value.
     Number(Vec<Option<f64>>),
 }
 
@@ -33,7 +33,7 @@ impl ResultColumn {
         }
     }
 
-    /// A cell as text; numbers with the digits that give the same f64 back.
+    /// Formats a cell as text; numbers with the digits that give the same f64 on reading.
     fn cell(&self, row: usize) -> String {
         match self {
             Self::Text(values) => values[row].clone().unwrap_or_default(),
@@ -45,7 +45,7 @@ impl ResultColumn {
 }
 
 impl ResultTable {
-    /// Writes it as CSV with a header; what is not known is an empty cell.
+    /// Writes the table as CSV with a header; an unknown value is an empty cell.
     pub fn to_csv(&self) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
         let rows = self.0.first().map_or(0, |(_, column)| column.len());
@@ -57,7 +57,7 @@ impl ResultTable {
         writer.into_inner().unwrap_or_default()
     }
 
-    /// Writes it as Parquet, for the file `path`; what is not known is null.
+    /// Writes the table as Parquet, for the file `path`; an unknown value is null.
     pub fn to_parquet(&self, path: &Path) -> Result<Vec<u8>, InputError> {
         let array = |column: &ResultColumn| match column {
             ResultColumn::Text(values) => Arc::new(StringArray::from(values.clone())) as ArrayRef,

@@ -1,13 +1,13 @@
-//! Puts rates that were sampled at an instant and means over a row on one footing.
+//! Converts between rates sampled at an instant and means over a row, so that gyros and reference are comparable.
 //!
-//! `sampling = "instant"`: the value at the row's end, as a logger has it that asks a sensor for its rate. Taken for a mean
-//! it would look half a row late. Gyros keep their values, whose noise is white as it is: beside gyros that are sampled
-//! at an instant, means on the same rows become instants; everywhere else instants become means.
+//! `sampling = "instant"`: the value at the row's end, as of a logger that polls a sensor for its rate. Taken as a mean
+//! it would appear half a row late. Gyros keep their values, whose noise is white: with gyros sampled at an instant,
+//! means on the same rows are converted to instants; in all other cases instants are converted to means.
 //!
-//! Between both stands the angle θ at the rows' ends: an instant is θ̇ there, a mean is the step of θ. Both filters are
-//! maximally flat (Lagrange interpolation over up to [`MOST`] rows on either side; Fornberg 1988, Table 1): right to 1e-4
-//! below a fifth of the row rate, to 1 % below 0.28 of it. At half the row rate both give nothing: what passes there says nothing
-//! of half a row earlier.
+//! The conversion is by the angle θ at the rows' ends: an instant is θ̇ there, a mean is the step of θ. Both filters
+//! are maximally flat (Lagrange interpolation over up to [`MOST`] rows on either side; Fornberg 1988, Table 1):
+//! accurate to 1e-4 below a fifth of the row rate, to 1 % below 0.28 of it. At half the row rate both have zero gain:
+//! samples there carry no information on half a row earlier.
 
 use std::path::Path;
 
@@ -15,16 +15,16 @@ use super::manifest::TableEntry;
 use super::{Clock, Quantity, Table};
 use crate::error::InputError;
 
-/// Rows on either side that a value is formed of.
+/// Largest number of rows on either side in a filter.
 const MOST: usize = 8;
 
-/// The same at a gap or an end; with fewer a row counts as not measured, or is left out at an end.
+/// Smallest number, at a gap or an end; with fewer a row is not measured, or is left out at an end.
 const LEAST: usize = 4;
 
-/// A hundredth of a row: closer than that, two clocks are the same clock.
+/// Tolerance for two clocks to count as one \[rows\].
 const SAME_ROW: f64 = 0.01;
 
-/// Quantities that can be sampled at an instant, as means or as their sums over a row's period.
+/// Quantities sampled at an instant or averaged over a row, or their sums over the row's period.
 const OF_A_ROW: [Quantity; 4] = [
     Quantity::GyroRate,
     Quantity::ReferenceIncrement,
@@ -32,19 +32,19 @@ const OF_A_ROW: [Quantity; 4] = [
     Quantity::VelocityIncrement,
 ];
 
-/// What a filter makes.
+/// Output of a filter.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Filter {
-    /// The mean over a row of instants at the rows' ends.
+    /// Mean over a row, from instants at the rows' ends.
     Means,
-    /// The instant at a row's end of means over rows.
+    /// Instant at a row's end, from means over rows.
     Instants,
 }
 
-/// Turns the tables' values into instants or means, so that gyros and what is compared with them say the same.
+/// Converts the tables' values to instants or means, the same for gyros and the channels compared with them.
 ///
 /// # Errors
-/// Gyros of which some are instants; instants with stamps, where means are needed.
+/// Only some of the gyros are instants; or stamped instants, if means are needed.
 pub(super) fn on_one_footing(
     path: &Path,
     entries: &[TableEntry],
@@ -94,7 +94,7 @@ pub(super) fn on_one_footing(
     Ok(())
 }
 
-/// Whether gyros are sampled at an instant and everything that they are compared with has their rows.
+/// True if gyros are sampled at an instant and all channels compared with them are on their rows.
 fn keeps_instants(
     path: &Path,
     tables: &[Table],
@@ -128,7 +128,7 @@ fn keeps_instants(
     Ok(!has_attitude && on_rows)
 }
 
-/// Whether rows of one clock end where those of another do.
+/// True if the rows of two clocks end at the same times.
 fn same_rows(one: &Clock, other: &Clock) -> bool {
     match (one, other) {
         (
@@ -146,10 +146,10 @@ fn same_rows(one: &Clock, other: &Clock) -> bool {
 }
 
 impl Filter {
-    /// Filters a channel; NaN where fewer than [`LEAST`] rows on a side were measured.
+    /// Filters a channel; NaN with fewer than [`LEAST`] measured rows on a side.
     fn of(self, values: &[f64]) -> Vec<f64> {
         let weights: Vec<Vec<f64>> = (0..=MOST).map(|rows| self.weights(rows)).collect();
-        // Rows k−i and k+i−1 lie evenly about a row's middle, k+1−i and k+i about its end.
+        // Rows k−i and k+i−1 are symmetric about a row's middle, k+1−i and k+i about its end.
         let after = match self {
             Self::Means => 0,
             Self::Instants => 1,
@@ -167,7 +167,7 @@ impl Filter {
         (0..values.len()).map(value).collect()
     }
 
-    /// Leaves out the rows at both ends of a table that have no value for want of rows beyond.
+    /// Removes the rows at both ends of a table that have no value because rows beyond are missing.
     fn cut_ends(self, table: &mut Table) {
         let lead = match self {
             Self::Means => LEAST,
@@ -175,7 +175,7 @@ impl Filter {
         };
         let kept = lead.min(table.rows)..(table.rows + lead).saturating_sub(2 * LEAST - 1);
         if kept.is_empty() {
-            // Too short a table: it keeps its rows, none of them measured.
+            // A table too short keeps its rows, all unmeasured.
             return;
         }
         table.keep(kept);
@@ -188,7 +188,7 @@ impl Filter {
             Self::Instants => {
                 let mut sum = 0.0;
                 let slopes: Vec<f64> = (1..=rows).map(|j| slope_weight(j, rows)).collect();
-                // θ(k+j) − θ(k−j) holds every row nearer than j.
+                // θ(k+j) − θ(k−j) contains every row nearer than j.
                 let sums = slopes.iter().rev().map(|slope| {
                     sum += slope;
                     sum
@@ -201,7 +201,7 @@ impl Filter {
     }
 }
 
-/// The weight of θ(j) − θ(−j) in the slope at 0, over `n` steps on either side.
+/// Weight of θ(j) − θ(−j) in the derivative at 0, over `n` steps on either side.
 fn slope_weight(j: usize, n: usize) -> f64 {
     let share: f64 = (1..=n)
         .filter(|&other| other != j)
@@ -213,7 +213,8 @@ fn slope_weight(j: usize, n: usize) -> f64 {
     share / (2.0 * j as f64)
 }
 
-/// The weight in the mean over −½ to ½ of the instants at ±(place + ½), of `n` such pairs: the mean of their Lagrange polynomial.
+/// Weight of the instants at ±(place + ½), of `n` such pairs, in the mean over −½ to ½: the mean of their Lagrange
+/// polynomial.
 fn mean_weight(place: usize, n: usize) -> f64 {
     /// Intervals of Simpson's rule: exact to rounding for a polynomial of this degree.
     const INTERVALS: usize = 512;
@@ -234,7 +235,7 @@ fn mean_weight(place: usize, n: usize) -> f64 {
             weight * polynomial(step as f64 / INTERVALS as f64 - 0.5)
         })
         .sum();
-    // Both of the pair share it.
+    // Half for each of the pair.
     0.5 * sum / (3.0 * INTERVALS as f64)
 }
 
@@ -244,11 +245,11 @@ mod tests {
 
     use super::{Filter, MOST};
 
-    /// What f64 leaves of sums over rows.
+    /// Rounding error of f64 in sums over rows.
     const ROUNDING: f64 = 1e-12;
 
-    /// Bound of the slope's relative error at `share` of the row rate: ω = sin ω Σ 4ᵐ m!²/(2m+1)! s²ᵐ with s = sin ω/2, whose
-    /// terms from m = [`MOST`] on are left out and fall at least as fast as s²ᵐ.
+    /// Bound of the derivative's relative error at `share` of the row rate: ω = sin ω Σ 4ᵐ m!²/(2m+1)! s²ᵐ with s = sin
+    /// ω/2, truncated at m = [`MOST`]; the remaining terms decrease at least as fast as s²ᵐ.
     fn truncated(share: f64) -> f64 {
         let w = 2.0 * PI * share;
         let square = (w / 2.0).sin().powi(2);
@@ -258,7 +259,7 @@ mod tests {
         w.sin() / w * first / (1.0 - square)
     }
 
-    /// Instants and means of a tone at `share` of the row rate, and what the filters make of each other.
+    /// Largest errors of both filters, for a tone at `share` of the row rate.
     fn errors(share: f64) -> [f64; 2] {
         let w = 2.0 * PI * share;
         let instants: Vec<f64> = (0..400).map(|row| (w * f64::from(row + 1)).sin()).collect();
@@ -299,7 +300,7 @@ mod tests {
             let made = filter.of(&values);
             let known = made.iter().filter(|value| value.is_finite());
             assert!(known.clone().all(|value| (value - 2.5).abs() < 1e-12));
-            // Three to four at either end, eight about the gap.
+            // Three to four rows at either end, eight about the gap.
             assert_eq!(known.count(), 40 - 7 - 8, "{filter:?}");
         }
     }

@@ -1,8 +1,8 @@
 //! Writes a recording: the folder of the contract with Parquet or CSV tables.
 //!
 //! The folder is written whole or not at all; the same recording gives the same bytes. A channel whose every value is
-//! scale · integer + offset is stored as those integers, any other as f64 with scale 1, so in both cases the values
-//! come back bit for bit.
+//! scale · integer + offset is stored as those integers, any other as f64 with scale 1, so that in both cases the
+//! values are exact to the bit on reading.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -20,24 +20,24 @@ use super::{Channel, Clock, Head, Recording, Table};
 use crate::error::InputError;
 use crate::output::OutputFolder;
 
-/// Integers beyond 2⁵³ are not exact in f64.
+/// Largest integer: beyond 2⁵³ integers are not exact in f64.
 const LARGEST_INTEGER: f64 = 9_007_199_254_740_992.0;
 
-/// A column as it is stored.
+/// Storage of a column.
 enum Stored {
     /// Integers, `None` = not measured; with the channel's own scale and offset.
     Integers(Vec<Option<i64>>),
-    /// The values themselves, NaN = not measured; scale 1, offset 0.
+    /// Values as they are, NaN = not measured; scale 1, offset 0.
     Floats,
 }
 
 impl Recording {
-    /// Writes it to its own folder; see [`Recording::write_to`].
+    /// Writes the recording to its own folder; see [`Recording::write_to`].
     pub fn write(&self) -> Result<(), InputError> {
         self.write_to(&self.folder)
     }
 
-    /// Writes it to `folder`, which must be new, empty, or a recording; tables of the same name and
+    /// Writes the recording to `folder`, which must be new, empty, or a recording; tables of the same name and
     /// `recording.toml` are replaced.
     pub fn write_to(&self, folder: impl AsRef<Path>) -> Result<(), InputError> {
         let mut out = Self::create_folder(folder)?;
@@ -45,8 +45,8 @@ impl Recording {
         out.commit()
     }
 
-    /// Prepares `folder` for a recording: refuses a folder that holds anything else. For commands that
-    /// want to know before long work, or that write more files beside the recording.
+    /// Prepares `folder` for a recording: rejects a folder with other content. For commands that check this before long
+    /// work, or write more files with the recording.
     pub fn create_folder(folder: impl AsRef<Path>) -> Result<OutputFolder, InputError> {
         let folder = folder.as_ref();
         let filled = folder
@@ -61,7 +61,7 @@ impl Recording {
         OutputFolder::create(folder)
     }
 
-    /// Adds `recording.toml` alone, for tables that were written row by row as their channels' scales say.
+    /// Adds `recording.toml` alone, for tables already written row by row with their channels' scales.
     pub fn write_manifest_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
         let text = manifest_text(
             self,
@@ -75,12 +75,13 @@ impl Recording {
         out.write(MANIFEST, text.as_bytes())
     }
 
-    /// Adds its files to `out`, `recording.toml` last.
+    /// Adds the recording's files to `out`, `recording.toml` last.
     pub fn write_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
         self.write_headed_into(out, &Head::default())
     }
 
-    /// Adds its files to `out` as [`Recording::write_into`] does, with `head` at the top of `recording.toml`.
+    /// Adds the recording's files to `out` as [`Recording::write_into`] does, with `head` at the top of
+    /// `recording.toml`.
     pub fn write_headed_into(&self, out: &mut OutputFolder, head: &Head) -> Result<(), InputError> {
         let mut stored = Vec::with_capacity(self.tables.len());
         for table in &self.tables {
@@ -136,7 +137,7 @@ fn unscale(channel: &Channel) -> Stored {
             return Some(None);
         }
         let stored = ((value - channel.offset) / channel.scale).round();
-        // Bit for bit, so that −0.0 too comes back as it was.
+        // Bit for bit, so that −0.0 is preserved.
         let same = (stored * channel.scale + channel.offset).to_bits() == value.to_bits();
         (same && stored.abs() < LARGEST_INTEGER).then_some(Some(stored as i64))
     };
@@ -144,7 +145,7 @@ fn unscale(channel: &Channel) -> Stored {
     integers.map_or(Stored::Floats, Stored::Integers)
 }
 
-/// The columns in the order of the file; a column that stands for two channels is written once.
+/// Columns in the order of the file; a column shared by two channels is written once.
 fn columns<'a>(
     table: &'a Table,
     stored: &'a [Stored],
@@ -206,8 +207,8 @@ fn write_parquet(
     Ok(())
 }
 
-/// How every table is packed, in row groups of at most `rows_per_group`; nothing of the machine or the moment
-/// goes in.
+/// Options of the Parquet writer for all tables, in row groups of at most `rows_per_group`; independent of machine and
+/// time.
 pub(super) fn writer_options(rows_per_group: usize) -> ArrowWriterOptions {
     let properties = WriterProperties::builder()
         .set_compression(Compression::ZSTD(ZstdLevel::default()))

@@ -1,8 +1,8 @@
-//! Writes a recording that is longer than memory: rows arrive a block at a time.
+//! Writes a recording longer than memory, in blocks of rows.
 //!
-//! The recording comes first without its values, then in blocks of columns. The folder is the same as
-//! [`Recording::write_into`] would write, in Parquet only. The storage of a channel must be chosen before its values
-//! are known: whole multiples of its scale as 64-bit integers, anything else as f64.
+//! The recording is given first without its values, then in blocks of columns. The folder is the same as that of
+//! [`Recording::write_into`], in Parquet only. The storage of a channel is selected before its values are known: whole
+//! multiples of its scale as 64-bit integers, anything else as f64.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -19,10 +19,10 @@ use super::storage::writer_options;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 
-/// Rows of a Parquet row group, which the writer holds in memory: a minute at 4 kHz, some ten megabytes.
+/// Rows of a Parquet row group, held in memory by the writer: a minute at 4 kHz, some ten megabytes.
 const ROWS_PER_GROUP: usize = 1 << 18;
 
-/// A recording that is being written to disk.
+/// Recording in the course of being written to disk.
 pub struct RecordingStream {
     tables: Vec<TableStream>,
     manifest: String,
@@ -31,13 +31,13 @@ pub struct RecordingStream {
 struct TableStream {
     path: PathBuf,
     schema: Arc<Schema>,
-    /// Scale of each column that is stored as integers.
+    /// Scale of each column stored as integers.
     scales: Vec<Option<f64>>,
     writer: ArrowWriter<File>,
 }
 
 impl RecordingStream {
-    /// Opens the tables. `is_whole` says of a table's channel whether its values are multiples of its scale.
+    /// Opens the tables. `is_whole`: true for a table's channel whose values are multiples of its scale.
     pub fn create(
         recording: &Recording,
         out: &mut OutputFolder,

@@ -1,10 +1,10 @@
 //! Writes a table of f64 columns row by row, in bounded memory.
 //!
-//! Rows come as they are stored (before scale and offset), NaN where nothing was measured, and go to one Parquet file
-//! of the folder being written. The same rows give the same bytes.
+//! Rows are as stored (before scale and offset), NaN for unmeasured values, and go to one Parquet file of the output
+//! folder. The same rows give the same bytes.
 //!
-//! Unlike `streamed.rs` it needs nothing of the recording beforehand: a foreign file tells its rate and site only
-//! on the way. Out of scope: integer columns; zstd makes whole numbers in f64 small.
+//! Unlike `streamed.rs` it needs no description of the recording beforehand: rate and site of a foreign file are known
+//! only during reading. Out of scope: integer columns; zstd makes whole numbers in f64 small.
 
 use std::fs::File;
 use std::path::PathBuf;
@@ -19,10 +19,10 @@ use super::storage::writer_options;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 
-/// Rows held before they are handed on: half a megabyte a column, and few enough writes to cost nothing.
+/// Rows per batch in memory: half a megabyte a column, and few enough writes to have negligible cost.
 const BATCH_ROWS: usize = 65_536;
 
-/// A table that is written row by row.
+/// Table written row by row.
 pub struct TableStream {
     path: PathBuf,
     schema: Arc<Schema>,
@@ -59,7 +59,7 @@ impl TableStream {
         })
     }
 
-    /// Adds one row, a value a column.
+    /// Adds one row, one value per column.
     pub fn push(&mut self, row: &[f64]) -> Result<(), InputError> {
         for (column, value) in self.columns.iter_mut().zip(row) {
             column.push(*value);
@@ -75,7 +75,7 @@ impl TableStream {
         Ok(())
     }
 
-    /// Ends the file; the number of its rows.
+    /// Completes the file and returns its number of rows.
     pub fn finish(mut self) -> Result<usize, InputError> {
         self.flush()?;
         self.writer

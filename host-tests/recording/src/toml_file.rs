@@ -1,8 +1,7 @@
 //! Reads TOML files with a format number: `recording.toml`, `model.toml`.
 //!
-//! A file gives its text as a table and as a typed structure, or an [`InputError`] that names the line. The format
-//! number is checked before anything else, because a file of another format may mean something different by the same
-//! keys.
+//! The result is a table and a typed structure, or an [`InputError`] with the line. The format number is checked first,
+//! because the same keys may have another meaning in another format.
 
 use std::fs;
 use std::path::Path;
@@ -11,40 +10,40 @@ use serde::de::DeserializeOwned;
 
 use crate::error::InputError;
 
-/// The only format number this version reads and writes, of recordings and of models.
+/// Only format number supported by this version, for recordings and models.
 pub const FORMAT: i64 = 1;
 
-/// The text as a table, its format checked.
+/// Parses the text as a table and checks its format.
 pub fn table(path: &Path, text: &str) -> Result<toml::Table, InputError> {
     let table = toml::from_str(text).map_err(|error| locate(path, text, &error))?;
     check_format(path, &table)?;
     Ok(table)
 }
 
-/// Reads `path`; the table holds every key as written, the structure what `T` knows.
+/// Reads `path`; the table holds every key as written, the structure the keys of `T`.
 pub fn read<T: DeserializeOwned>(path: &Path) -> Result<(toml::Table, T), InputError> {
     parse(path, &read_text(path)?)
 }
 
-/// As [`read`], of a text that `path` holds or will hold.
+/// Parses a text of the present or future content of `path`, as [`read`] does.
 pub fn parse<T: DeserializeOwned>(path: &Path, text: &str) -> Result<(toml::Table, T), InputError> {
     let table = table(path, text)?;
     let typed = toml::from_str(text).map_err(|error| locate(path, text, &error))?;
     Ok((table, typed))
 }
 
-/// A float as TOML writes it: the shortest digits that give the same f64 back. Needs a finite value.
+/// Formats a float in TOML: the shortest digits that give the same f64 on reading. Needs a finite value.
 pub fn float(value: f64) -> String {
     debug_assert!(value.is_finite());
     format!("{value:?}")
 }
 
-/// A string with TOML's quotes and escapes.
+/// Formats a string with TOML's quotes and escapes.
 pub fn string(text: &str) -> String {
     toml::Value::from(text).to_string()
 }
 
-/// Whether the value of `key` is finite and in `range`, both ends included.
+/// Checks that the value of `key` is finite and in `range`, both ends included.
 pub fn within(
     path: &Path,
     key: &str,

@@ -1,11 +1,11 @@
-//! Reads units as people write them, and turns values into SI.
+//! Reads units in common spellings, and converts values to SI.
 
 use super::Quantity;
 
-/// What a unit measures.
+/// Dimension of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Dimension {
-    /// Angle a time.
+    /// Angle per time.
     AngularRate,
     /// Angle.
     Angle,
@@ -19,18 +19,18 @@ pub enum Dimension {
     Field,
     /// Time.
     Time,
-    /// A bare number.
+    /// Dimensionless number.
     Number,
 }
 
-/// A unit: stored · scale + offset = SI.
+/// Unit: stored · scale + offset = SI.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// What it measures.
+    /// Dimension.
     pub dimension: Dimension,
-    /// SI units in one of it.
+    /// SI value of one unit.
     pub scale: f64,
-    /// Added after the scale; of temperatures only.
+    /// Added after the scale; for temperatures only.
     pub offset: f64,
 }
 
@@ -42,7 +42,7 @@ const ICE_K: f64 = 273.15;
 
 const DEGREE: f64 = std::f64::consts::PI / 180.0;
 
-/// Spellings, in the form that [`canonical`] gives them. g is gravity and G is gauss, so case counts.
+/// Spellings, in the form of [`canonical`]. g is gravity and G is gauss, so case counts.
 const UNITS: &[(&[&str], Dimension, f64, f64)] = &[
     (
         &["rad/s", "rad_s", "rads", "rps"],
@@ -138,7 +138,7 @@ const UNITS: &[(&[&str], Dimension, f64, f64)] = &[
 ];
 
 impl Unit {
-    /// The unit that `text` names; `0.061*deg/s` is a count with its weight.
+    /// Parses a unit; `0.061*deg/s` is a count with its weight.
     pub fn parse(text: &str) -> Option<Self> {
         let text = text.trim();
         if let Some((weight, unit)) = text.split_once('*') {
@@ -166,14 +166,14 @@ impl Unit {
         )
     }
 
-    /// A stored value in SI.
+    /// Converts a stored value to SI.
     pub fn to_si(self, stored: f64) -> f64 {
         stored * self.scale + self.offset
     }
 }
 
 impl Dimension {
-    /// Units of this dimension that can be written, for a sentence.
+    /// Example units of this dimension, for a sentence.
     pub fn examples(self) -> &'static str {
         match self {
             Self::AngularRate => "deg/s, deg/h, rad/s, mrad/s, or a weight as 0.061*deg/s",
@@ -187,7 +187,7 @@ impl Dimension {
         }
     }
 
-    /// What the values of a quantity measure; `None` for a quantity that is not of the contract.
+    /// Dimension of a quantity; `None` for a quantity outside the contract.
     pub fn of(quantity: &Quantity) -> Option<Self> {
         Some(match quantity {
             Quantity::GyroRate => Self::AngularRate,
@@ -205,7 +205,7 @@ impl Dimension {
     }
 }
 
-/// One spelling of each unit: no blanks, ASCII, `^` for powers.
+/// Reduces the spellings of a unit to one: no blanks, ASCII, `^` for powers.
 fn canonical(text: &str) -> String {
     let text = text
         .trim()
