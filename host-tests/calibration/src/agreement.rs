@@ -1,6 +1,6 @@
-//! Checks whether the recordings can be of one instrument that moved.
+//! Tests whether all recordings can be of one moving instrument.
 //!
-//! It compares each recording's own estimate with the joint one; the error names the recording at fault.
+//! Compares each recording's own estimate with the joint one; the error names the recording at fault.
 
 use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -12,14 +12,14 @@ use super::unknowns::{COEFFICIENTS, FLEXURE, Unknowns};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, MANIFEST, Quantity, Recording};
 
-/// Installation and scale of one instrument stay within some 1e-5 (physics §5); another one's differ by 1e-4
-/// and more. Compared only beyond [`SIGNIFICANT_SIGMAS`] standard deviations.
+/// Installation and scale of one instrument stay within some 1e-5 (physics §5); those of another one differ by 1e-4 and
+/// more. Compared only beyond [`SIGNIFICANT_SIGMAS`] standard deviations.
 const SAME_INSTRUMENT: [(&str, f64); 2] = [("installation", 1e-4), ("gyro_scale", 1e-4)];
 
-/// Standard deviations that are no chance among the hundred comparisons of ten recordings.
+/// Significance limit of one comparison \[σ\], among the hundred comparisons of ten recordings.
 const SIGNIFICANT_SIGMAS: f64 = 6.0;
 
-/// Probability below which two sets of six K differ.
+/// p-value below which two sets of six K differ.
 const DIFFERENT_P_VALUE: f64 = 1e-9;
 
 /// Checks that the gyros of all recordings report the same quantity at the same rate.
@@ -53,11 +53,11 @@ pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
     Ok(())
 }
 
-/// Kinds whose size says whether gyros and reference show one motion, the plainest first.
+/// Kinds whose size is credible only if gyros and reference measure one motion, the most direct first.
 const OF_THE_MOTION: [&str; 3] = ["gyro_scale", "installation", FLEXURE];
 
-/// Checks that fitted scale, installation and flexure are those of a gyro that moves as its reference, in the units that
-/// both claim.
+/// Checks that fitted scale, installation and flexure are credible for a gyro that moves as its reference, in the declared
+/// units of both.
 pub fn is_credible(
     recording: &Recording,
     own: &Estimate,
@@ -86,7 +86,7 @@ pub fn is_credible(
     Ok(())
 }
 
-/// Checks that the recordings agree on installation, scale and K, as those of one instrument do.
+/// Checks that the recordings agree on installation, scale and K (χ² test).
 pub fn agree(
     recordings: &[Recording],
     own: &[(Unknowns, Estimate)],
@@ -124,7 +124,7 @@ pub fn agree(
     if own.len() < 2 {
         return Ok(());
     }
-    // Σ over recordings of (K_r − K)ᵀ C_r⁻¹ (K_r − K): six degrees for each beyond the first.
+    // Σ over recordings of (K_r − K)ᵀ C_r⁻¹ (K_r − K): six degrees of freedom for each recording beyond the first.
     let apart: Vec<f64> = own
         .iter()
         .map(|(_, estimate)| {

@@ -1,23 +1,22 @@
-//! Extracts the information of a recording with attitude samples: the paper's way, attitude before and after (Eqs.
-//! 10–17, with the signs of physics §2).
+//! Information of a recording with attitude samples: the method of Cheng 2023, attitude before and after (Eqs. 10–17, with
+//! the signs of physics §2).
 //!
-//! The recording has gyros at their rate and `reference_attitude` at any rate, down to one sample before and one after
-//! the coning. It gives [`RecordInformation`], as the rate reference does.
+//! The recording has gyros at their rate and `reference_attitude` at any rate, down to one sample before and one after the
+//! coning. The result is [`RecordInformation`], as with the rate reference.
 //!
-//! The gyros' own increments, compensated by Eq. (7) and by the estimate so far, are integrated to an attitude
-//! C (body to navigation frame; integration.rs). Its error e = Log(C C_refᵀ) \[rad, navigation frame\] grows between samples by
-//! ∫ C(t) δω(t) dt, linear in every unknown: δω is the column that the catalogue gives, seen through the matrix
-//! of Eq. (7). No small-angle expansion of the motion enters, so spins and cones are treated alike; Eq. (17) is
-//! the mean of the K columns over whole turns of a small cone, which leaves the sum K_ij + K_ik.
+//! The gyro increments, compensated by Eq. (7) and by the current estimate, are integrated to an attitude C (body to
+//! navigation frame; integration.rs). Its error e = Log(C C_refᵀ) \[rad, navigation frame\] grows between samples by ∫ C(t)
+//! δω(t) dt, linear in every unknown: δω is the catalogue's column through the matrix of Eq. (7). No small-angle expansion
+//! of the motion is used, so spins and cones are treated alike; Eq. (17) is the mean of the K columns over whole turns of a
+//! small cone, which is sensitive to the sum K_ij + K_ik alone.
 //!
-//! Noise of the steps of e: random walk of gyros and reference over the step, and white noise of angle at
-//! either end, shared with the neighbouring step; where the body turns by Δθ a row, Δθ times the gyros' white
-//! noise walks too. Its covariance is block tridiagonal and is whitened by a block
-//! Cholesky recursion.
+//! Noise of the steps of e: angle random walk of gyros and reference over the step, and white angle noise at either end,
+//! shared with the neighbouring step; if the body rotates by Δθ a row, Δθ times the gyros' white noise adds to the walk.
+//! The covariance is block tridiagonal and is whitened by a block Cholesky recursion.
 //!
-//! Assumes gyros whose random walk the model states; where the reference does not contain the Earth's rotation,
-//! that its frame turns with the Earth at a constant rate, which is estimated. Out of scope: gaps
-//! (steps across one are left out), lever arms, a frame that travels.
+//! Assumes that the model states the gyros' random walk; if the reference does not contain the Earth's rotation, that its
+//! frame rotates with the Earth at a constant rate, which is estimated. Out of scope: gaps (steps across one are left out),
+//! lever arms, a travelling frame.
 
 use std::path::Path;
 
@@ -44,18 +43,18 @@ use super::record::{RecordInformation, greatest, too_short};
 use super::unknowns::{EARTH, RIVAL, Unknowns, names};
 use super::whiten::Whitener;
 
-/// A recording prepared to be linearised at any estimate.
+/// Prepared recording, to be linearised at any estimate.
 pub struct AttitudeRecord {
     streams: Streams,
     signals: Signals,
     columns: DesignColumns,
     samples: Vec<Sample>,
-    /// Case axes from what gyros sense along their own, less their scale errors.
+    /// Case axes from sensing axes, scale errors removed.
     case_from_sensed: Matrix3<f64>,
     noise: StepNoise,
-    /// What the model's effects add to what each gyro senses \[rad by row\].
+    /// Known effects of the model on each gyro \[rad by row\].
     known_rad: Triad,
-    /// Whether the navigation frame turns with the Earth by a rate that is not known.
+    /// The navigation frame rotates with the Earth at an unknown rate.
     earth: bool,
 }
 
@@ -106,7 +105,7 @@ impl AttitudeRecord {
         })
     }
 
-    /// The information of the recording, linearised where its unknowns have the values `at`.
+    /// Information of the recording, linearised at the unknowns `at`.
     pub fn information(&self, at: &[f64]) -> RecordInformation {
         let chains = self.integrate(at);
         let whiteners: Vec<Whitener> = chains.iter().map(Chain::whitener).collect();
@@ -154,7 +153,8 @@ impl AttitudeRecord {
         }
     }
 
-    /// Integrates the gyros, less the effects of the model and of the present estimate, and compares with every attitude sample.
+    /// Integrates the gyro increments, less the effects of the model and of the present estimate, and compares them with
+    /// every attitude sample.
     fn integrate(&self, at: &[f64]) -> Vec<Chain> {
         let mut sensed = self.columns.sensed_rad(&self.signals, at);
         add_triad(&mut sensed, &self.known_rad, 1.0);
@@ -179,7 +179,7 @@ impl AttitudeRecord {
         )
     }
 
-    /// The places of the Earth's rate among the unknowns; none where the reference contains it.
+    /// Places of the Earth's rate among the unknowns; empty if the reference contains it.
     fn earth_parameters(&self) -> Vec<usize> {
         let unknowns = Unknowns::of(1);
         let names = names(EARTH).iter().filter(|_| self.earth);
@@ -200,7 +200,7 @@ impl AttitudeRecord {
     }
 }
 
-/// Shifts what is linear in θ − θ₀ so that a solution is θ itself.
+/// Shifts information on θ − θ₀ so that its solution is θ.
 fn about(mut information: Information, at: &[f64]) -> Information {
     let at = DVector::from_column_slice(at);
     let pull = &information.fisher * &at;
@@ -209,7 +209,7 @@ fn about(mut information: Information, at: &[f64]) -> Information {
     information
 }
 
-/// The noise that the model declares: attitude samples cannot show the gyros' own.
+/// Noise declared by the model: attitude samples cannot show that of the gyros.
 fn declared_noise(model: &Model, model_file: &Path) -> Result<StepNoise, InputError> {
     let Some(walk) = model.gyro.angle_random_walk_rad_sqrt_s else {
         return Err(InputError::new(
@@ -238,7 +238,7 @@ fn declared_noise(model: &Model, model_file: &Path) -> Result<StepNoise, InputEr
     })
 }
 
-/// Noise of the gyros a row \[rad²\].
+/// Noise of the gyros \[rad² per row\].
 fn gyro_levels(noise: &StepNoise, rate_hz: f64) -> [NoiseLevels; 3] {
     [0, 1, 2].map(|axis: usize| NoiseLevels {
         white: noise.walk_rad2_s[axis] / rate_hz,
@@ -247,7 +247,7 @@ fn gyro_levels(noise: &StepNoise, rate_hz: f64) -> [NoiseLevels; 3] {
     })
 }
 
-/// What columns are made of: the gyros' own motion where it stands out of their noise, for products of noise would drift.
+/// Regressors of the columns: the gyros' motion where it exceeds their noise, since products of noise would cause a drift.
 fn signals(
     streams: &Streams,
     noise: &StepNoise,
@@ -265,7 +265,7 @@ fn signals(
             left: &own,
             expected: &own,
             before: &own,
-            // An attitude sums up the noise of many rows: next to nothing of it is in the motion of one.
+            // An attitude sums the noise of many rows; the motion of one row has a negligible part of it.
             uncertain: &none,
             residual: &own,
         };
@@ -280,9 +280,9 @@ fn signals(
     Signals::of_known(motion, inputs, rate_hz, scale_error, sensing_from_body)
 }
 
-/// Checks that attitudes can be rid of every effect of the model: those that are linear, or add nothing to what gyros sense.
+/// Checks that every effect of the model can be corrected in attitudes: it is linear, or adds nothing to the gyros.
 fn expect_linear(model: &Model, model_file: &Path) -> Result<(), InputError> {
-    // A dither turns lock-in into noise.
+    // Dither turns lock-in into noise.
     let is_noise = |kind: &str| kind == LOCK_IN && model.dither.is_some();
     let is_linear = |kind: &str| entries::card(kind).is_none() || entries::find(kind).is_some();
     let mut kinds = model.effects.iter().map(|effect| &effect.kind);

@@ -1,7 +1,7 @@
-//! Makes the design columns of one recording's unknowns from the catalogue.
+//! Design columns of one recording's unknowns, from the catalogue.
 //!
-//! The unknowns of [`Unknowns::of`] one recording are the parameters of one [`Hypothesis`], in that order, over the
-//! columns of one [`Pool`]: what a unit of each adds to what each gyro senses \[rad by row\].
+//! The unknowns of [`Unknowns::of`] one recording are the parameters of one [`Hypothesis`], in that order, over the columns
+//! of one [`Pool`]: effect of a unit of each on each gyro \[rad by row\].
 
 use rlg_catalogue::candidates::PoolColumns;
 use rlg_catalogue::{Pool, Signals, entries};
@@ -11,14 +11,14 @@ use rlg_signal::axes::{Triad, add};
 
 use super::unknowns::{Unknowns, entry};
 
-/// The unknowns of a recording over the columns that its signals make.
+/// Unknowns of a recording over design columns of its signals.
 pub struct DesignColumns {
     pool: Pool,
     hypothesis: Hypothesis,
 }
 
 impl DesignColumns {
-    /// Makes the columns of `kinds`; unknowns of other kinds, and of missing channels, have none.
+    /// Builds the columns of `kinds`; unknowns of other kinds, and of missing channels, have none.
     pub fn new(signals: &Signals, kinds: &[&str]) -> Self {
         let unknowns = Unknowns::of(1);
         let mut pool = Pool::default();
@@ -42,14 +42,14 @@ impl DesignColumns {
         &self.hypothesis
     }
 
-    /// The unknowns that are fitted, without the rival.
+    /// Fitted unknowns, without the rival.
     pub fn fitted(&self) -> Hypothesis {
         let count = Unknowns::of(1).fitted().len();
         let terms = self.hypothesis.terms.iter().copied();
         Hypothesis::of_terms(count, terms.filter(|term| term.parameter < count).collect())
     }
 
-    /// The columns, made of signals.
+    /// Columns evaluated on signals.
     pub fn made_of<'a>(&'a self, signals: &'a Signals) -> PoolColumns<'a> {
         PoolColumns {
             columns: &self.pool.columns,
@@ -57,7 +57,7 @@ impl DesignColumns {
         }
     }
 
-    /// What a unit of one unknown adds to what each gyro senses \[rad by row\]; `None` where it adds nothing.
+    /// Effect of a unit of one unknown on each gyro \[rad by row\]; `None` if it has none.
     pub fn unit_rad(&self, signals: &Signals, parameter: usize) -> Option<[Option<Vec<f64>>; 3]> {
         let mut sensed: [Option<Vec<f64>>; 3] = [None, None, None];
         let terms = self.hypothesis.terms.iter();
@@ -69,7 +69,7 @@ impl DesignColumns {
         sensed.iter().any(Option::is_some).then_some(sensed)
     }
 
-    /// What unknowns of given values add to what each gyro senses \[rad by row\].
+    /// Effect of unknowns of given values on each gyro \[rad by row\].
     pub fn sensed_rad(&self, signals: &Signals, values: &[f64]) -> Triad {
         let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
         for (place, column) in self.pool.columns.iter().enumerate() {
@@ -93,7 +93,7 @@ impl DesignColumns {
     }
 }
 
-/// What the linear effects of a model add to what each gyro senses \[rad by row\].
+/// Effect of the linear effects of a model on each gyro \[rad by row\].
 pub fn known_rad(model: &Model, signals: &Signals) -> Triad {
     let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
     for effect in &model.effects {

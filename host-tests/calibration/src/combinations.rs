@@ -1,7 +1,7 @@
-//! Lists which combinations of the six K the recordings fix, and which they do not.
+//! Linear combinations of the six K that are identifiable from the recordings, and those that are not.
 //!
-//! From an [`Estimate`] it gives for each gyro either its two coefficients, or their sum, or less. What is not fixed is
-//! named with the motion that would fix it (physics §3: a stationary oscillation shows only sums).
+//! Each gyro has either its two coefficients, or their sum, or less. An unidentifiable combination is listed with the
+//! motion that would determine it (physics §3: a stationary oscillation shows only sums).
 
 use std::collections::BTreeMap;
 
@@ -11,45 +11,45 @@ use rlg_findings::result::Identifiable;
 use rlg_model::catalogue::SIX;
 use rlg_signal::streams::AXES;
 
-/// A combination is fixed when its spread is below this share of a typical K (or of its own value): seven
-/// standard deviations from nothing, so that neither its sign nor its size is in doubt.
+/// Limit of a combination's standard deviation, as a share of a typical K (or of its own value): seven standard deviations
+/// from zero, so that neither sign nor size is in doubt.
 const FIXED_SHARE: f64 = 0.15;
 
-/// K of real blocks \[s²\] (Tables 1 to 3: 0.67 to 1.5e-7).
+/// K of real blocks \[s²\] (Cheng 2023, Tables 1 to 3: 0.67 to 1.5e-7).
 pub const TYPICAL_S2: f64 = 1e-7;
 
-/// What is known of one gyro.
+/// Identifiable part of one gyro's pair of coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Known {
     /// Both coefficients.
     Both,
-    /// Only one: 0 or 1 of the pair.
+    /// One of the pair: 0 or 1.
     One(usize),
-    /// Only the sum.
+    /// The sum alone.
     Sum,
-    /// Nothing.
+    /// None.
     Nothing,
 }
 
-/// What is known of one gyro's pair of coefficients.
+/// Pair of coefficients of one gyro.
 pub struct Pair {
     /// The gyro: 0, 1, 2 for x, y, z.
     pub gyro: usize,
-    /// What is known.
+    /// Identifiable part.
     pub known: Known,
 }
 
-/// A combination that is not fixed.
+/// Combination that is not identifiable.
 pub struct Unfixed {
     /// Index of K → weight.
     pub weights: Vec<(usize, f64)>,
-    /// Its spread \[s²\].
+    /// Standard deviation \[s²\].
     pub std: f64,
-    /// The motion that would fix it.
+    /// Motion that would determine it.
     pub motion: String,
 }
 
-/// Decides for each gyro what is known.
+/// Decides the identifiable part for each gyro.
 pub fn pairs(estimate: &Estimate) -> [Pair; 3] {
     [0, 1, 2].map(|gyro| {
         let fixed = |weights: &[(usize, f64)]| {
@@ -68,7 +68,7 @@ pub fn pairs(estimate: &Estimate) -> [Pair; 3] {
     })
 }
 
-/// The fixed combinations; the sums, which vibration needs, stand beside single values.
+/// Identifiable combinations; the sums, needed for vibration, are listed in addition to single values.
 pub fn identifiable(estimate: &Estimate, pairs: &[Pair; 3]) -> Vec<Identifiable> {
     let entry = |weights: Vec<(usize, f64)>| {
         let (value, std) = estimate.combination(&weights);
@@ -94,7 +94,7 @@ pub fn identifiable(estimate: &Estimate, pairs: &[Pair; 3]) -> Vec<Identifiable>
         .collect()
 }
 
-/// What is not fixed, and what would fix it.
+/// Combinations that are not identifiable, with the motion that would determine each.
 pub fn unfixed(estimate: &Estimate, pairs: &[Pair; 3]) -> Vec<Unfixed> {
     pairs
         .iter()
@@ -117,8 +117,8 @@ pub fn unfixed(estimate: &Estimate, pairs: &[Pair; 3]) -> Vec<Unfixed> {
         .collect()
 }
 
-/// The six K as the model takes them: single values where known, else half the sum each (K = J/k of one block
-/// about two axes across it: nearly equal), the known one twice, or nothing.
+/// The six K for the model: single values if identifiable, else half the sum for each (K = J/k of one block about two
+/// transverse axes: nearly equal), the identifiable one for both, or `None`.
 pub fn for_model(estimate: &Estimate, pairs: &[Pair; 3]) -> [Option<f64>; 6] {
     let mut chosen = [None; 6];
     for pair in pairs {
@@ -138,7 +138,7 @@ pub fn for_model(estimate: &Estimate, pairs: &[Pair; 3]) -> [Option<f64>; 6] {
     chosen
 }
 
-/// Which of the six K in the model are a choice, for `model.toml`; `None` where all are known.
+/// Values among the six K of the model that are set by choice, for `model.toml`; `None` if all are identifiable.
 pub fn choice(pairs: &[Pair; 3]) -> Option<String> {
     let said = pairs.iter().filter_map(|pair| {
         let [first, second] = [2 * pair.gyro, 2 * pair.gyro + 1].map(|k| SIX[k]);
@@ -186,7 +186,7 @@ pub fn symbol(weights: &[(usize, f64)]) -> String {
         .collect()
 }
 
-/// The spin-synchronous oscillation that shows one K: about j, while spinning about the third axis.
+/// Spin-synchronous oscillation that shows one K: about j, while spinning about the third axis.
 fn spin(k: usize) -> String {
     let (gyro, axis) = PAIRS[k];
     let third = 3 - gyro - axis;

@@ -1,10 +1,10 @@
-//! Computes the joint estimate of the six K, its covariance and its directions.
+//! Joint estimate of the six K, its covariance and its principal directions.
 //!
-//! It takes the [`Information`] on all unknowns, summed over recordings. With F the information, P the priors' and g
-//! the right side, θ = (F + P)⁻¹ g. Everything that is not K is a nuisance, so the covariance of the six K is their
+//! Takes the [`Information`] on all unknowns, summed over recordings. With F the information, P that of the priors and g
+//! the right-hand side, θ = (F + P)⁻¹ g. Everything but K is a nuisance parameter, so the covariance of the six K is their
 //! block of the inverse.
 //!
-//! Units differ by fifteen decades, so the matrix is brought to a unit diagonal before it is inverted.
+//! Units differ by fifteen decades, so the matrix is scaled to a unit diagonal before inversion.
 
 use nalgebra::{DMatrix, DVector};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -12,24 +12,24 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::unknowns::{COEFFICIENTS, Unknowns};
 use rlg_inference::Information;
 
-/// The joint estimate of all unknowns, and how sure the six K are.
+/// Joint estimate of all unknowns, with the uncertainty of the six K.
 #[derive(Clone)]
 pub struct Estimate {
-    /// Values by index of the unknowns; 0 where nothing was fitted.
+    /// Values by index of the unknowns; 0 if not fitted.
     pub values: Vec<f64>,
     /// Standard deviations in the same order.
     pub stds: Vec<f64>,
     /// Covariance of the six K \[s⁴\].
     pub covariance: DMatrix<f64>,
-    /// ln likelihood that the six K gain.
+    /// Gain of ln likelihood by the six K.
     pub log_likelihood_gain: f64,
-    /// ln evidence that they gain (Laplace).
+    /// Gain of ln evidence by the six K (Laplace approximation).
     pub log_evidence_gain: f64,
-    /// Probability of such a gain without flexure.
+    /// p-value of such a gain without flexure (likelihood-ratio test).
     pub p_value: f64,
 }
 
-/// A direction in the space of the six K.
+/// Direction in the space of the six K.
 pub struct Direction {
     /// Unit vector.
     pub weights: [f64; COEFFICIENTS],
@@ -37,13 +37,13 @@ pub struct Direction {
     pub std: f64,
 }
 
-/// A direction whose spread is above this share of the prior's is not informed by the data.
+/// Share of the prior's standard deviation above which a direction counts as not informed by the data.
 pub const INFORMATIVE_SHARE: f64 = 0.5;
 
-/// Eigenvalues of a unit-diagonal matrix below this are rounding of sums over 1e6 bins.
+/// Eigenvalues of a unit-diagonal matrix below this are rounding errors of sums over 1e6 bins.
 const ROUNDING: f64 = 1e-14;
 
-/// Solves for the unknowns of `set`; those the recordings do not touch keep their prior.
+/// Solves for the unknowns of `set`; unknowns without data keep their prior.
 pub fn estimate(unknowns: &Unknowns, information: &Information, set: &[usize]) -> Estimate {
     let count = set.len();
     let precision = |index: usize| unknowns.get(index).prior_width().powi(-2);
@@ -84,7 +84,7 @@ pub fn estimate(unknowns: &Unknowns, information: &Information, set: &[usize]) -
     });
     let k = DVector::from_fn(COEFFICIENTS, |a, _| values[a]);
     let log_likelihood_gain = 0.5 * quadratic(&covariance, &k);
-    // Volume of the posterior over that of the prior, in units of the prior's width.
+    // Volume of the posterior over that of the prior, in units of the prior's width (Occam factor).
     let volume: f64 = directions(&covariance)
         .iter()
         .map(|direction| {
@@ -105,7 +105,7 @@ pub fn estimate(unknowns: &Unknowns, information: &Information, set: &[usize]) -
 }
 
 impl Estimate {
-    /// Value and spread of a combination of the six K.
+    /// Value and standard deviation of a combination of the six K.
     pub fn combination(&self, weights: &[(usize, f64)]) -> (f64, f64) {
         let value = weights
             .iter()
@@ -120,7 +120,7 @@ impl Estimate {
     }
 }
 
-/// The quadratic form vᵀ C⁻¹ v.
+/// Quadratic form vᵀ C⁻¹ v.
 pub fn quadratic(covariance: &DMatrix<f64>, vector: &DVector<f64>) -> f64 {
     let scale = DVector::from_fn(vector.len(), |a, _| covariance[(a, a)].sqrt().recip());
     let unit = DMatrix::from_fn(vector.len(), vector.len(), |a, b| {
@@ -131,15 +131,15 @@ pub fn quadratic(covariance: &DMatrix<f64>, vector: &DVector<f64>) -> f64 {
         .map_or(f64::INFINITY, |root| vector.dot(&root.solve(&vector)))
 }
 
-/// Eigenvectors of the covariance, best known first.
+/// Eigenvectors of the covariance, smallest variance first.
 pub fn directions(covariance: &DMatrix<f64>) -> Vec<Direction> {
-    /// K are of this order \[s²\]: the eigenvalue solver then works near one.
+    /// Order of K \[s²\]: the eigenvalue solver then works near one.
     const UNIT: f64 = 1e-7;
     let root = (covariance / (UNIT * UNIT)).symmetric_eigen();
     let mut directions: Vec<Direction> = (0..COEFFICIENTS)
         .map(|k| {
             let vector = root.eigenvectors.column(k);
-            // An eigenvector has no sign of its own: the largest component is made positive.
+            // The sign of an eigenvector is arbitrary: the largest component is made positive.
             let largest = vector.iter().copied().fold(0.0, |most: f64, v| {
                 if v.abs() > most.abs() + 1e-9 { v } else { most }
             });
@@ -153,7 +153,7 @@ pub fn directions(covariance: &DMatrix<f64>) -> Vec<Direction> {
     directions
 }
 
-/// Spread of the worst direction over that of the best; `None` where the worst is the prior's.
+/// Standard deviation of the worst direction over that of the best; `None` if the worst has the prior's.
 pub fn condition_number(unknowns: &Unknowns, covariance: &DMatrix<f64>) -> Option<f64> {
     let directions = directions(covariance);
     let (best, worst) = (directions.first()?.std, directions.last()?.std);

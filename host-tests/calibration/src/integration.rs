@@ -1,7 +1,7 @@
-//! Integrates gyro increments from one attitude sample to the next, and carries columns along.
+//! Integration of gyro increments from one attitude sample to the next, and of the design columns with them.
 //!
-//! A [`Chain`] holds the steps between samples without a gap: how the error of the computed attitude grows over each, its
-//! noise, and the attitude in every row. Navigation frame throughout.
+//! A [`Chain`] holds the steps between samples without a gap: growth of the attitude error over each, its noise, and the
+//! attitude in every row. Navigation frame throughout.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rlg_signal::axes::Triad;
@@ -12,7 +12,7 @@ use super::whiten::Whitener;
 pub struct StepNoise {
     /// Angle random walk of each gyro squared \[rad²/s\].
     pub walk_rad2_s: [f64; 3],
-    /// White noise of angle of each gyro squared \[rad²\].
+    /// White angle noise of each gyro squared \[rad²\].
     pub white_rad2: [f64; 3],
     /// Random walk of the reference squared \[rad²/s\].
     pub reference_walk_rad2_s: f64,
@@ -21,7 +21,7 @@ pub struct StepNoise {
 }
 
 impl StepNoise {
-    /// White noise of an attitude sample beside the gyros \[rad²\].
+    /// White noise of an attitude sample, plus that of the gyros \[rad²\].
     fn of_sample(&self, navigation_from_body: &UnitQuaternion<f64>) -> Matrix3<f64> {
         let c = navigation_from_body.to_rotation_matrix();
         let own = Matrix3::from_diagonal(&Vector3::from(self.white_rad2));
@@ -37,7 +37,7 @@ impl StepNoise {
     ) -> Matrix3<f64> {
         let c = middle.to_rotation_matrix();
         let own = Matrix3::from_diagonal(&Vector3::from(self.walk_rad2_s)) * period_s;
-        // White noise of angle does not telescope where the axes turn between readings.
+        // White angle noise does not telescope if the axes rotate between samples.
         let cross = turn.cross_matrix();
         let white = Matrix3::from_diagonal(&Vector3::from(self.white_rad2));
         let turned = cross * white * cross.transpose();
@@ -45,16 +45,16 @@ impl StepNoise {
     }
 }
 
-/// An attitude sample at a place in rows and fractions of rows.
+/// Attitude sample at a place in rows and fractions of rows.
 #[derive(Clone, Copy)]
 pub struct Sample {
-    /// The place.
+    /// Place in rows and fractions of rows.
     pub place: f64,
-    /// What the reference says.
+    /// Attitude measured by the reference.
     pub navigation_from_body: UnitQuaternion<f64>,
 }
 
-/// One step between two attitude samples.
+/// Step between two attitude samples.
 struct Step {
     /// Growth of the attitude error \[rad\].
     growth: Vector3<f64>,
@@ -64,12 +64,12 @@ struct Step {
     end: Matrix3<f64>,
 }
 
-/// Steps without a gap between them, with the rows they cover.
+/// Steps without a gap between them, with their rows.
 pub struct Chain {
     steps: Vec<Step>,
-    /// White noise at the beginning \[rad²\].
+    /// White noise at the start \[rad²\].
     begin: Matrix3<f64>,
-    /// Where each step begins and ends, in rows and fractions of rows.
+    /// Start and end of the steps, in rows and fractions of rows.
     bounds: Vec<f64>,
     /// Attitude at the middle of each row from `first_row` on.
     attitude: Vec<UnitQuaternion<f64>>,
@@ -87,7 +87,7 @@ impl Chain {
         self.attitude.len()
     }
 
-    /// What brings vectors of its steps to unit covariance.
+    /// Whitening transform of vectors of the steps.
     pub fn whitener(&self) -> Whitener {
         Whitener::new(
             &self.begin,
@@ -95,7 +95,7 @@ impl Chain {
         )
     }
 
-    /// How the attitude error grows over each step \[rad\].
+    /// Growth of the attitude error over each step \[rad\].
     pub fn growth(&self) -> Vec<Vector3<f64>> {
         self.steps.iter().map(|step| step.growth).collect()
     }
@@ -121,8 +121,7 @@ impl Chain {
 /// Integrates `increments` \[rad, body frame\] and compares with every sample; steps over rows that are not usable are left
 /// out.
 ///
-/// # Inputs
-/// `samples`: ascending, within the rows; `earth_rad_s`: what the navigation frame turns by.
+/// # Inputs `samples`: ascending, within the rows; `earth_rad_s`: rotation rate of the navigation frame.
 pub fn chains(
     increments: &Triad,
     usable: &[bool],
@@ -165,9 +164,9 @@ pub fn chains(
     chains
 }
 
-/// Calls `each` with every row between two places and the share of it that lies there.
+/// Calls `each` with every row between two places and the share of it between them.
 fn for_rows(from: f64, to: f64, mut each: impl FnMut(usize, f64)) {
-    /// Stamps are rounded: less than this share of a row is no row.
+    /// Stamps are rounded: a smaller share of a row counts as zero.
     const NOTHING: f64 = 1e-6;
     let mut row = from.floor() as usize;
     while (row as f64) < to - NOTHING {
@@ -179,7 +178,7 @@ fn for_rows(from: f64, to: f64, mut each: impl FnMut(usize, f64)) {
     }
 }
 
-/// A chain of steps under construction.
+/// Chain of steps under construction.
 struct Integration {
     chain: Chain,
     now: UnitQuaternion<f64>,
@@ -203,7 +202,7 @@ impl Integration {
         }
     }
 
-    /// Integrates the attitude up to the place `to`; `each` is called with the attitude at each row's middle, the row's
+    /// Integrates the attitude up to the place `to`; calls `each` with the attitude at each row's middle, the row's
     /// rotation and the share.
     fn advance(
         &mut self,
@@ -215,7 +214,7 @@ impl Integration {
         let (now, before, chain) = (&mut self.now, &mut self.before, &mut self.chain);
         for_rows(from, to, |row, share| {
             let turn = Vector3::from_fn(|axis, _| increments[axis][row]);
-            // Coning within a row: the second-order term of two neighbouring increments.
+            // Coning within a row: second-order term of two neighbouring increments.
             let vector = (turn + before.cross(&turn) / 12.0) * share;
             let middle = *now * UnitQuaternion::from_scaled_axis(vector * 0.5);
             *now *= UnitQuaternion::from_scaled_axis(vector);

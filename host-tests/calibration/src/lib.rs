@@ -1,14 +1,14 @@
-//! Calibration of the flexure coefficients K_ij. The road, in order, a file each:
+//! Calibration of the flexure coefficients K_ij. Data flow, a file each:
 //!
-//! recording → unknowns, columns → rates | attitude (integration, whiten) → record → estimate → agreement → combinations → words
+//! recording → unknowns, columns → rates | attitude (integration, whiten) → record → estimate → agreement → combinations →
+//! words
 //!
-//! From recordings of one instrument and its model it gives an [`Outcome`]: K with covariance, the combinations that
-//! are fixed and those that are not, the model with what is fixed. `plan/` proposes the motion that fixes all six.
-//! Equations: physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude.
+//! From recordings of one instrument and its model: an [`Outcome`] with K and its covariance, the identifiable combinations
+//! and the others, and the model with the identified K. `plan/` proposes a motion that determines all six. Equations:
+//! physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude.
 //!
-//! A sister of the diagnosis, whose motion, columns and noise it uses; imports nothing of the simulator, the core or its
-//! reference, and reads no truth file. Out of scope: looking for other
-//! physics; a recording that holds some must be diagnosed first.
+//! Uses the motion, columns and noise of the diagnosis; imports nothing of the simulator, the core or its reference, and
+//! reads no truth file. Out of scope: a search for other physics; a recording that contains some must be diagnosed first.
 
 pub mod agreement;
 
@@ -56,7 +56,7 @@ use estimate::{Estimate, estimate};
 use record::RecordInformation;
 use unknowns::{FLEXURE, Unknowns};
 
-/// The result of a calibration.
+/// Result of a calibration.
 pub struct Outcome {
     /// `calibration.json`.
     pub calibration: result::Calibration,
@@ -64,11 +64,11 @@ pub struct Outcome {
     pub model: Model,
 }
 
-/// Calibrations of K from attitudes are linear to parts in 1e4 after one step from nothing; the third changes
-/// nothing that is printed.
+/// Gauss-Newton steps: calibrations of K from attitudes are linear to parts in 1e4 after one step from zero; the third
+/// changes no printed digit.
 const STEPS: usize = 3;
 
-/// How a recording is compared with its reference.
+/// Information of a recording, by type of reference.
 enum Record {
     Rates(Box<RecordInformation>),
     Attitude(Box<AttitudeRecord>),
@@ -82,7 +82,7 @@ pub fn calibrate(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     agreement::gyros_report_alike(recordings)?;
-    // Flexure that the model already has would be predicted away and only the rest be found.
+    // Flexure in the model would be subtracted by the prediction, and only the remainder be estimated.
     let mut bare = model.clone();
     bare.effects.retain(|effect| effect.kind != FLEXURE);
     let mut records = Vec::new();
@@ -175,7 +175,7 @@ fn solve(records: &[Record], unknowns: &Unknowns) -> (Estimate, Vec<RecordInform
     (estimate(unknowns, &total(&parts, unknowns), &set), parts)
 }
 
-/// What each recording says, linearised where the joint unknowns have `values`.
+/// Information of each recording, linearised at the joint unknowns `values`.
 fn informations(records: &[Record], unknowns: &Unknowns, values: &[f64]) -> Vec<RecordInformation> {
     let of = |(place, record): (usize, &Record)| match record {
         Record::Rates(own) => (**own).clone(),
@@ -187,7 +187,7 @@ fn informations(records: &[Record], unknowns: &Unknowns, values: &[f64]) -> Vec<
     records.iter().enumerate().map(of).collect()
 }
 
-/// The sum of what all recordings say of the joint unknowns.
+/// Sum of all recordings' information on the joint unknowns.
 fn total(parts: &[RecordInformation], unknowns: &Unknowns) -> Information {
     let mut total = Information::none(unknowns.count());
     for (place, part) in parts.iter().enumerate() {
@@ -196,8 +196,8 @@ fn total(parts: &[RecordInformation], unknowns: &Unknowns) -> Information {
     total
 }
 
-/// Whether an elastic rate would explain the recordings as well: flexure then stands less than
-/// [`SEPARATE`] standard deviations outside what W can do (diagnosis road, step 8).
+/// True if an elastic rate W would explain the recordings as well: flexure then is less than [`SEPARATE`] standard
+/// deviations outside the span of W (diagnosis road, step 8).
 fn confused(parts: &[RecordInformation], unknowns: &Unknowns, joint: &Estimate) -> bool {
     const SEPARATE: f64 = 5.0;
     let set: Vec<usize> = unknowns.fitted().chain(unknowns.rivals()).collect();
@@ -208,7 +208,7 @@ fn confused(parts: &[RecordInformation], unknowns: &Unknowns, joint: &Estimate) 
     alone >= SEPARATE && outside < SEPARATE
 }
 
-/// The model with what is fixed switched on; how the firmware is to compensate it stays as the model said.
+/// Model with the identified K switched on; its setting for the firmware's compensation is unchanged.
 fn calibrated((model, bare): (&Model, &Model), joint: &Estimate, pairs: &[Pair; 3]) -> Model {
     let fixed = combinations::for_model(joint, pairs);
     let fixed = result::NAMES.iter().zip(fixed);

@@ -1,4 +1,4 @@
-//! Reads the noise that a model declares of its gyros and their reference.
+//! Noise of the gyros and their reference as declared by a model.
 
 use rlg_findings::excess::excess_square;
 use rlg_inference::NoiseLevels;
@@ -9,12 +9,12 @@ use rlg_model::Model;
 pub struct DeclaredNoise {
     /// Angle random walk squared, of gyro and reference \[rad²/s\].
     pub walk_rad2_s: f64,
-    /// White noise of angle squared: pulses, pickoff and reference \[rad²\].
+    /// White angle noise squared: pulse quantisation, pickoff and reference \[rad²\].
     pub white_rad2: f64,
 }
 
 impl DeclaredNoise {
-    /// Levels per row at `rate_hz` rows a second.
+    /// Levels per row at a row rate of `rate_hz`.
     pub fn levels(&self, rate_hz: f64) -> NoiseLevels {
         NoiseLevels {
             white: self.walk_rad2_s / rate_hz,
@@ -23,12 +23,12 @@ impl DeclaredNoise {
         }
     }
 
-    /// Power of the rate's noise at a frequency, of rows at `rate_hz` \[(rad/s)²/Hz, two-sided\].
+    /// Power spectral density of the rate noise at a frequency, of rows at `rate_hz` \[(rad/s)²/Hz, two-sided\].
     pub fn rate_power(&self, frequency_hz: f64, rate_hz: f64) -> f64 {
         self.levels(rate_hz).of_share(frequency_hz / rate_hz) * rate_hz
     }
 
-    /// The noise of slower rows, see [`NoiseLevels::of_other_rows`].
+    /// Noise of slower rows, see [`NoiseLevels::of_other_rows`].
     pub fn read_at(&self, slower_hz: f64, rate_hz: f64) -> NoiseLevels {
         let span_s = 1.0;
         let levels = self.levels(rate_hz);
@@ -36,7 +36,8 @@ impl DeclaredNoise {
     }
 }
 
-/// Reads the declared noise; `None` where a gyro's angle random walk is not stated, or no noise at all.
+/// Returns the declared noise; `None` if the gyros' angle random walk is not stated, or the total walk of an axis is
+/// zero.
 pub fn declared(model: &Model) -> Option<[DeclaredNoise; 3]> {
     let walks = model.gyro.angle_random_walk_rad_sqrt_s?;
     let reference = model.reference.clone().unwrap_or_default();

@@ -1,10 +1,10 @@
-//! Extracts the information of a recording with a rate reference: generalised least squares in the DCT-II, under the
-//! noise terms of IEEE 952 that the residual shows.
+//! Information of a recording with a rate reference: generalised least squares in the DCT-II, with the noise terms of IEEE
+//! 952 estimated from the residual.
 //!
-//! The recording's `reference_increment` lies on the gyros' rows. Columns are made of a motion that shares no noise with
-//! the residual (inference.md, A2); motion, noise and fit are alternated.
+//! The recording's `reference_increment` lies on the gyros' rows. Columns are computed from a motion whose noise is
+//! independent of the residual (inference.md, A2); estimates of motion, noise and parameters alternate.
 //!
-//! The whole recording serves: nothing is selected, so nothing need be held out.
+//! The whole recording is fitted: no model is selected, so none needs held-out data.
 
 use std::path::Path;
 
@@ -28,10 +28,10 @@ use super::record::{LEAST_S, RecordInformation, greatest, too_short};
 use super::unknowns::{RIVAL, Unknowns};
 
 /// Alternations of motion and fit: the first motion is conditioned on the residual of a model without its flexure, the
-/// second on what the fit leaves. A third moves K in its seventh digit.
+/// second on the residual of the fit. A third changes K in its seventh digit.
 const PASSES: usize = 2;
 
-/// Computes the information of `recording`. `model` must not contain flexure, which would be predicted away.
+/// Computes the information of `recording`. `model` must not contain flexure, which the prediction would subtract.
 pub fn record_information(
     recording: &Recording,
     model: &Model,
@@ -69,7 +69,7 @@ pub fn record_information(
             &columns.made_of(signals),
             NoiseLevels::mean(&levels),
         );
-        // One hypothesis that is certain: no price, no prior but the wide one of its own information.
+        // One certain hypothesis: no model prior, and no parameter prior but the wide one of its own information.
         let certain = [columns.fitted()];
         let drift = drift_prior(&model.gyro);
         let fit =
@@ -101,8 +101,8 @@ pub fn record_information(
     }
 }
 
-/// The residual of the model with its effects \[rad by row\]; noise of the reference that its filters pass stays as it was
-/// before them.
+/// Residual of the model with its effects \[rad by row\]; noise of the reference that passes its filters is left as before
+/// them.
 fn residual_rad(data: &Data, signals: &Signals) -> Triad {
     let mut residual_rad = data.residual_rad.clone();
     add_triad(&mut residual_rad, &data.known_rad(signals), -1.0);
@@ -116,7 +116,7 @@ fn seconds_of(rows: &[bool], rate_hz: f64) -> f64 {
     rows.iter().filter(|&&row| row).count() as f64 / rate_hz
 }
 
-/// Rows that are seen.
+/// Number of observed rows.
 fn observed_rows(observations: &Observations) -> usize {
     let gaps = observations.spans.iter().flat_map(|span| &span.gaps);
     observations.rows() - gaps.map(ExactSizeIterator::len).sum::<usize>()

@@ -1,31 +1,31 @@
-//! What one recording says of its unknowns, whatever its reference.
+//! Information of one recording on its unknowns, for any type of reference.
 
 use rlg_inference::{Information, NoiseLevels};
 use rlg_recording::error::InputError;
 use rlg_recording::{MANIFEST, Recording};
 use rlg_signal::axes::Triad;
 
-/// Least seconds of usable rows: below this not even the noise is known.
+/// Least duration of usable rows \[s\]; below it not even the noise is estimable.
 pub const LEAST_S: f64 = 2.0;
 
-/// The information of one recording, and what it rests on.
+/// Information of one recording, with its noise and extent.
 #[derive(Clone)]
 pub struct RecordInformation {
-    /// On the unknowns of a single recording, in their order.
+    /// Information on the unknowns of a single recording, in their order.
     pub information: Information,
-    /// Noise of each gyro a row \[rad²\].
+    /// Noise of each gyro \[rad² per row\].
     pub levels: [NoiseLevels; 3],
-    /// Seconds that were used.
+    /// Duration of the used rows \[s\].
     pub seconds: f64,
     /// Degrees of freedom of the residual, all gyros.
     pub degrees: f64,
     /// Rows per second \[Hz\].
     pub rate_hz: f64,
-    /// The greatest angular acceleration about each axis \[rad/s²\].
+    /// Largest angular acceleration about each axis \[rad/s²\].
     pub acceleration_rad_s2: [f64; 3],
 }
 
-/// Too little of a recording can be used.
+/// Error for a recording with too few usable rows.
 pub fn too_short(recording: &Recording, seconds: f64) -> InputError {
     InputError::new(
         recording.folder.join(MANIFEST),
@@ -35,7 +35,7 @@ pub fn too_short(recording: &Recording, seconds: f64) -> InputError {
     .expected(format!("at least {LEAST_S} s"))
 }
 
-/// The greatest absolute value on each axis.
+/// Largest absolute value on each axis.
 pub fn greatest(triad: &Triad) -> [f64; 3] {
     triad.each_ref().map(|values| {
         let sizes = values.iter().map(|value| value.abs());

@@ -1,4 +1,4 @@
-//! `calibration.json`: the contract's effect entry and next experiment, with what stands behind them.
+//! `calibration.json`: the contract's effect entry and next experiment, with the supporting figures.
 //!
 //! SI units. `format`, `effects` and `next_experiment` are the contract's; the rest are additions.
 
@@ -9,7 +9,7 @@ use rlg_findings::result::{EffectEntry, NoiseEntry};
 /// Names of the six coefficients.
 pub use rlg_model::catalogue::SIX as NAMES;
 
-/// The whole file.
+/// Contents of the file.
 #[derive(Debug, Clone, Serialize)]
 pub struct Calibration {
     /// Format of this file.
@@ -20,19 +20,19 @@ pub struct Calibration {
     pub recordings: Vec<RecordingEntry>,
     /// One entry: the flexure of the axes.
     pub effects: Vec<EffectEntry>,
-    /// Spread of the worst known direction over that of the best; null where a direction is not known at all.
+    /// Standard deviation of the worst direction over that of the best; null if a direction is not known at all.
     pub condition_number: Option<f64>,
-    /// Eigenvectors of the covariance of the six K, best known first.
+    /// Eigenvectors of the covariance of the six K, smallest variance first.
     pub directions: Vec<DirectionEntry>,
-    /// Combinations that the recordings do not fix.
+    /// Combinations that are not identifiable from the recordings.
     pub not_identifiable: Vec<UnfixedEntry>,
-    /// The six K that `model.toml` now has; null: switched off.
+    /// The six K of the new `model.toml`; null: switched off.
     pub in_model: BTreeMap<String, Option<f64>>,
-    /// What was fitted beside the six K.
+    /// Nuisance parameters fitted with the six K.
     pub nuisances: Vec<NuisanceEntry>,
-    /// The motion that would tell more.
+    /// Motion that would add most information.
     pub next_experiment: String,
-    /// For people, a line each.
+    /// Summary, a line each.
     pub summary: Vec<String>,
 }
 
@@ -43,43 +43,43 @@ pub struct RecordingEntry {
     pub recording: String,
     /// `rates`: against reference increments; `attitude`: against attitude samples.
     pub method: &'static str,
-    /// Seconds used.
+    /// Duration used \[s\].
     pub seconds: f64,
-    /// The greatest angular acceleration about x, y, z \[rad/s²\].
+    /// Largest angular acceleration about x, y, z \[rad/s²\].
     pub greatest_acceleration_rad_s2: [f64; 3],
-    /// Residual power without flexure over what the noise predicts (1 = nothing left).
+    /// Residual power without flexure over the predicted noise power (1 = noise alone).
     pub normalised_power_before: f64,
-    /// The same with flexure.
+    /// Residual power with flexure over the predicted noise power.
     pub normalised_power_after: f64,
     /// Matched-filter SNR of the calibrated flexure in this recording.
     pub snr: f64,
-    /// Covariance of the six K from this recording alone \[s⁴\]; what it does not show has the prior's.
+    /// Covariance of the six K from this recording alone \[s⁴\]; unobserved directions have the prior's.
     pub covariance: Vec<Vec<f64>>,
-    /// Noise each gyro was judged with.
+    /// Estimated noise of each gyro.
     pub noise: Vec<NoiseEntry>,
 }
 
-/// A direction among the six K.
+/// Direction in the space of the six K.
 #[derive(Debug, Clone, Serialize)]
 pub struct DirectionEntry {
     /// Unit vector, by name.
     pub combination: BTreeMap<String, f64>,
-    /// Its spread \[s²\].
+    /// Standard deviation \[s²\].
     pub std: f64,
 }
 
-/// A combination that is not fixed.
+/// Combination that is not identifiable.
 #[derive(Debug, Clone, Serialize)]
 pub struct UnfixedEntry {
     /// Parameter → weight.
     pub combination: BTreeMap<String, f64>,
-    /// Its spread \[s²\].
+    /// Standard deviation \[s²\].
     pub std: f64,
-    /// The motion that would fix it.
+    /// Motion that would determine it.
     pub motion: String,
 }
 
-/// Another number that was fitted.
+/// Nuisance parameter.
 #[derive(Debug, Clone, Serialize)]
 pub struct NuisanceEntry {
     /// The recording it belongs to.

@@ -1,28 +1,28 @@
-//! Lists which numbers a calibration estimates, and the place of each in the joint vector.
+//! Parameters estimated in a calibration, and the place of each in the joint vector.
 //!
-//! For a number of recordings, [`Unknowns`] has six K shared by all recordings; bias, scale, installation, delay,
-//! pickoff gain and the Earth's rotation for each recording alone, because they change from one switching-on, one
-//! mounting and one clock to the next by more than a recording's own precision, and cost K next to nothing. The elastic
-//! rate W, a rival that coning confuses with K, stands behind them; it is weighed, never fitted.
+//! [`Unknowns`] has six K shared by all recordings; bias, scale, installation, delay, pickoff gain and the Earth's rotation
+//! for each recording alone, because they change from one turn-on, mounting and clock to the next by more than a
+//! recording's own precision, and hardly reduce the precision of K. The elastic rate W, which coning confounds with K,
+//! follows as the rival; it is compared, never fitted.
 //!
-//! Priors are zero-mean and wide: they decide only what no recording shows.
+//! Priors are zero-mean and wide: they matter only for parameters that no recording shows.
 
 use rlg_catalogue::Entry;
 use rlg_catalogue::entries;
 use rlg_model::catalogue::Kind;
 
-/// The coefficients to calibrate.
+/// Kind of the coefficients to calibrate.
 pub const FLEXURE: &str = "axis_flexure";
 
-/// The rival effect, which also obeys Ω³A² in coning (physics §3).
+/// Rival effect, also proportional to Ω³A² in coning (physics §3).
 pub const RIVAL: &str = "elastic_rate_by_jerk";
 
-/// The Earth's rotation, where the reference does not show it.
+/// Earth's rotation, if the reference does not contain it.
 pub const EARTH: &str = "earth_rate";
 
-/// What every recording has of its own, and how far from the model it may credibly be (prior, one standard
-/// deviation). Wide against instruments (physics §5), because only what no recording shows keeps it: attitude
-/// before and after coning knows neither scale nor delay unless the body also turns in between.
+/// Nuisance parameters of every recording, with the prior standard deviation of their difference from the model. Wide
+/// against instruments (physics §5), because it remains in force for unobserved parameters alone: attitude before and after
+/// coning shows neither scale nor delay unless the body also rotates in between.
 const OWN: [(&str, f64); 6] = [
     // 20 °/h
     ("gyro_bias", 1e-4),
@@ -30,7 +30,7 @@ const OWN: [(&str, f64); 6] = [
     ("gyro_scale", 1e-3),
     // half a degree
     ("installation", 1e-2),
-    // gyros of one clock are read within a fraction of a row of each other
+    // gyros of one clock are sampled within a fraction of a row of each other
     ("gyro_delay", 1e-4),
     ("dither_gain", 1e-2),
     // the Earth's whole rate
@@ -50,19 +50,19 @@ pub struct Unknown {
     pub kind: &'static str,
     /// The contract's name of the parameter.
     pub name: &'static str,
-    /// The recording it belongs to; `None`: all.
+    /// Recording of the unknown; `None`: all.
     pub recording: Option<usize>,
 }
 
 impl Unknown {
-    /// Width of its prior around zero (one standard deviation), in the parameter's unit.
+    /// Prior standard deviation about zero, in the parameter's unit.
     pub fn prior_width(&self) -> f64 {
         OWN.iter()
             .find(|(kind, _)| *kind == self.kind)
             .map_or_else(|| self.largest(), |(_, width)| *width)
     }
 
-    /// The largest value that such an instrument can have.
+    /// Largest value credible for such an instrument.
     pub fn largest(&self) -> f64 {
         entry(self.kind).size.largest
     }
@@ -73,12 +73,12 @@ impl Unknown {
     }
 }
 
-/// What the catalogue says of a kind that this package names.
+/// Catalogue entry of a kind used in this package.
 pub fn entry(kind: &str) -> &'static Entry {
     entries::find(kind).expect("the kinds of this package stand in the catalogue")
 }
 
-/// The contract's names of a kind's numbers.
+/// Contract names of a kind's parameters.
 pub fn names(kind: &str) -> &'static [&'static str] {
     Kind::named(kind)
         .and_then(|kind| kind.groups.first())
@@ -93,7 +93,7 @@ pub struct Unknowns {
 }
 
 impl Unknowns {
-    /// Numbers the unknowns of `recordings` recordings.
+    /// Lists the unknowns of `recordings` recordings.
     pub fn of(recordings: usize) -> Self {
         let all = |kind: &'static str, recording: Option<usize>| {
             names(kind).iter().map(move |name| Unknown {
@@ -111,40 +111,40 @@ impl Unknowns {
         Self { list, rivals_from }
     }
 
-    /// How many there are, rivals included.
+    /// Number of unknowns, rivals included.
     pub fn count(&self) -> usize {
         self.list.len()
     }
 
-    /// One of them.
+    /// Unknown at an index.
     pub fn get(&self, index: usize) -> Unknown {
         self.list[index]
     }
 
-    /// The place of a parameter, of the first recording where each has its own.
+    /// Place of a parameter; of the first recording if each has its own.
     pub fn place(&self, kind: &str, name: &str) -> Option<usize> {
         let is = |unknown: &Unknown| unknown.kind == kind && unknown.name == name;
         self.list.iter().position(is)
     }
 
-    /// The indices that are fitted.
+    /// Indices that are fitted.
     pub fn fitted(&self) -> std::ops::Range<usize> {
         0..self.rivals_from
     }
 
-    /// The indices of the rival.
+    /// Indices of the rival.
     pub fn rivals(&self) -> std::ops::Range<usize> {
         self.rivals_from..self.list.len()
     }
 
-    /// The indices that concern `recording`, in the order of a single one's unknowns.
+    /// Indices of the unknowns of `recording`, in the order of a single recording's.
     pub fn of_recording(&self, recording: usize) -> Vec<usize> {
         (0..self.list.len())
             .filter(|&index| self.list[index].recording.is_none_or(|of| of == recording))
             .collect()
     }
 
-    /// The kinds that are fitted, the Earth's rotation only where it is unknown.
+    /// Kinds that are fitted; the Earth's rotation only if unknown.
     pub fn fitted_kinds(earth: bool) -> Vec<&'static str> {
         std::iter::once(FLEXURE)
             .chain(OWN.iter().map(|(kind, _)| *kind))

@@ -1,14 +1,14 @@
-//! Whitens the steps of a random walk that is read with white noise.
+//! Whitening of the steps of a random walk that is measured with white noise.
 //!
-//! From the covariance of each step's walk, of the reading at its end and of the reading at the very beginning it makes
-//! a transform of vectors to unit covariance.
+//! From the covariance of each step's walk, of the measurement at its end and of that at the very start: a transform of
+//! vectors to unit covariance.
 //!
-//! Covariance of the steps: D_m = walk_m + end_m + end_{m−1}, between neighbours −end_m; its Cholesky factor is
-//! block bidiagonal and is formed step by step, so any number of steps costs linear time.
+//! Covariance of the steps: D_m = walk_m + end_m + end_{m−1}, between neighbours −end_m; its Cholesky factor is block
+//! bidiagonal and computed step by step, so the cost is linear in the number of steps.
 
 use nalgebra::{Matrix3, Vector3};
 
-/// The inverse factor of the covariance.
+/// Inverse Cholesky factor of the covariance.
 pub struct Whitener {
     blocks: Vec<Block>,
 }
@@ -19,8 +19,8 @@ struct Block {
 }
 
 impl Whitener {
-    /// `begin`: noise of the first reading; `steps`: walk and noise of the reading at the end. All positive
-    /// definite together; the caller sees to a positive walk.
+    /// `begin`: noise of the first measurement; `steps`: walk, and noise of the measurement at the end. The sum must be
+    /// positive definite; the caller provides a positive walk.
     pub fn new(
         begin: &Matrix3<f64>,
         steps: impl Iterator<Item = (Matrix3<f64>, Matrix3<f64>)>,
@@ -48,7 +48,7 @@ impl Whitener {
         Self { blocks }
     }
 
-    /// The vectors of all steps in units of their noise.
+    /// Vectors of all steps in units of their noise.
     pub fn whiten(&self, steps: &[Vector3<f64>]) -> Vec<Vector3<f64>> {
         let mut before = Vector3::zeros();
         self.blocks

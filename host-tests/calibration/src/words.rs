@@ -1,7 +1,7 @@
-//! Writes the estimate as the sentences and entries of `calibration.json`.
+//! Sentences and entries of `calibration.json` for an estimate.
 //!
-//! [`Findings`] become a [`Calibration`] with a summary of at most twenty lines. A value is printed only where the
-//! recordings fix it; intervals are ± one standard deviation.
+//! [`Findings`] become a [`Calibration`] with a summary of at most twenty lines. A value is printed only if identifiable
+//! from the recordings; intervals are ± one standard deviation.
 
 use std::collections::BTreeMap;
 
@@ -19,17 +19,17 @@ use rlg_findings::result::{EffectEntry, NoiseEntry, ParameterEntry, RegimeEntry}
 use rlg_recording::Recording;
 use rlg_signal::streams::AXES;
 
-/// K as people write them: in units of 1e-8 s².
+/// Unit of K in text: 1e-8 s².
 const E8: f64 = 1e8;
 
-/// Recordings and unfixed combinations beyond this many are only counted in the summary, to keep it short.
+/// Number of recordings and unidentifiable combinations above which the summary only counts them.
 const LINES: usize = 5;
 
-/// Power left above this share of the noise is a warning: of the 1e4 and more degrees of a rate reference a
-/// tenth is far from chance; attitude samples have few, so theirs is compared with its own scatter too.
+/// Residual power over noise power above which a warning is given: with the 1e4 and more degrees of freedom of a rate
+/// reference a tenth is highly significant; attitude samples have few, so theirs is also compared with its own scatter.
 const LARGEST_NORMALISED_POWER: f64 = 1.1;
 
-/// Everything that the result of a calibration is written from.
+/// Input of a calibration's result.
 pub struct Findings<'a> {
     /// The recordings.
     pub recordings: &'a [Recording],
@@ -43,9 +43,9 @@ pub struct Findings<'a> {
     pub unknowns: &'a Unknowns,
     /// The joint estimate.
     pub joint: &'a Estimate,
-    /// What is known of each gyro.
+    /// Identifiable part of each gyro's pair.
     pub pairs: &'a [Pair; 3],
-    /// Whether an elastic rate explains them as well.
+    /// An elastic rate explains them as well.
     pub confused: bool,
 }
 
@@ -128,7 +128,7 @@ impl Findings<'_> {
         }
     }
 
-    /// How large the joint flexure is in one recording alone: λ of λK, generalised least squares.
+    /// Amplitude λ of the joint flexure λK in one recording alone, by generalised least squares.
     fn regime(&self, recording: &Recording, own: &Estimate) -> RegimeEntry {
         let weight = self.weighted(own);
         let length = self.dot(&weight);
@@ -210,7 +210,7 @@ impl Findings<'_> {
             .filter_map(|index| {
                 let unknown = self.unknowns.get(index);
                 let place = unknown.recording?;
-                // What the recording does not touch keeps its prior and is not worth a line.
+                // A parameter that the recording does not determine keeps its prior and gets no line.
                 let learnt = self.joint.stds[index] < INFORMATIVE_SHARE * unknown.prior_width();
                 learnt.then(|| NuisanceEntry {
                     recording: self.recordings[place].name.clone(),

@@ -1,8 +1,8 @@
-//! Draws what a trial conceals, with its strength and with what can be known of it.
+//! Draw of a trial's concealed effects, with their strength and the attainable accuracy.
 //!
-//! From a [`TrialDraw`] and its scene's [`ScenePredictions`] comes the [`Answer`]: the effects, scaled to a matched-filter SNR
-//! that is log-uniform from 3 to 100 over the fitted rows, what separates them from their nearest rival, and the
-//! Cramér–Rao bound. It is written down, hashed and committed to before anything is diagnosed.
+//! From a [`TrialDraw`] and its scene's [`ScenePredictions`], the [`Answer`]: the effects, scaled to a matched-filter SNR
+//! that is log-uniform from 3 to 100 over the fitted rows, their separation from the nearest rival, and the Cramér–Rao
+//! bound. It is written, hashed and committed to before any diagnosis.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -22,20 +22,20 @@ use super::whiten::Variances;
 use rlg_recording::error::InputError;
 use rlg_simulator::instrument::normal;
 
-/// Range of the strengths that are drawn, over the fitted rows.
+/// Range of the drawn strengths (matched-filter SNR), over the fitted rows.
 pub const STRENGTHS: [f64; 2] = [3.0, 100.0];
 
-/// Strengths of the detection marks, and what is around them.
+/// Strengths of the detection marks, and some around them.
 pub const LADDER: [f64; 6] = [4.0, 5.0, 6.0, 7.0, 8.0, 10.0];
 
-/// A parameter counts as fixed if its bound is below this many typical sizes: there a prior thirty times as wide
-/// as the typical size changes nothing that a thousand trials would show.
+/// Largest bound, in typical sizes, of a parameter that counts as identifiable: for such a bound a prior thirty times the
+/// typical size changes nothing that a thousand trials would show.
 pub const FIXED: f64 = 3.0;
 
-/// No instrument is off by more typical sizes than this; the tool's own prior is as wide.
+/// Largest size of an instrument's error, in typical sizes, equal to the width of the tool's own prior.
 const MOST_TYPICAL: f64 = 30.0;
 
-/// One concealed effect.
+/// Concealed effect.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Concealed {
     /// The contract's kind.
@@ -44,69 +44,69 @@ pub struct Concealed {
     pub parameters: BTreeMap<String, Value>,
     /// Matched-filter SNR over the fitted rows.
     pub rho: f64,
-    /// The same over the whole recording.
+    /// Matched-filter SNR over the whole recording.
     pub rho_whole: f64,
-    /// Strength that remains beside the other concealed effects.
+    /// SNR that remains given the other concealed effects.
     pub rho_beside: f64,
-    /// Strength that remains beside the nearest rival, too.
+    /// SNR that remains given the nearest rival, too.
     pub separation: f64,
-    /// That rival.
+    /// Nearest rival.
     pub nearest: Option<String>,
-    /// Directions that the data fix better than an instrument can be off.
+    /// Number of directions that the data determine better than the largest size of an instrument.
     pub degrees: usize,
-    /// Joint Cramér–Rao bound of each parameter that the data fix, as a standard deviation.
+    /// Joint Cramér–Rao bound of each identifiable parameter, as a standard deviation.
     pub bound: BTreeMap<String, f64>,
 }
 
-/// Everything about a trial that the examined tool must not see.
+/// Trial's truth, which the examined tool must not see.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Answer {
     /// Number of the trial.
     pub trial: u64,
-    /// What it tests.
+    /// Family of the trial.
     pub family: Family,
-    /// Its scene.
+    /// Number of the scene.
     pub scene: usize,
-    /// What is special about the scene.
+    /// Setting of the scene.
     pub setting: Setting,
-    /// Rows a second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
-    /// Seed of its noise.
+    /// Seed of the noise.
     pub noise_seed: u64,
-    /// Whether columns without meaning are recorded too.
+    /// Columns of random numbers are recorded too.
     pub dummies: bool,
-    /// Whether readings jump for a row, and rows are lost.
+    /// Samples jump for a row, and rows are lost.
     pub glitches: bool,
-    /// What is concealed.
+    /// Concealed effects.
     pub effects: Vec<Concealed>,
-    /// The kind that it cannot be told from, by design.
+    /// Kind that is not distinguishable from the concealed one, by design.
     pub partner: Option<String>,
-    /// Kinds of the catalogue that this scene could conceal: the hypotheses of the theory's detection threshold.
+    /// Number of kinds that this scene could conceal: the hypotheses of the theory's detection threshold.
     pub kinds: usize,
-    /// Strength over the fitted rows of everything together.
+    /// SNR of all effects together over the fitted rows.
     pub rho: f64,
     /// Power over the held-out rows, in units of the noise.
     pub held_out: f64,
-    /// Power that a fit of the true kinds would leave there, on the mean.
+    /// Expected power left there by a fit of the true kinds.
     pub oracle_leaves: f64,
     /// Salt: without it a short answer could be guessed from its hash.
     pub salt: String,
 }
 
 impl Answer {
-    /// The text that is hashed and written: one line.
+    /// Serialises the answer to one line, which is hashed and written.
     pub fn line(&self) -> Result<String, serde_json::Error> {
         serde_json::to_string(self)
     }
 
-    /// The concealed effects as TOML of the simulator.
+    /// Formats the concealed effects as TOML of the simulator.
     pub fn toml(&self) -> String {
         self.effects.iter().map(Concealed::toml).collect()
     }
 }
 
 impl Concealed {
-    /// The effect as TOML of the simulator.
+    /// Formats the effect as TOML of the simulator.
     pub fn toml(&self) -> String {
         let mut lines = String::new();
         for (name, value) in &self.parameters {
@@ -118,7 +118,7 @@ impl Concealed {
         effect(&self.kind, &lines)
     }
 
-    /// The effect's numbers.
+    /// Numbers of the effect.
     pub fn numbers(&self) -> BTreeMap<String, f64> {
         let numbers = self.parameters.iter();
         numbers
@@ -127,7 +127,7 @@ impl Concealed {
     }
 }
 
-/// An effect before it is scaled: parameters that scale and parameters that do not, power and projections.
+/// Effect before scaling: its scaled and its fixed parameters, power and projections.
 struct Draft {
     kind: &'static str,
     scaled: BTreeMap<String, f64>,
@@ -143,7 +143,7 @@ impl Draft {
         self.against *= factor;
     }
 
-    /// Whether an instrument can have these numbers at strength `rho`.
+    /// True if an instrument can have these numbers at strength `rho`.
     fn fits(&self, rho: f64) -> bool {
         let factor = rho / self.power[0].sqrt();
         let largest = Linear::of(self.kind).map_or(f64::INFINITY, |entry| {
@@ -157,10 +157,10 @@ impl Draft {
     }
 }
 
-/// Draws before a strength is replaced by a weaker one: some kinds hardly show in some scenes.
+/// Number of draws before a weaker strength is taken: some kinds hardly show in some scenes.
 const ATTEMPTS: usize = 40;
 
-/// Draws what a trial conceals.
+/// Draws the concealed effects of a trial.
 pub fn conceal(
     mut trial_draw: TrialDraw,
     scene: &Scene,
@@ -264,7 +264,7 @@ pub fn conceal(
     })
 }
 
-/// Draws until an instrument can have the effect at the strength drawn for it.
+/// Draws until an instrument can have the effect at the drawn strength.
 fn draw(
     rng: &mut ChaCha8Rng,
     predictions: &ScenePredictions,
@@ -279,15 +279,15 @@ fn draw(
             return Ok(draft);
         }
     }
-    // A bias shows in every scene.
+    // A bias is observable in every scene.
     let mut draft = linear(rng, predictions, &LINEAR[0]);
     draft.scale(rho / draft.power[0].sqrt());
     Ok(draft)
 }
 
-/// A kind whose parameters all scale: each of its own sign and size, one gyro in three left alone.
+/// Draws a linear kind: sign and size of each parameter independent, one gyro in three left out.
 fn linear(rng: &mut ChaCha8Rng, predictions: &ScenePredictions, entry: &Linear) -> Draft {
-    /// Spread of the sizes' logarithm: a factor of 1.6 between parameters of one instrument.
+    /// Standard deviation of ln size: a factor of 1.6 between parameters of one instrument.
     const SPREAD: f64 = 0.5;
     let places = predictions.products.of(entry.kind);
     let mut vector = DVector::zeros(predictions.products.names.len());
@@ -318,7 +318,7 @@ fn linear(rng: &mut ChaCha8Rng, predictions: &ScenePredictions, entry: &Linear) 
     }
 }
 
-/// A kind with an instant, an order or a mode.
+/// Draws a kind with an instant, an order or a mode.
 fn drawn(
     rng: &mut ChaCha8Rng,
     scene: &Scene,
@@ -350,7 +350,7 @@ fn drawn(
         }
         _ => {
             scaled.insert("size".to_owned(), 1e-6);
-            // between a sixth and five sixths, so that there is a before and an after
+            // between a sixth and five sixths, so that there are rows before and after
             let time_s = seconds * (1.0 + 4.0 * rng.random::<f64>()) / 6.0;
             [one("axis", axis), one("time_s", Value::from(time_s))].into()
         }
@@ -358,7 +358,7 @@ fn drawn(
     simulated(predictions, kind, scaled, fixed)
 }
 
-/// A product of channels that no catalogue lists.
+/// Product of channels outside any catalogue.
 fn unlisted(
     predictions: &ScenePredictions,
     axis: &str,
@@ -373,7 +373,7 @@ fn unlisted(
     loop {
         let scaled = BTreeMap::from([("coefficient".to_owned(), coefficient)]);
         let draft = simulated(predictions, "unlisted", scaled, fixed.clone())?;
-        // Far above what the differences are rounded to.
+        // Far above the rounding of the differences.
         if draft.power[0] > 100.0 || coefficient > 1e20 {
             return Ok(draft);
         }
@@ -414,8 +414,8 @@ fn simulated(
     })
 }
 
-/// Draws a kind that only raises the noise. Its strength is the deflection of the likelihood's log: √(½ Σ (ln S'/S)²)
-/// over the bins.
+/// Draws a kind that only raises the noise. Its strength is the deflection of the log likelihood: √(½ Σ (ln S'/S)²) over
+/// the bins.
 fn noisy(rng: &mut ChaCha8Rng, scene: &Scene) -> Concealed {
     let kind = if scene.is_dithered() {
         NOISY[0]

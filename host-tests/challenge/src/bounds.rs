@@ -1,24 +1,24 @@
-//! Computes what can be known: strengths, separations and the Cramér–Rao bound, from inner products of predictions.
+//! Attainable accuracy: strengths, separations and the Cramér–Rao bound, from inner products of predictions.
 //!
-//! From the Fisher information of the catalogue ([`PredictionProducts`]) and an effect's prediction s it gives the matched-filter SNR
-//! ρ = |s|, what is left of it beside other effects |(I − P)s|, and the joint bound of the parameters.
+//! From the Fisher information of the catalogue ([`PredictionProducts`]) and an effect's prediction s: the matched-filter
+//! SNR ρ = |s|, its remainder given other effects |(I − P)s|, and the joint bound of the parameters.
 
 use nalgebra::{DMatrix, DVector};
 
 use super::kinds::LINEAR;
 use super::predict::PredictionProducts;
 
-/// A direction that the data fix worse than this many typical sizes counts as not fixed at all; it keeps inverses
-/// finite and leaves bounds alone by a part in a million.
+/// Standard deviation, in typical sizes, of the weak prior on each parameter: it keeps inverses finite and changes bounds
+/// by a part in a million. A direction with a larger bound counts as not identifiable.
 const UNFIXED: f64 = 1e3;
 
-/// |(I − P)s|² where P projects on the parameters at `places`, from inner products.
+/// |(I − P)s|² with the projection P on the parameters at `places`, from inner products.
 pub fn beside(gram: &DMatrix<f64>, power: f64, against: &DVector<f64>, places: &[usize]) -> f64 {
     if places.is_empty() {
         return power;
     }
     let scale = |place: usize| gram[(place, place)].max(f64::MIN_POSITIVE).sqrt().recip();
-    // Directions below this share of the largest are rounding of the simulations' differences.
+    // Directions below this share of the largest are rounding errors of the simulations' differences.
     const ROUNDING: f64 = 1e-9;
     let count = places.len();
     let inside = DMatrix::from_fn(count, count, |a, b| {
@@ -37,7 +37,7 @@ pub fn beside(gram: &DMatrix<f64>, power: f64, against: &DVector<f64>, places: &
     (power - explained).max(0.0)
 }
 
-/// The rival that comes closest to an effect: its kind and |(I − P)s|, P on the rival and the `others` that are true.
+/// Nearest rival of an effect: its kind and |(I − P)s|, P on the rival and the true `others`.
 pub fn nearest(
     products: &PredictionProducts,
     power: f64,
@@ -61,7 +61,7 @@ pub fn nearest(
         .min_by(|a, b| a.1.total_cmp(&b.1))
 }
 
-/// Joint covariance bound of the parameters at `places`.
+/// Joint Cramér–Rao covariance of the parameters at `places`.
 pub fn bound(products: &PredictionProducts, places: &[usize]) -> DMatrix<f64> {
     let width = |place: usize| UNFIXED * LINEAR[products.names[places[place]].entry].typical;
     let count = places.len();
@@ -79,7 +79,7 @@ pub fn bound(products: &PredictionProducts, places: &[usize]) -> DMatrix<f64> {
     DMatrix::from_fn(count, count, |a, b| inverse[(a, b)] * width(a) * width(b))
 }
 
-/// Directions that the data fix better than `widths` of typical size.
+/// Number of directions with a bound below `widths` typical sizes.
 pub fn degrees(products: &PredictionProducts, places: &[usize], widths: f64) -> usize {
     let width = |place: usize| widths * LINEAR[products.names[places[place]].entry].typical;
     if places.is_empty() {

@@ -1,4 +1,4 @@
-//! One trial with what was concealed and what was found, and when a name or a size is asked for.
+//! Trial with its concealed and its diagnosed effects, and the conditions under which a name or a size is required.
 
 use serde::{Deserialize, Serialize};
 
@@ -7,43 +7,43 @@ use super::chance::detection;
 use super::examine::{Finding, Outcome};
 use super::trial::Family;
 
-/// Strength from which on a name is required.
+/// Least strength for a required name.
 pub const NAMEABLE: f64 = 8.0;
 
-/// Separation from the nearest rival from which on a name is required.
+/// Least separation from the nearest rival for a required name.
 pub const SEPARATE: f64 = 6.0;
 
-/// Strength from which on errors are compared with the bound.
+/// Least strength for a comparison of errors with the bound.
 pub const STRONG: f64 = 10.0;
 
-/// Chance of a false name per recording over all kinds that theory grants: with it a six-parameter effect among a dozen
-/// shows at a matched-filter SNR of 6 in 87 % of recordings, and at 7 in 98 % (diagnosis.md, marks).
+/// False-alarm probability per recording over all kinds, in theory: with it a six-parameter effect among a dozen is
+/// detected at a matched-filter SNR of 6 in 87 % of recordings, and at 7 in 98 % (diagnosis.md, marks).
 const CATALOGUE_SIGNIFICANCE: f64 = 1e-3;
 
-/// The plan of a challenge.
+/// Plan of a challenge.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Seed of everything.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Trials in all, over all shards.
+    /// Number of trials over all shards.
     pub trials: u64,
-    /// Families, gone through again and again.
+    /// Families, repeated in turn.
     pub families: Vec<Family>,
-    /// Whether the true kinds were taken out of the tool's catalogue.
+    /// The true kinds are taken out of the tool's catalogue.
     pub leave_one_out: bool,
 }
 
-/// One trial: what was concealed, and what was diagnosed.
+/// Trial: truth and diagnosis.
 #[derive(Clone, Copy)]
 pub struct Case<'a> {
-    /// What was concealed.
+    /// Truth.
     pub answer: &'a Answer,
-    /// What was diagnosed.
+    /// Diagnosis.
     pub outcome: &'a Outcome,
 }
 
 impl Case<'_> {
-    /// Whether the tool said that something is left out.
+    /// True if the tool reports any effect outside the model.
     pub fn is_detected(&self) -> bool {
         self.outcome.findings.iter().any(|one| !one.is_fault())
     }
@@ -56,10 +56,10 @@ impl Case<'_> {
             .filter(|one| !one.is_fault() && one.kind != "unlisted")
     }
 
-    /// Claims that are not true.
+    /// Claims that are false.
     pub fn wrong(&self) -> impl Iterator<Item = &Finding> {
         self.claims().filter(|one| {
-            // A reading that jumps and comes back is two slips, and was put there.
+            // A sample that jumps and returns is two slips, injected on purpose.
             let glitch = self.answer.glitches && one.kind == "counter_slip";
             !glitch
                 && !self
@@ -70,13 +70,13 @@ impl Case<'_> {
         })
     }
 
-    /// On an effect-free record: anything that is said to be physics, an expression too.
+    /// On an effect-free record: true for any reported physics, an expression too.
     pub fn is_false(&self) -> bool {
         let expressed = |one: &Finding| one.kind == "unlisted" && one.expression.is_some();
         self.wrong().next().is_some() || self.outcome.findings.iter().any(expressed)
     }
 
-    /// Whether every concealed kind is claimed and nothing else.
+    /// True if every concealed kind is claimed and nothing else.
     pub fn is_named(&self) -> bool {
         let claimed = |kind: &str| self.claims().any(|one| one.covers(kind));
         !self.answer.effects.is_empty()
@@ -88,7 +88,7 @@ impl Case<'_> {
             && self.wrong().next().is_none()
     }
 
-    /// Whether a name is required: strong enough, and far enough from every rival.
+    /// True if a name is required: strong enough, and separate enough from every rival.
     pub fn is_nameable(&self) -> bool {
         let effects = &self.answer.effects;
         !effects.is_empty()
@@ -97,8 +97,8 @@ impl Case<'_> {
                 .all(|effect| effect.rho_beside >= NAMEABLE && effect.separation >= SEPARATE)
     }
 
-    /// (estimate − truth) over the tool's own spread and over the bound, for every parameter that the data fix of
-    /// every effect whose very kind was found.
+    /// (estimate − truth) over the tool's standard deviation and over the bound, for every identifiable parameter of every
+    /// effect with its kind found.
     pub fn deviations(&self) -> Vec<[f64; 2]> {
         let mut list = Vec::new();
         for effect in &self.answer.effects {
@@ -122,7 +122,7 @@ impl Case<'_> {
         list
     }
 
-    /// Chance that a trial of this strength is detected, by theory \[1\].
+    /// Theoretical detection probability of a trial of this strength \[1\].
     pub fn theory(&self) -> f64 {
         let significance = CATALOGUE_SIGNIFICANCE / self.answer.kinds.max(1) as f64;
         let degrees = self
@@ -135,12 +135,12 @@ impl Case<'_> {
     }
 }
 
-/// Whether the tool gave no verdict at all.
+/// True if the tool gave no verdict.
 pub fn unread(outcome: &Outcome) -> bool {
     !["matches", "explained", "partly_explained", "unexplained"].contains(&outcome.verdict.as_str())
 }
 
-/// The deviations of one parameter of each named trial.
+/// Deviations of one parameter of each named trial.
 pub fn one_deviation(cases: &[Case]) -> Vec<[f64; 2]> {
     cases
         .iter()

@@ -1,6 +1,6 @@
-//! Computes the marks of the diagnosis, each with what was measured and the number of trials behind it.
+//! Marks of the diagnosis, each with its measured value and number of trials.
 //!
-//! A [`Mark`] without a single trial says so and neither passes nor fails.
+//! A [`Mark`] without any trial states so and neither passes nor fails.
 
 use serde::Serialize;
 
@@ -12,26 +12,26 @@ use super::trial::Family;
 /// One mark.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mark {
-    /// The quantity that is measured.
+    /// Name of the measured quantity.
     pub mark: String,
-    /// What is required.
+    /// Requirement.
     pub needed: String,
-    /// The measured value.
+    /// Measured value.
     pub measured: Option<f64>,
     /// 95 % limits of the measured value.
     pub limits: [f64; 2],
     /// Number of trials behind the value.
     pub trials: usize,
-    /// Whether the requirement is met.
+    /// The requirement is met.
     pub met: Option<bool>,
-    /// Whether the limits agree with that; if not, more trials may change it.
+    /// The limits confirm that; if not, more trials may change it.
     pub sure: bool,
 }
 
-/// The share that "none" is compared with: none in a thousand trials bounds the share by this.
+/// Limit for the requirement "none": zero of a thousand trials bounds the share by this.
 const NONE: f64 = 3e-3;
 
-/// How a value must compare with its requirement.
+/// Comparison of a value with its requirement.
 enum Need {
     AtLeast(f64),
     AtMost(f64),
@@ -75,7 +75,7 @@ fn share(name: &str, need: Need, of: &[&Case], hit: impl Fn(&Case) -> bool) -> M
     mark(name, need, measured, limits(hits, of.len()), of.len())
 }
 
-/// A root mean square, its limits from its own scatter.
+/// Root mean square, with limits from the scatter of the squares.
 fn rms(name: &str, need: Need, values: &[f64]) -> Mark {
     let count = values.len().max(1) as f64;
     let squares: Vec<f64> = values.iter().map(|value| value * value).collect();
@@ -90,7 +90,7 @@ fn rms(name: &str, need: Need, values: &[f64]) -> Mark {
     mark(name, need, mean.sqrt(), ends, values.len())
 }
 
-/// Every mark.
+/// Computes all marks.
 pub fn marks(plan: &Plan, cases: &[Case]) -> Vec<Mark> {
     let of = |families: &[Family]| -> Vec<&Case> {
         cases
@@ -194,8 +194,8 @@ pub fn marks(plan: &Plan, cases: &[Case]) -> Vec<Mark> {
     list
 }
 
-/// One parameter a trial, which no other of its trial resembles, and all of them, more by far, with limits from how trials
-/// scatter.
+/// Coverage of the intervals: of one parameter a trial (independent), and of all parameters, with limits from the scatter
+/// between trials.
 fn coverage(cases: &[Case]) -> Vec<Mark> {
     let deviations = one_deviation(cases);
     let all: Vec<Vec<[f64; 2]>> = cases
@@ -224,7 +224,7 @@ fn coverage(cases: &[Case]) -> Vec<Mark> {
     of_one.chain(of_all).collect()
 }
 
-/// The share of all trials' parameters within so many deviations.
+/// Share of all trials' parameters within so many standard deviations.
 fn share_of_all(trials: &[Vec<[f64; 2]>], sigmas: f64, nominal: f64) -> Mark {
     let count: usize = trials.iter().map(Vec::len).sum();
     let hits = |trial: &Vec<[f64; 2]>| {
@@ -303,7 +303,7 @@ fn confounded(cases: &[&Case]) -> [Mark; 2] {
                     .is_some_and(|kind| one.covers(kind))
         })
     };
-    // |s − ŝ|² has as many degrees of freedom as the effect has fixed directions.
+    // |s − ŝ|² has the number of the effect's identifiable directions as degrees of freedom.
     let errors: Vec<f64> = found
         .iter()
         .filter(|case| case.answer.rho >= STRONG && class(case))
@@ -332,17 +332,17 @@ fn confounded(cases: &[&Case]) -> [Mark; 2] {
     ]
 }
 
-/// Mean of (power taken out of the held-out rows)/(what an oracle takes out).
+/// Mean of (power removed from the held-out rows)/(power removed by the oracle).
 fn held_out(cases: &[&Case]) -> Mark {
     let shares: Vec<f64> = cases
         .iter()
         .filter(|case| case.answer.rho >= STRONG)
         .filter_map(|case| {
             let oracle = case.answer.held_out - case.answer.oracle_leaves;
-            // Where the held-out rows hardly show the effect there is nothing to gain.
+            // If the held-out rows hardly show the effect, there is nothing to gain.
             let shows = case.answer.held_out > 2.0 * case.answer.oracle_leaves;
             let known = case.answer.oracle_leaves > 0.0;
-            // A description by an expression is not scored here, and counts as no gain.
+            // An expression is not scored here, and counts as no gain.
             let left = case
                 .outcome
                 .leaves
@@ -373,12 +373,12 @@ mod tests {
 
     #[test]
     fn limits_of_all_parameters_know_that_those_of_a_trial_go_together() {
-        // Ten trials of four parameters, which are within one deviation all together or not at all.
+        // Ten trials of four parameters, within one deviation all together or not at all.
         let trial = |own: f64| vec![[own, 1.0]; 4];
         let trials: Vec<_> = [0.5, 2.0].into_iter().cycle().take(10).map(trial).collect();
         let mark = share_of_all(&trials, 1.0, 0.683);
         assert_eq!((mark.measured, mark.trials), (Some(0.5), 40));
-        // 1.96 sqrt(10 * 2^2) / 40; forty parameters of their own would come to half of it.
+        // 1.96 sqrt(10 * 2^2) / 40; forty independent parameters would give half of it.
         assert!((mark.limits[1] - 0.5 - 0.30990).abs() < 1e-4, "{mark:?}");
     }
 }

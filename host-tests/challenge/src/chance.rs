@@ -1,7 +1,7 @@
-//! Computes the laws of chance that scores are compared with.
+//! Probability laws for the scores.
 //!
-//! These are the Clopper–Pearson limits of a share, and the probability that a likelihood ratio with a given
-//! noncentrality exceeds a threshold.
+//! Clopper–Pearson limits of a share, and the probability that a likelihood ratio with a given noncentrality exceeds a
+//! threshold.
 
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF as _};
 
@@ -36,10 +36,10 @@ fn bound(hits: usize, trials: usize, tail: f64, upper: bool) -> f64 {
     }
 }
 
-/// Chance that an effect of strength `rho` with `degrees` parameters has a likelihood ratio beyond the one that
-/// noise exceeds with chance `significance`: a noncentral chi-squared, as a Poisson mixture of central ones.
+/// Power of the likelihood-ratio test at significance `significance`, for an effect of strength `rho` with `degrees`
+/// parameters: a noncentral χ², as a Poisson mixture of central ones.
 pub fn detection(rho: f64, degrees: usize, significance: f64) -> f64 {
-    /// Deviations of the Poisson law that are summed: beyond is 1e-15.
+    /// Standard deviations of the Poisson law in the sum: the remainder is 1e-15.
     const REACH: f64 = 8.0;
     let degrees = degrees.max(1) as f64;
     let Ok(law) = ChiSquared::new(degrees) else {

@@ -1,7 +1,7 @@
-//! Commits to the answers: their hashes are on disk before anything is diagnosed.
+//! Commitment to the answers: their hashes are on disk before any diagnosis.
 //!
 //! Each answer is a line of JSON with its salt; `commitments.txt` has a line `TRIAL SHA256` for each. Afterwards
-//! `answers.jsonl` reveals the lines; anybody can check one by `sed -n 1p answers.jsonl | tr -d '\n' | sha256sum`.
+//! `answers.jsonl` reveals the lines; to check one: `sed -n 1p answers.jsonl | tr -d '\n' | sha256sum`.
 
 use std::fmt::Write as _;
 use std::path::Path;
@@ -16,7 +16,7 @@ pub const COMMITMENTS: &str = "commitments.txt";
 /// File of the answers.
 pub const ANSWERS: &str = "answers.jsonl";
 
-/// File of what the diagnosis said.
+/// File of the diagnoses' outcomes.
 pub const OUTCOMES: &str = "outcomes.jsonl";
 
 /// SHA-256 in hexadecimal.
@@ -28,7 +28,7 @@ pub fn sha256(bytes: &[u8]) -> String {
     text
 }
 
-/// `commitments.txt` of answers by trial.
+/// Text of `commitments.txt` for answers by trial.
 pub fn commitments(lines: &[(u64, String)]) -> String {
     let mut text = String::new();
     for (trial, line) in lines {
@@ -37,7 +37,7 @@ pub fn commitments(lines: &[(u64, String)]) -> String {
     text
 }
 
-/// Whether revealed answers are those that were committed to.
+/// Checks that the revealed answers are the committed ones; returns their number.
 pub fn check(committed: &str, answers: &str, folder: &Path) -> Result<usize, InputError> {
     let hashes: Vec<(&str, &str)> = committed
         .lines()

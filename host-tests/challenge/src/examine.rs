@@ -1,6 +1,6 @@
-//! Runs one trial: makes the recording, diagnoses it, and records the [`Outcome`].
+//! Run of one trial: makes the recording, diagnoses it, and records the [`Outcome`].
 //!
-//! The diagnosis gets the recording and the model that admits nothing; the [`Answer`] stays here.
+//! The diagnosis gets the recording and the model without the concealed effects, but not the [`Answer`].
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -21,16 +21,16 @@ use rlg_recording::{Channel, Quantity, Recording};
 use rlg_simulator::instrument::normal;
 use rlg_simulator::{Seeds, simulate};
 
-/// Rows of an angle that jumps for one reading, in a record with glitches.
+/// Number of rows with an angle that jumps for one sample, in a record with glitches.
 const JUMPS: usize = 3;
 
-/// Rows that are lost there.
+/// Number of lost rows in a record with glitches.
 const LOST_ROWS: usize = 20;
 
-/// A jump, over the white noise of angle: what a loose connector or an interrupted transfer leaves.
+/// Size of a jump, over the white angle noise: typical of a loose connector or an interrupted transfer.
 const JUMP_SIGMAS: f64 = 6.0;
 
-/// An estimate.
+/// Estimate with its standard deviation.
 #[derive(Debug, Clone, Copy, Serialize, Deserialize)]
 pub struct Estimate {
     /// Value.
@@ -39,51 +39,51 @@ pub struct Estimate {
     pub std: f64,
 }
 
-/// One effect that the diagnosis reports.
+/// Reported effect.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Finding {
     /// Its kind.
     pub kind: String,
-    /// Kinds that it cannot be told from.
+    /// Kinds in its equivalence class.
     pub or: Vec<String>,
-    /// Its numbers.
+    /// Estimated parameters.
     pub parameters: BTreeMap<String, Estimate>,
-    /// Its expression.
+    /// Expression, if any.
     pub expression: Option<String>,
-    /// Its p-value.
+    /// p-value.
     pub p_value: f64,
 }
 
-/// What the diagnosis said.
+/// Result of a diagnosis.
 #[derive(Debug, Clone, Serialize, Deserialize)]
 pub struct Outcome {
     /// Number of the trial.
     pub trial: u64,
-    /// The verdict in one word.
+    /// Verdict in one word.
     pub verdict: String,
-    /// What it found.
+    /// Reported effects.
     pub findings: Vec<Finding>,
-    /// Stretches in which model and recording differ.
+    /// Number of stretches in which model and recording differ.
     pub locations: usize,
-    /// Where the kinds found are the kinds concealed and linear: power that the findings leave over the fitted and
-    /// the held-out rows, in units of the noise.
+    /// Residual power after the findings over the fitted and the held-out rows, in units of the noise, if the found kinds
+    /// are the concealed ones and linear.
     pub leaves: Option<[f64; 2]>,
 }
 
 impl Finding {
-    /// A kind of the catalogue that predicts something, claimed by name.
+    /// True for a kind of the catalogue that predicts a signal.
     pub fn is_physics(&self) -> bool {
         self.kind != "unlisted"
             && !NOISE_KINDS.contains(&self.kind.as_str())
             && !FAULT_KINDS.contains(&self.kind.as_str())
     }
 
-    /// Whether the rows are only said to be unusable.
+    /// True if the finding only excludes rows as unusable.
     pub fn is_fault(&self) -> bool {
         FAULT_KINDS.contains(&self.kind.as_str())
     }
 
-    /// Whether a kind is the finding's own or in its class of indistinguishable kinds.
+    /// True if a kind is the finding's own or in its equivalence class.
     pub fn covers(&self, kind: &str) -> bool {
         self.kind == kind || self.or.iter().any(|other| other == kind)
     }
@@ -108,7 +108,7 @@ impl Finding {
             kind: entry.kind.clone(),
             or: entry.indistinguishable_from.clone(),
             parameters: numbers.collect(),
-            // Beside a listed kind it is its rival.
+            // The expression of a listed kind is its rival.
             expression: entry
                 .expression
                 .clone()
@@ -118,7 +118,7 @@ impl Finding {
     }
 }
 
-/// Makes the recording of a trial and the model that goes with it.
+/// Makes the recording of a trial and its model.
 pub fn record(answer: &Answer, scene: &Scene) -> Result<(Recording, Model), InputError> {
     let scenario = scene.scenario(true, &answer.toml())?;
     let seeds = Seeds {
@@ -126,7 +126,7 @@ pub fn record(answer: &Answer, scene: &Scene) -> Result<(Recording, Model), Inpu
         noise: answer.noise_seed,
     };
     let mut simulation = simulate(&scenario, seeds, |_| {});
-    // A generator beside the simulator's streams, which end far below.
+    // A generator separate from the simulator's streams, whose numbers end far below.
     let mut rng = ChaCha8Rng::seed_from_u64(answer.noise_seed);
     rng.set_stream(u64::MAX);
     let recording = &mut simulation.recording;
@@ -148,7 +148,7 @@ fn glitch(recording: &mut Recording, scene: &Scene, rng: &mut ChaCha8Rng) {
         let axis = rng.random_range(0..3);
         let row = rng.random_range(rows / 10..rows - rows / 10);
         let jump = JUMP_SIGMAS * scene.levels.reference_rad.max(pulse_rad[axis]);
-        // What one reading has too much the next has too little: the angle itself goes on.
+        // The excess of one sample is subtracted from the next: the running angle is unchanged.
         let value = if scene.is_dithered() {
             (jump / pulse_rad[axis]).ceil()
         } else {
@@ -163,7 +163,7 @@ fn glitch(recording: &mut Recording, scene: &Scene, rng: &mut ChaCha8Rng) {
     }
 }
 
-/// Adds a pressure that walks at random and a voltage that is white: channels without meaning.
+/// Adds a random-walk pressure and a white voltage: channels without meaning.
 fn add_dummies(recording: &mut Recording, rng: &mut ChaCha8Rng) {
     let table = &mut recording.tables[0];
     let mut walked = 0.0;
@@ -186,8 +186,8 @@ fn add_dummies(recording: &mut Recording, rng: &mut ChaCha8Rng) {
     }
 }
 
-/// Makes the recording, diagnoses it and records the outcome. With `leave_one_out` the diagnosis does not know the
-/// concealed kinds.
+/// Makes the recording, diagnoses it and records the outcome. With `leave_one_out` the concealed kinds are taken out of the
+/// catalogue.
 pub fn examine(
     answer: &Answer,
     scene: &Scene,
@@ -200,8 +200,8 @@ pub fn examine(
     Ok(outcome)
 }
 
-/// Simulates the recording of a trial and diagnoses it. With `leave_one_out` the diagnosis does not know the
-/// concealed kinds.
+/// Simulates the recording of a trial and diagnoses it. With `leave_one_out` the concealed kinds are taken out of the
+/// catalogue.
 pub fn diagnose_trial(
     answer: &Answer,
     scene: &Scene,
@@ -226,7 +226,7 @@ pub fn diagnose_trial(
     Ok(outcome.diagnosis)
 }
 
-/// What a diagnosis said, in the challenge's form.
+/// Converts a diagnosis to the challenge's form.
 pub fn outcome_of(trial: u64, said: &Diagnosis) -> Outcome {
     Outcome {
         trial,
@@ -242,7 +242,7 @@ pub fn outcome_of(trial: u64, said: &Diagnosis) -> Outcome {
 
 /// |s − ŝ|² over the fitted and the held-out rows.
 fn leaves(answer: &Answer, outcome: &Outcome, products: &PredictionProducts) -> Option<[f64; 2]> {
-    // More noise predicts nothing, and rows left out predict nothing.
+    // Noise kinds and excluded rows predict no signal.
     let predicts = |one: &&Finding| one.is_physics() || one.kind == "unlisted";
     let physics: Vec<&Finding> = outcome.findings.iter().filter(predicts).collect();
     if answer.effects.is_empty() || physics.is_empty() {

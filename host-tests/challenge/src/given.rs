@@ -1,10 +1,10 @@
-//! Examines recordings of others, with what they concealed: committed to, diagnosed, scored.
+//! Examination of others' recordings with their truth: committed to, diagnosed, scored.
 //!
-//! From a recording's folder (its `model.toml` beside it) and the truth file that goes with it comes a [`Given`]. The
-//! truth is read for its hash before the diagnosis and opened only after it.
+//! From a recording's folder (with its `model.toml`) and its truth file, a [`Given`]. The truth is read for its hash before
+//! the diagnosis and parsed only after it.
 //!
-//! A truth file: `{"effects": [{"kind": ..., "parameters": {...}}]}`, as `rlg simulate` writes it; further keys are
-//! passed over. Strengths are not known here, so nothing is held against theory.
+//! A truth file: `{"effects": [{"kind": ..., "parameters": {...}}]}`, as written by `rlg simulate`; further keys are
+//! ignored. Strengths are unknown here, so there is no comparison with theory.
 
 use std::collections::BTreeMap;
 use std::fs;
@@ -22,27 +22,27 @@ use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
-/// The model beside a recording.
+/// File of the model in a recording's folder.
 pub const MODEL: &str = "model.toml";
 
-/// One recording with its truth.
+/// Recording with its truth.
 #[derive(Debug, Clone)]
 pub struct Pair {
     /// Folder of the recording.
     pub recording: PathBuf,
     /// File of the truth.
     pub truth: PathBuf,
-    /// The truth's bytes, hashed before and read after.
+    /// Bytes of the truth, hashed before the diagnosis and parsed after it.
     bytes: Vec<u8>,
 }
 
-/// The content of a truth file.
+/// Content of a truth file.
 #[derive(Debug, Deserialize)]
 struct Truth {
     effects: Vec<Concealed>,
 }
 
-/// One concealed effect.
+/// Concealed effect.
 #[derive(Debug, Deserialize)]
 struct Concealed {
     kind: String,
@@ -50,46 +50,46 @@ struct Concealed {
     parameters: BTreeMap<String, Value>,
 }
 
-/// A combination of parameters that the diagnosis says it knows, beside the truth.
+/// Combination of parameters reported as identifiable, with its truth.
 #[derive(Debug, Clone, Serialize)]
 pub struct Known {
-    /// Its kind.
+    /// Kind of the effect.
     pub kind: String,
-    /// "xy + xz".
+    /// Combination, as "xy + xz".
     pub combination: String,
-    /// What was concealed.
+    /// True value.
     pub truth: f64,
-    /// What was found.
+    /// Estimated value.
     pub value: f64,
-    /// Its standard deviation.
+    /// Standard deviation.
     pub std: f64,
 }
 
-/// The score of one recording.
+/// Score of one recording.
 #[derive(Debug, Clone, Serialize)]
 pub struct Given {
     /// Name of the recording.
     pub recording: String,
-    /// Hash of its truth file, committed to before.
+    /// Hash of its truth file, committed to before the diagnosis.
     pub truth_sha256: String,
     /// Concealed kinds.
     pub concealed: Vec<String>,
     /// Kinds taken out of the tool's catalogue.
     pub left_out: Vec<String>,
-    /// The verdict in one word.
+    /// Verdict in one word.
     pub verdict: String,
-    /// What it found.
+    /// Findings.
     pub found: Vec<Finding>,
-    /// Whether every concealed kind was claimed and nothing else; on effect-free records, whether nothing was.
+    /// Every concealed kind was claimed and nothing else; on effect-free records, nothing was.
     pub right: bool,
-    /// Claims that are not true.
+    /// Claims that are false.
     pub wrong: Vec<String>,
-    /// The combinations that the diagnosis fixed.
+    /// Combinations reported as identifiable.
     pub known: Vec<Known>,
 }
 
 impl Pair {
-    /// Reads the truth's bytes, not yet its meaning.
+    /// Reads the bytes of the truth without parsing them.
     pub fn new(recording: &Path, truth: &Path) -> Result<Self, InputError> {
         let bytes = fs::read(truth).map_err(|error| InputError::unreadable(truth, &error))?;
         Ok(Self {
@@ -99,14 +99,14 @@ impl Pair {
         })
     }
 
-    /// The line of `commitments.txt`.
+    /// Line of `commitments.txt`.
     pub fn commitment(&self) -> (String, String) {
         let name = self.truth.file_name().unwrap_or_default();
         (name.to_string_lossy().into_owned(), sha256(&self.bytes))
     }
 
-    /// Diagnoses and scores. With `leave_one_out` the concealed kinds are taken out of the catalogue first,
-    /// for which the truth has to be opened.
+    /// Diagnoses and scores. With `leave_one_out` the concealed kinds are first taken out of the catalogue, for which the
+    /// truth has to be parsed.
     pub fn score(&self, leave_one_out: bool) -> Result<Given, InputError> {
         let file = self.recording.join(MODEL);
         let (model, _) = Model::read_with_warnings(&file)?;
@@ -175,7 +175,7 @@ fn given(hash: &str, said: &Diagnosis, truth: &Truth, left_out: Vec<String>) -> 
     }
 }
 
-/// Whether a fault of the data is among what was concealed: only then its report is judged.
+/// True if a data fault is among the concealed effects: only then is its report scored.
 fn told(truth: &Truth, one: &Finding) -> bool {
     truth.effects.iter().any(|effect| one.covers(&effect.kind))
 }

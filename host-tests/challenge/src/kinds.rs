@@ -1,18 +1,18 @@
-//! Lists what the challenge can conceal: the simulator's effects, with the sizes that instruments show.
+//! Effects that the challenge can conceal: the simulator's effects, with sizes typical of instruments.
 //!
-//! There are [`Linear`] entries (prediction proportional to the parameters) by kind, and expressions of physics that no
-//! catalogue lists. SI units as in the contract's table.
+//! [`Linear`] entries (prediction proportional to the parameters) by kind, and expressions of physics outside any
+//! catalogue. SI units as in the contract's table.
 //!
-//! The sizes are the examiner's own, not the diagnosis' cards: they only set the mix of parameters, since every
-//! effect is scaled to the strength that was drawn. Larger than `largest` an effect is no instrument's, and the
-//! draw is repeated.
+//! The sizes are the examiner's own, not those of the diagnosis' cards: they only set the mix of parameters, since every
+//! effect is scaled to the drawn strength. An effect larger than `largest` is not credible for an instrument, and the draw
+//! is repeated.
 
 use rlg_model::catalogue::Kind;
 
-/// What an effect needs around the gyros.
+/// Sensors that an effect requires.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Needs {
-    /// Nothing beside gyros and reference.
+    /// Gyros and reference alone.
     Nothing,
     /// Thermometers.
     Thermal,
@@ -22,27 +22,27 @@ pub enum Needs {
     Dither,
 }
 
-/// Which gyros feel one parameter.
+/// Gyros on which one parameter acts.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Reach {
-    /// The gyro that the parameter's first letter names.
+    /// The gyro of the parameter's first letter.
     Own,
-    /// Any of them.
+    /// All gyros.
     All,
 }
 
-/// A kind whose prediction is proportional to its parameters (delays: as long as they are short).
+/// Kind with a prediction proportional to its parameters (delays: if short).
 #[derive(Debug, Clone, Copy)]
 pub struct Linear {
     /// The contract's kind.
     pub kind: &'static str,
-    /// A size met in instruments, in the kind's unit.
+    /// Typical size in instruments, in the kind's unit.
     pub typical: f64,
-    /// The largest size that an instrument can have.
+    /// Largest credible size in an instrument.
     pub largest: f64,
-    /// What it needs.
+    /// Required sensors.
     pub needs: Needs,
-    /// Which gyros feel one parameter.
+    /// Gyros on which one parameter acts.
     pub reach: Reach,
 }
 
@@ -66,7 +66,7 @@ const fn all(kind: &'static str, typical: f64, largest: f64) -> Linear {
     }
 }
 
-/// Every linear kind, in the contract's order.
+/// All linear kinds, in the contract's order.
 pub const LINEAR: &[Linear] = &[
     own("gyro_bias", 5e-7, 1e-3, Needs::Nothing),
     own("gyro_bias_temperature", 1e-6, 1e-3, Needs::Thermal),
@@ -85,7 +85,7 @@ pub const LINEAR: &[Linear] = &[
     own("axis_tilt_by_force", 1e-7, 5e-4, Needs::Nothing),
     own("elastic_rate_by_force", 1e-7, 5e-4, Needs::Nothing),
     own("elastic_rate_by_jerk", 1e-7, 5e-5, Needs::Nothing),
-    // A millisecond is still short against the motion's fastest period, so the prediction is linear.
+    // A millisecond is short against the motion's fastest period, so the prediction is linear.
     own("gyro_delay", 2e-5, 1e-3, Needs::Nothing),
     own("dither_gain", 1e-4, 0.1, Needs::Dither),
     own("dither_delay", 1e-6, 2e-5, Needs::Dither),
@@ -96,7 +96,7 @@ pub const LINEAR: &[Linear] = &[
     all("reference_scale", 1e-5, 0.02),
 ];
 
-/// Kinds whose prediction has to be simulated for the very trial: an instant, an order or a mode is drawn too.
+/// Kinds whose prediction must be simulated for each trial: an instant, an order or a mode is drawn too.
 pub const DRAWN: &[&str] = &[
     "gyro_bias_step",
     "counter_slip",
@@ -107,8 +107,8 @@ pub const DRAWN: &[&str] = &[
 /// Kinds that only raise the noise.
 pub const NOISY: &[&str] = &["angle_random_walk", "pulse_quantisation"];
 
-/// Physics outside the catalogue: gyro, expression in the simulator's words, what it needs, a size for it
-/// \[rad/s per unit of the product\].
+/// Physics outside the catalogue: gyro, expression in the simulator's syntax, required sensors, a size \[rad/s per unit of
+/// the product\].
 pub const UNLISTED: &[(&str, &str, Needs)] = &[
     ("z", "omega_x*omega_y", Needs::Nothing),
     ("x", "alpha_y*alpha_z", Needs::Nothing),
@@ -128,19 +128,19 @@ pub const UNLISTED: &[(&str, &str, Needs)] = &[
 ];
 
 impl Linear {
-    /// The entry of a kind.
+    /// Entry of a kind.
     pub fn of(kind: &str) -> Option<&'static Self> {
         LINEAR.iter().find(|entry| entry.kind == kind)
     }
 
-    /// Its parameters' names, in the contract's order.
+    /// Names of the parameters, in the contract's order.
     pub fn names(&self) -> Vec<&'static str> {
         Kind::named(self.kind)
             .map(|kind| kind.parameter_names().collect())
             .unwrap_or_default()
     }
 
-    /// Its parameters in groups that one simulation can show together: one of each gyro.
+    /// Parameters in groups that one simulation can predict together: one of each gyro.
     pub fn groups(&self) -> Vec<Vec<&'static str>> {
         let names = self.names();
         if self.reach == Reach::All {
@@ -152,18 +152,18 @@ impl Linear {
             .collect()
     }
 
-    /// Whether physics allows one sign only: a suspension's compliance J/k.
+    /// True if physics allows one sign only: a suspension's compliance J/k.
     pub fn is_positive(&self) -> bool {
         self.kind == "axis_flexure"
     }
 
-    /// Whether the prediction is not quite proportional to its size, so that it is taken as a central difference.
+    /// True if the prediction is not quite proportional to the size, so that a central difference is taken.
     pub fn is_delay(&self) -> bool {
         self.kind.ends_with("_delay")
     }
 }
 
-/// The gyro that a parameter's first letter names.
+/// Gyro of a parameter's first letter.
 pub fn gyro_of(parameter: &str) -> Option<usize> {
     ["x", "y", "z"]
         .iter()

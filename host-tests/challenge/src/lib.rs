@@ -1,19 +1,19 @@
-//! Proves the diagnosis blind: effects drawn from a seed are concealed, diagnosed and scored.
+//! Blind test of the diagnosis: effects drawn from a seed are concealed, diagnosed and scored.
 //!
-//! draws (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers
-//! (`kinds`, `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `catalogue_marks`,
+//! draws (`trial`) → scenes (`scene`) → predictions without noise (`predict`, `whiten`, `bounds`) → answers (`kinds`,
+//! `answer`) → commitments (`commit`) → recordings and diagnoses (`examine`) → scores (`score`, `catalogue_marks`,
 //! `chance`)
 //!
-//! Recordings of others, each with a truth file, go the same way (`given`). What the diagnosis says of fixed trials and
-//! recordings is kept as a table to compare later versions with (`golden`). Ordinary recordings are examined against marks
-//! (`marks`): beside references of rate, of attitude (`attitude`), at rest (`rest`), with accelerometers (`force`), and as others
-//! recorded them (`recorded`).
+//! Recordings of others, each with a truth file, are examined in the same way (`given`). The results on fixed trials and
+//! recordings are kept as a table, for comparison with later versions (`golden`). Ordinary recordings are examined against
+//! marks (`marks`): with references of rate, of attitude (`attitude`), at rest (`rest`), with accelerometers (`force`), and
+//! recorded by others (`recorded`).
 //!
 //! A [`Plan`] gives answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the simulator and
-//! calls the diagnosis; the diagnosis gets a recording and a model, and nothing else.
+//! calls the diagnosis; the diagnosis gets only a recording and a model.
 //!
-//! The same plan gives the same bytes for any number of threads and shards: every trial has a ChaCha stream of its
-//! own, and scores are taken of what was written, line by line.
+//! The same plan gives the same bytes for any number of threads and shards: every trial has its own ChaCha stream, and
+//! scores are computed from the written lines.
 
 pub mod answer;
 pub mod attitude;
@@ -55,10 +55,10 @@ use rlg_recording::error::InputError;
 use scene::Scene;
 use trial::TrialDraw;
 
-/// Which trials of a plan are run here.
+/// Selection of a plan's trials for this run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Share {
-    /// Trials whose number leaves this remainder by the number of shards.
+    /// Trials with a number of this remainder modulo the number of shards.
     Shard(u64, u64),
     /// One trial.
     One(u64),
@@ -67,7 +67,7 @@ pub enum Share {
 }
 
 impl Share {
-    /// Numbers of the trials in it, of `all` trials.
+    /// Numbers of the selected trials, of `all` trials.
     pub fn trials(self, all: u64) -> Vec<u64> {
         let mine = |trial: &u64| match self {
             Self::Shard(shard, of) => trial % of == shard,
@@ -78,17 +78,17 @@ impl Share {
     }
 }
 
-/// Trials with their answers, before anything is diagnosed.
+/// Trials with their answers, before any diagnosis.
 pub struct Prepared {
     /// Answers in the order of the trials.
     pub answers: Vec<Answer>,
-    /// Each as the line that is hashed.
+    /// Each answer as its hashed line.
     pub lines: Vec<(u64, String)>,
     scenes: BTreeMap<usize, (Scene, PredictionProducts)>,
     leave_one_out: bool,
 }
 
-/// Draws what is concealed in each of the numbered `trials`. `progress` is called with the scenes done and their total.
+/// Draws the concealed effects of the numbered `trials`. `progress` is called with the scenes done and their total.
 pub fn prepare(
     plan: &Plan,
     trials: &[u64],
@@ -134,7 +134,7 @@ pub fn prepare(
 }
 
 impl Prepared {
-    /// The first trial's recording and model, to be looked at by hand.
+    /// Makes the first trial's recording and model, for inspection.
     pub fn first_recording(&self) -> Option<Result<(Recording, Model), InputError>> {
         let answer = self.answers.first()?;
         Some(record(answer, &self.scenes[&answer.scene].0))
@@ -146,7 +146,7 @@ impl Prepared {
             .par_iter()
             .map(|answer| {
                 let (scene, products) = &self.scenes[&answer.scene];
-                // A recording that the tool cannot stand is a result, and the others go on.
+                // A recording on which the tool fails is a result, and the other trials go on.
                 let outcome = caught(|| examine(answer, scene, products, self.leave_one_out))
                     .unwrap_or_else(|reason| without_verdict(answer, reason));
                 progress();
@@ -156,7 +156,7 @@ impl Prepared {
     }
 
     /// Diagnoses every trial on all threads and maps each result, in the order of the trials. `map` gets the answer, the
-    /// diagnosis or the reason why there is none, and the wall-clock time of simulation and diagnosis \[s\].
+    /// diagnosis or the reason for its absence, and the wall-clock time of simulation and diagnosis \[s\].
     pub fn diagnose_each<T: Send>(
         &self,
         map: impl Fn(&Answer, Result<Diagnosis, String>, f64) -> T + Sync,
@@ -173,7 +173,7 @@ impl Prepared {
     }
 }
 
-/// The result of one trial, or in words why there is none.
+/// Result of one trial, or the reason for its absence in words.
 fn caught<T>(run: impl FnOnce() -> Result<T, InputError>) -> Result<T, String> {
     match catch_unwind(AssertUnwindSafe(run)) {
         Ok(Ok(result)) => Ok(result),
@@ -196,7 +196,7 @@ fn no_json(error: serde_json::Error) -> InputError {
     InputError::new("challenge", format!("a result has no JSON form ({error})"))
 }
 
-/// Reads lines of JSON that were written by a challenge.
+/// Reads lines of JSON written by a challenge.
 pub fn lines_of<T: serde::de::DeserializeOwned>(
     text: &str,
     file: &Path,

@@ -1,11 +1,10 @@
-//! Predicts the whole catalogue in one scene, by the simulator without noise.
+//! Predictions of the whole catalogue in one scene, from noise-free simulations.
 //!
-//! For a [`Scene`] the [`PredictionProducts`] holds for every parameter what a unit of it adds to the residual, whitened by the true
-//! noise over the fitted rows, the held-out rows and the whole recording, and their inner products (Fisher
-//! information).
+//! For a [`Scene`], [`PredictionProducts`] holds the inner products (Fisher information) of all parameters' unit effects on
+//! the residual, whitened by the true noise over the fitted rows, the held-out rows and the whole recording.
 //!
-//! A prediction is the difference of two noise-free simulations, one with the effect; the residual is the contract's:
-//! gyro − \[M⁻¹ case/(1 − s)\] − gain · pickoff difference. Nothing here comes from the diagnosis' own columns.
+//! A prediction is the difference of two noise-free simulations, one with the effect; the residual is the contract's: gyro
+//! − \[M⁻¹ case/(1 − s)\] − gain · pickoff difference. The diagnosis' own columns are not used.
 
 use std::collections::BTreeMap;
 
@@ -22,10 +21,10 @@ use rlg_simulator::{Seeds, simulate};
 /// Parts of the rows over which strengths are computed: fitted, held out, all.
 pub const PARTS: usize = 3;
 
-/// One gyro's share of a prediction, whitened over each part.
+/// Prediction on one gyro, whitened over each part.
 type Share = (usize, [Vec<f64>; PARTS]);
 
-/// What a unit of one parameter adds to the residual, by gyro.
+/// Effect of a unit of one parameter on the residual, by gyro.
 #[derive(Debug, Clone, Default)]
 pub struct Prediction(Vec<Share>);
 
@@ -46,7 +45,7 @@ impl Prediction {
     }
 }
 
-/// A parameter of the catalogue.
+/// Parameter of the catalogue.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Name {
     /// Index into [`LINEAR`].
@@ -64,7 +63,7 @@ pub struct PredictionProducts {
     pub gram: [DMatrix<f64>; PARTS],
 }
 
-/// A scene made ready: its whiteners, its residual without effects, and the catalogue's predictions.
+/// Prepared scene: its whiteners, its residual without effects, and the catalogue's predictions.
 pub struct ScenePredictions<'a> {
     scene: &'a Scene,
     whiteners: [[Whitener; 3]; PARTS],
@@ -79,7 +78,7 @@ impl<'a> ScenePredictions<'a> {
     pub fn open(scene: &'a Scene) -> Result<Self, InputError> {
         let scenario = scene.scenario(false, "")?;
         let [fitted, held_out] = split(&scenario);
-        // The first row of a dithered recording lacks the pickoff before it: it is a joint in every part.
+        // The first row of a dithered recording lacks the previous pickoff sample: it is a joint in every part.
         let all = std::iter::once(0..scenario.rows()).collect();
         let whiteners = [fitted, held_out, all].map(|ranges: Vec<_>| {
             [0, 1, 2].map(|axis| Whitener::new(Variances::of(scene, axis), &ranges))
@@ -188,7 +187,7 @@ impl<'a> ScenePredictions<'a> {
         )
     }
 
-    /// Prediction of an effect of any kind, given as TOML.
+    /// Predicts an effect of any kind, given as TOML.
     pub fn prediction(&self, effect: &str) -> Result<Prediction, InputError> {
         let with = residual(self.scene, effect)?;
         Ok(self.whitened([0, 1, 2].map(|axis: usize| {
@@ -197,7 +196,7 @@ impl<'a> ScenePredictions<'a> {
         })))
     }
 
-    /// Inner products of another prediction with the catalogue's over the fitted rows.
+    /// Inner products of a prediction with the catalogue's over the fitted rows.
     pub fn against(&self, prediction: &Prediction) -> DVector<f64> {
         let products = self
             .predictions
@@ -208,7 +207,7 @@ impl<'a> ScenePredictions<'a> {
 }
 
 impl PredictionProducts {
-    /// Indices of a kind's parameters.
+    /// Indices of the parameters of a kind.
     pub fn of(&self, kind: &str) -> Vec<usize> {
         let places = self.names.iter().enumerate();
         places
@@ -217,14 +216,14 @@ impl PredictionProducts {
             .collect()
     }
 
-    /// The kinds that have parameters here.
+    /// Kinds that have parameters in this scene.
     pub fn kinds(&self) -> Vec<&'static Linear> {
         let mut entries: Vec<usize> = self.names.iter().map(|name| name.entry).collect();
         entries.dedup();
         entries.into_iter().map(|entry| &LINEAR[entry]).collect()
     }
 
-    /// Values by name as a vector over the whole catalogue; `None` where a kind is not in it.
+    /// Values by name as a vector over the whole catalogue; `None` if a kind is not in it.
     pub fn vector<'k>(
         &self,
         effects: impl IntoIterator<Item = (&'k str, &'k BTreeMap<String, f64>)>,
@@ -251,12 +250,12 @@ impl PredictionProducts {
     }
 }
 
-/// One effect as TOML.
+/// Formats one effect as TOML.
 pub fn effect(kind: &str, lines: &str) -> String {
     format!("[[effect]]\nkind = \"{kind}\"\nconcealed = true\n{lines}")
 }
 
-/// The residual of a noise-free simulation \[rad\], without its constant part: biases cancel in every difference.
+/// Residual of a noise-free simulation \[rad\], without its constant part: biases cancel in every difference.
 fn residual(scene: &Scene, effects: &str) -> Result<[Vec<f64>; 3], InputError> {
     let scenario = scene.scenario(false, effects)?;
     let seeds = Seeds {

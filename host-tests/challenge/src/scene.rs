@@ -1,11 +1,11 @@
-//! Draws scenes from a seed: an instrument, its noise and a motion; many trials share one.
+//! Scenes drawn from a seed: an instrument, its noise and a motion, shared by many trials.
 //!
-//! From the challenge's seed and the scene's number comes a [`Scene`], which writes itself as a scenario of the
-//! simulator, with its noise or without any (SI units), and knows the true noise of a residual.
+//! From the challenge's seed and the scene's number, a [`Scene`]: a scenario of the simulator with or without noise (SI
+//! units), and the true noise of its residual.
 //!
-//! Trials of one scene differ in their noise and in what is concealed; sharing the motion lets the predictions of
-//! the whole catalogue be simulated once. Two kinds of recordings: 40 s of increments at 200 to 500 Hz, and 20 s
-//! of dithered counts at 1 or 4 kHz.
+//! Trials of one scene differ in their noise and in the concealed effects; with a common motion the predictions of the
+//! whole catalogue are simulated once. Two kinds of recordings: 40 s of increments at 200 to 500 Hz, and 20 s of dithered
+//! counts at 1 or 4 kHz.
 
 use std::fmt::Write as _;
 use std::ops::Range;
@@ -19,33 +19,33 @@ use rlg_recording::error::InputError;
 use rlg_simulator::scenario::Scenario;
 use std::path::Path;
 
-/// What is special about a scene; each is a family of effect-free records too.
+/// Setting of a scene; each is a family of effect-free records too.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Setting {
-    /// White noise: a random walk of angle, and white noise of angle from the reference.
+    /// White noise: angle random walk, and white angle noise of the reference.
     White,
-    /// Coarse pulses, counted at 1 kHz, that a dither keeps moving.
+    /// Coarse pulses, counted at 1 kHz, with dither.
     Quantised,
-    /// Biases that walk at random.
+    /// Rate random walk of the biases.
     Drifting,
     /// A unit that warms up.
     Thermal,
     /// Vibration throughout.
     Vibration,
-    /// Dithered counts at 4 kHz whose reaction rocks the case.
+    /// Dithered counts at 4 kHz with the dither's reaction on the case.
     DitherLines,
-    /// At rest, warming steadily: what is confounded by design.
+    /// At rest, warming steadily: kinds that are confounded by design.
     Resting,
 }
 
-/// Share at the end of each stretch of like motion that does not count in a trial's strength.
+/// Share held out at the end of each stretch of like motion; it does not count in a trial's strength.
 const HELD_OUT_SHARE: f64 = 0.3;
 
-/// Shorter stretches count whole \[s\].
+/// Stretches shorter than this are fitted entirely \[s\].
 const SHORTEST_SPLIT_S: f64 = 2.0;
 
-/// Scenes of the pool come in this order, twice; 4 kHz takes ten times the work of the others, so it comes once.
+/// Order of the settings in the pool, run through twice; 4 kHz takes ten times the work of the others, so it occurs once.
 const ORDER: [Setting; 12] = {
     use Setting::{DitherLines, Drifting, Quantised, Thermal, Vibration, White};
     [
@@ -64,7 +64,7 @@ const ORDER: [Setting; 12] = {
     ]
 };
 
-/// Scenes in the pool, each with its own motion.
+/// Number of scenes in the pool, each with its own motion.
 pub const POOL: usize = 24;
 
 /// Number of the scene at rest, beyond the pool.
@@ -80,16 +80,16 @@ impl Setting {
         }
     }
 
-    /// Whether blocks are dithered and pulses counted.
+    /// True if blocks are dithered and pulses counted.
     pub fn is_dithered(self) -> bool {
         matches!(self, Self::Quantised | Self::DitherLines)
     }
 }
 
-/// First ChaCha stream of the scenes; trials have the streams below.
+/// First ChaCha stream of the scenes; trials use the streams below.
 const STREAMS: u64 = 1 << 40;
 
-/// A pulse, a reading step or a noise far below everything else \[rad\].
+/// Negligible pulse weight, resolution or noise \[rad\].
 const NOTHING_RAD: f64 = 1e-14;
 
 /// True noise, x y z.
@@ -97,41 +97,41 @@ const NOTHING_RAD: f64 = 1e-14;
 pub struct Levels {
     /// Pulse weight \[rad\].
     pub pulse_rad: [f64; 3],
-    /// Random walk of angle \[rad/√s\].
+    /// Angle random walk \[rad/√s\].
     pub walk_rad_sqrt_s: [f64; 3],
-    /// Random walk of the bias \[rad/s/√s\].
+    /// Rate random walk \[rad/s/√s\].
     pub rate_walk_rad_s_sqrt_s: [f64; 3],
-    /// Pickoff \[rad\].
+    /// White noise of the pickoff \[rad\].
     pub pickoff_rad: f64,
-    /// Reference \[rad\].
+    /// White angle noise of the reference \[rad\].
     pub reference_rad: f64,
-    /// Reference \[rad/√s\].
+    /// Angle random walk of the reference \[rad/√s\].
     pub reference_walk_rad_sqrt_s: f64,
 }
 
 /// One scene.
 #[derive(Debug, Clone)]
 pub struct Scene {
-    /// Its number.
+    /// Number of the scene.
     pub number: usize,
-    /// What is special about it.
+    /// Setting of the scene.
     pub setting: Setting,
-    /// Rows a second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
     /// Seed of the motion.
     pub motion_seed: u64,
-    /// Its noise.
+    /// True noise.
     pub levels: Levels,
-    /// Whether thermometers are there.
+    /// There are thermometers.
     pub thermal: bool,
-    /// Whether magnetometers are there.
+    /// There are magnetometers.
     pub magnetic: bool,
     surroundings: String,
     motion: String,
     reaction: f64,
 }
 
-/// Scale errors and installation of every unit: known to the model, so that predictions must apply them.
+/// Scale errors and installation of every unit, known to the model; the predictions apply them.
 const SCALE_ERROR: [f64; 3] = [8.0e-6, -5.0e-6, 3.0e-6];
 /// xy, xz, yx, yz, zx, zy \[rad\].
 const INSTALLATION: [f64; 6] = [-1.7e-4, 1.8e-4, 1.1e-4, -2.0e-5, -2.8e-4, 2.4e-4];
@@ -145,7 +145,7 @@ impl Scene {
         let dithered = setting.is_dithered();
         let rate_hz = match setting {
             Setting::DitherLines => 4000.0,
-            // twice the fastest dither
+            // twice the frequency of the fastest dither
             Setting::Quantised => 1000.0,
             _ => [200.0, 250.0, 400.0, 500.0][rng.random_range(0..4)],
         };
@@ -154,7 +154,7 @@ impl Scene {
             std::array::from_fn(|_| log_uniform(rng, low, high))
         };
         let levels = Levels {
-            // 0.2 to 0.6 arcsec, or what a readout that interpolates shows
+            // 0.2 to 0.6 arcsec, or the resolution of an interpolating readout
             pulse_rad: if dithered {
                 three(&mut rng, 1e-6, 3e-6)
             } else {
@@ -162,7 +162,7 @@ impl Scene {
             },
             // 0.001 to 0.004 deg/sqrt(h)
             walk_rad_sqrt_s: three(&mut rng, 3e-7, 1.2e-6),
-            // enough to double the noise of a mean over 40 s, or a tenth of it
+            // between a tenth of the noise of a mean over 40 s and its double
             rate_walk_rad_s_sqrt_s: if setting == Setting::Drifting {
                 three(&mut rng, 1e-8, 3e-7)
             } else {
@@ -198,7 +198,7 @@ impl Scene {
         scene
     }
 
-    /// Whether an effect can act here.
+    /// True if the scene has the required sensors of an effect.
     pub fn has(&self, needs: Needs) -> bool {
         match needs {
             Needs::Nothing => true,
@@ -208,12 +208,12 @@ impl Scene {
         }
     }
 
-    /// Whether blocks are dithered and pulses counted.
+    /// True if blocks are dithered and pulses counted.
     pub fn is_dithered(&self) -> bool {
         self.setting.is_dithered()
     }
 
-    /// The scene as the simulator takes it; `noisy` or without any noise; `effects` as further TOML.
+    /// Scenario of the scene for the simulator, with noise if `noisy`; `effects` as further TOML.
     pub fn scenario(&self, noisy: bool, effects: &str) -> Result<Scenario, InputError> {
         let text = self.text(noisy, effects);
         Scenario::parse(&text, Path::new("challenge.toml"))
@@ -405,24 +405,24 @@ impl Scene {
         text
     }
 
-    /// About the number of rows that are fitted.
+    /// Approximate number of fitted rows.
     pub fn fitted_rows(&self) -> usize {
         let seconds = if self.is_dithered() { 20.0 } else { 40.0 };
         ((1.0 - HELD_OUT_SHARE) * seconds * self.rate_hz) as usize
     }
 
-    /// Scale error of a gyro, as the model has it.
+    /// Scale error of a gyro in the model.
     pub fn scale_error(axis: usize) -> f64 {
         SCALE_ERROR[axis]
     }
 
-    /// ε_ij of Eq. (7) as the model has it: xy, xz, yx, yz, zx, zy \[rad\].
+    /// ε_ij of Eq. (7) in the model: xy, xz, yx, yz, zx, zy \[rad\].
     pub fn installation() -> [f64; 6] {
         INSTALLATION
     }
 }
 
-/// The rows that the diagnosis declares to fit, and those that it holds out: the end of each segment.
+/// Fitted rows as declared by the diagnosis, and its held-out rows: the end of each segment.
 pub fn split(scenario: &Scenario) -> [Vec<Range<usize>>; 2] {
     let mut first = 0;
     let (mut fitted, mut held_out): (Vec<Range<usize>>, Vec<_>) = (Vec::new(), Vec::new());
@@ -447,7 +447,7 @@ pub fn split(scenario: &Scenario) -> [Vec<Range<usize>>; 2] {
     [fitted, held_out]
 }
 
-/// Uniform in the logarithm.
+/// Draws from a log-uniform distribution.
 pub fn log_uniform(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low * (high / low).powf(rng.random::<f64>())
 }

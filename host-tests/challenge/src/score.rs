@@ -1,11 +1,11 @@
-//! Scores what was diagnosed against what was concealed.
+//! Scores of the diagnoses against the concealed effects.
 //!
-//! From answers and outcomes of the same trials come the [`Scores`], which are `challenge.json`: counts by kind, by
-//! setting and by strength, and the marks of the diagnosis with the number of trials behind each.
+//! From answers and outcomes of the same trials, the [`Scores`], written as `challenge.json`: counts by kind, by setting
+//! and by strength, and the marks of the diagnosis with the number of trials of each.
 //!
-//! A *claim* is a finding with a name of the catalogue (faults of the data and `unlisted` are none). A claim is wrong
-//! if neither it nor its class (`indistinguishable_from`) contains a concealed kind. A trial is *named* if every
-//! concealed kind is claimed and no claim is wrong.
+//! A *claim* is a finding with a name of the catalogue (data faults and `unlisted` do not count). A claim is wrong if
+//! neither it nor its class (`indistinguishable_from`) contains a concealed kind. A trial is *named* if every concealed
+//! kind is claimed and no claim is wrong.
 
 use std::collections::BTreeMap;
 
@@ -19,19 +19,19 @@ use super::chance::limits;
 use super::examine::Outcome;
 use super::trial::Family;
 
-/// Edges of the bins of strength.
+/// Edges of the strength bins.
 pub const EDGES: [f64; 10] = [3.0, 4.0, 5.0, 6.0, 7.0, 8.0, 10.0, 15.0, 30.0, 101.0];
 
 /// Counts of like trials.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Counts {
-    /// Trials.
+    /// Number of trials.
     pub trials: usize,
-    /// The tool said that something is left out.
+    /// The tool reports any effect outside the model.
     pub detected: usize,
     /// Every concealed kind was claimed, alone or in its class, and nothing else.
     pub named: usize,
-    /// Something was claimed that is not there.
+    /// An absent kind was claimed.
     pub misnamed: usize,
 }
 
@@ -52,16 +52,16 @@ impl Counts {
 /// Trials of like strength.
 #[derive(Debug, Clone, Serialize)]
 pub struct Strength {
-    /// Strengths from here.
+    /// Lower edge of the strengths.
     pub from: f64,
-    /// To here.
+    /// Upper edge.
     pub to: f64,
     /// Counts.
     #[serde(flatten)]
     pub counts: Counts,
     /// 95 % limits of the detected share.
     pub detected_limits: [f64; 2],
-    /// Detected share in theory: a likelihood ratio beyond the tool's threshold, its kinds counted.
+    /// Theoretical detection probability: a likelihood ratio above the tool's threshold, corrected for its number of kinds.
     pub theory: f64,
 }
 
@@ -72,44 +72,44 @@ pub struct Scores {
     pub format: u32,
     /// Version of the tool.
     pub version: &'static str,
-    /// What was run.
+    /// Plan of the run.
     pub plan: Plan,
-    /// Trials scored.
+    /// Number of scored trials.
     pub scored: usize,
-    /// The marks.
+    /// Marks.
     pub marks: Vec<Mark>,
     /// By family.
     pub by_family: BTreeMap<Family, Counts>,
     /// Effect-free records by setting; `misnamed` counts false names.
     pub nulls: BTreeMap<String, Counts>,
-    /// By concealed kind, at strengths where a name is asked for.
+    /// By concealed kind, at strengths for which a name is required.
     pub by_kind: BTreeMap<String, Counts>,
     /// Single effects of the catalogue by strength.
     pub by_strength: Vec<Strength>,
     /// Six-parameter effects at the strengths of the marks.
     pub ladder: Vec<Strength>,
-    /// Concealed kind → what was claimed → trials, single effects at strengths where a name is asked for.
+    /// Concealed kind → claimed kind → trials, single effects at strengths for which a name is required.
     pub confusion: BTreeMap<String, BTreeMap<String, usize>>,
-    /// Sorted chances Φ((estimate − truth)/std): uniform if the intervals are right.
+    /// Sorted probabilities Φ((estimate − truth)/std): uniform for correct intervals.
     pub chances: Vec<f64>,
-    /// Trials with a false or wrong name: what to repeat with `--trial`.
+    /// Trials with a false or wrong name, to repeat with `--trial`.
     pub to_repeat: Vec<Repeat>,
 }
 
-/// A trial that went wrong.
+/// Trial with a wrong name.
 #[derive(Debug, Clone, Serialize)]
 pub struct Repeat {
-    /// Its number.
+    /// Number of the trial.
     pub trial: u64,
-    /// Its family.
+    /// Family.
     pub family: Family,
-    /// Its setting.
+    /// Setting.
     pub setting: String,
-    /// What was concealed.
+    /// Concealed kinds.
     pub concealed: Vec<String>,
-    /// Its strength.
+    /// Strength.
     pub rho: f64,
-    /// What was claimed.
+    /// Claimed kinds.
     pub claimed: Vec<String>,
 }
 
@@ -174,7 +174,7 @@ pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
     }
 }
 
-/// What is special about an effect-free record.
+/// Setting of an effect-free record.
 pub fn setting(answer: &Answer) -> String {
     if answer.glitches {
         return "glitches".to_owned();
@@ -185,14 +185,14 @@ pub fn setting(answer: &Answer) -> String {
         .unwrap_or_default()
 }
 
-/// A kind; of unlisted physics its expression.
+/// Title of a kind; for unlisted physics its expression.
 fn title(answer: &Answer, kind: &str) -> String {
     let effect = answer.effects.iter().find(|effect| effect.kind == kind);
     let expression = effect.and_then(|effect| effect.parameters.get("expression")?.as_str());
     expression.map_or_else(|| kind.to_owned(), |text| format!("unlisted: {text}"))
 }
 
-/// What was claimed for a concealed kind: itself, a class that holds it, or what was said instead.
+/// Claim for a concealed kind: itself, a class that contains it, or the other finding.
 fn claimed(case: &Case, kind: &str) -> String {
     let mut names: Vec<String> = case
         .outcome
@@ -234,7 +234,7 @@ fn strength<'a>(edge: [f64; 2], cases: impl Iterator<Item = &'a Case<'a>>) -> St
     }
 }
 
-/// One parameter of every named trial, another one from trial to trial: independent of each other.
+/// One parameter of every named trial, chosen by the trial: independent of each other.
 fn chances(cases: &[Case]) -> Vec<f64> {
     let Ok(law) = Normal::new(0.0, 1.0) else {
         return Vec::new();

@@ -1,7 +1,7 @@
-//! Draws a trial before it is made: its family, its scene, its seeds.
+//! Draw of a trial before it is made: its family, its scene, its seeds.
 //!
-//! From the challenge's seed and the trial's number comes a [`TrialDraw`], drawn from a ChaCha stream of the trial's own,
-//! so that any trial can be repeated alone.
+//! From the challenge's seed and the trial's number, a [`TrialDraw`] from the trial's own ChaCha stream, so that any trial
+//! can be repeated alone.
 
 use clap::ValueEnum;
 use rand::{RngExt as _, SeedableRng as _};
@@ -10,7 +10,7 @@ use serde::{Deserialize, Serialize};
 
 use super::scene::{POOL, RESTING, Setting};
 
-/// What is put to the test.
+/// Subject of a trial.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
 )]
@@ -24,15 +24,15 @@ pub enum Family {
     Detection,
     /// Two effects of the catalogue.
     Pair,
-    /// An effect that this motion cannot tell from another one.
+    /// An effect that is not distinguishable from another one in this motion.
     Confounded,
     /// Physics outside the catalogue.
     Unlisted,
-    /// More noise than the model has.
+    /// More noise than the model states.
     Noise,
 }
 
-/// Every family as often as its marks need trials: nulls for a limit in a thousand, detections for a curve.
+/// Order of the families, each as often as its marks need trials: nulls for a limit in a thousand, detections for a curve.
 pub const MIX: [Family; 20] = {
     use Family::{Confounded, Detection, Noise, Null, Pair, Single, Unlisted};
     [
@@ -41,21 +41,21 @@ pub const MIX: [Family; 20] = {
     ]
 };
 
-/// How an effect is confounded by design.
+/// Confounded pair, by design.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Design {
-    /// A gyro's scale against the reference's, without a dither that would tell.
+    /// A gyro's scale and the reference's, without a dither that distinguishes them.
     Scale,
-    /// All gyros late, or the reference early.
+    /// A delay of all gyros, or a lead of the reference.
     Delay,
-    /// The reference turned, or every gyro.
+    /// A misalignment of the reference, or of every gyro.
     Turned,
-    /// At rest: a bias by gravity, or a bias.
+    /// At rest: a g-dependent bias, or a bias.
     Gravity,
 }
 
 impl Design {
-    /// The kind that is concealed and the one it cannot be told from.
+    /// Concealed kind, and the kind that is not distinguishable from it.
     pub fn kinds(self) -> (&'static str, &'static str) {
         match self {
             Self::Scale => ("gyro_scale", "reference_scale"),
@@ -66,29 +66,29 @@ impl Design {
     }
 }
 
-/// A trial, drawn.
+/// Drawn trial.
 #[derive(Debug, Clone)]
 pub struct TrialDraw {
-    /// Its number.
+    /// Number of the trial.
     pub trial: u64,
-    /// What it tests.
+    /// Family.
     pub family: Family,
-    /// Its scene.
+    /// Number of the scene.
     pub scene: usize,
-    /// How it is confounded.
+    /// Confounded pair, if any.
     pub design: Option<Design>,
-    /// Seed of its noise.
+    /// Seed of the noise.
     pub noise_seed: u64,
-    /// Columns of no meaning are recorded too.
+    /// Columns of random numbers are recorded too.
     pub dummies: bool,
-    /// Readings that jump for a row, and rows that are lost.
+    /// Samples jump for a row, and rows are lost.
     pub glitches: bool,
-    /// Draws what is concealed.
+    /// Generator for the concealed effects.
     pub rng: ChaCha8Rng,
 }
 
 impl TrialDraw {
-    /// Draws trial `trial` of a challenge that goes through `families` again and again.
+    /// Draws trial `trial` of a challenge that repeats `families` in turn.
     pub fn draw(seed: u64, trial: u64, families: &[Family]) -> Self {
         let mut rng = ChaCha8Rng::seed_from_u64(seed);
         rng.set_stream(trial);

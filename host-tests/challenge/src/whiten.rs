@@ -1,37 +1,37 @@
-//! Whitens a series by the true noise, in which every strength and bound is measured.
+//! Whitening of a series by the true noise, the metric of all strengths and bounds.
 //!
-//! A series of increments of one gyro \[rad per row\] and the rows that count become independent values in units of
-//! standard deviations; their inner products are those of the Cramér–Rao bound.
+//! A series of increments of one gyro \[rad per row\] on the selected rows becomes independent values in units of standard
+//! deviations; their inner products are those of the Cramér–Rao bound.
 //!
-//! The noise of row k is T b_k + w_k + v_k − v_{k−1}: a bias that walks at random, a random walk of angle, white
-//! noise of angle. A Kalman filter of (b, v) turns it into innovations, exactly and also over gaps. The jump of
-//! angle at the beginning of each stretch is free (a joint), so its first row says nothing.
+//! The noise of row k is T b_k + w_k + v_k − v_{k−1}: rate random walk, angle random walk, white angle noise. A Kalman
+//! filter of (b, v) gives its innovations, exactly and also over gaps. The angle step at the start of each stretch is a
+//! free parameter (a joint), so its first row carries no information.
 //!
-//! Independent of the diagnosis, which weighs in the frequency domain.
+//! Independent of the diagnosis, which whitens in the frequency domain.
 
 use std::ops::Range;
 
 use super::scene::Scene;
 
-/// Resolution steps of the reference and the pickoff \[rad\]: uniform errors of a twelfth of the square.
+/// Quantisation steps of the reference and the pickoff \[rad\]: uniform errors with a twelfth of the square as variance.
 const REFERENCE_STEP_RAD: f64 = 4.8e-9;
 const PICKOFF_STEP_RAD: f64 = 9.7e-9;
 
 /// Variances of one gyro's residual.
 #[derive(Debug, Clone, Copy)]
 pub struct Variances {
-    /// Of w \[rad²\].
+    /// Variance of w \[rad²\].
     pub walk: f64,
-    /// Of v \[rad²\].
+    /// Variance of v \[rad²\].
     pub angle: f64,
-    /// Of a step of b \[(rad/s)²\].
+    /// Variance of a step of b \[(rad/s)²\].
     pub bias_step: f64,
     /// T \[s\].
     pub period_s: f64,
 }
 
 impl Variances {
-    /// Of gyro `axis` in a scene.
+    /// Variances of gyro `axis` in a scene.
     pub fn of(scene: &Scene, axis: usize) -> Self {
         let levels = &scene.levels;
         let period_s = 1.0 / scene.rate_hz;
@@ -54,10 +54,10 @@ impl Variances {
 }
 
 impl Variances {
-    /// ½ Σ (ln S'/S)² over the bins of `rows` rows when variances are added to w and v: what a change of the noise
-    /// alone shows.
+    /// ½ Σ (ln S'/S)² over the bins of `rows` rows when variances are added to w and v: deflection by a change of the noise
+    /// alone.
     pub fn deflection(&self, walk: f64, angle: f64, rows: usize) -> f64 {
-        // the random walk of the bias is a line of a few bins, which this leaves out
+        // the rate random walk dominates only a few bins, and is neglected here
         let power = |walk: f64, angle: f64, bin: usize| {
             let sine = (std::f64::consts::PI * bin as f64 / rows as f64).sin();
             walk + 4.0 * sine * sine * angle
@@ -73,17 +73,17 @@ impl Variances {
     }
 }
 
-/// One row of the filter, the same for every series.
+/// Row of the filter, common to all series.
 #[derive(Debug, Clone, Copy)]
 struct Step {
     row: usize,
-    /// First of a stretch: the angle before it is unknown.
+    /// First row of a stretch: the angle before it is unknown.
     joint: bool,
     gain: [f64; 2],
     spread: f64,
 }
 
-/// The filter of one gyro over certain rows.
+/// Kalman filter of one gyro over certain rows.
 #[derive(Debug, Clone)]
 pub struct Whitener {
     steps: Vec<Step>,
@@ -91,7 +91,7 @@ pub struct Whitener {
 }
 
 impl Whitener {
-    /// Prepares the gains.
+    /// Computes the gains.
     pub fn new(variances: Variances, ranges: &[Range<usize>]) -> Self {
         let Variances {
             walk,
@@ -133,7 +133,7 @@ impl Whitener {
         Self { steps, period_s }
     }
 
-    /// The innovations of a series, each over its standard deviation.
+    /// Innovations of a series, each over its standard deviation.
     pub fn whiten(&self, series: &[f64]) -> Vec<f64> {
         let (mut b, mut v) = (0.0, 0.0);
         let mut white = Vec::with_capacity(self.steps.len());

@@ -1,4 +1,5 @@
-//! The kinds spelt out for the search, and expressions beside them: hypotheses over a pool of columns, each with its price.
+//! Candidate hypotheses of the search: the kinds over a pool of columns, and expressions outside the catalogue, each with
+//! its prior.
 
 use rlg_findings::result::UNLISTED;
 use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
@@ -7,14 +8,14 @@ use crate::column::Column;
 use crate::kinds::{DELAY, KINDS, Kind, Law, REFERENCE_KINDS, columns};
 use crate::prediction::Prediction;
 
-/// Which part of a kind a candidate is.
+/// Part of a kind that a candidate fits.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Variant {
     /// All its parameters.
     Whole,
     /// Those of one accelerometer.
     Axis(usize),
-    /// The same of all three accelerometers.
+    /// Common values for all three accelerometers.
     Common,
     /// An expression on one accelerometer.
     Expression(usize, Column),
@@ -25,33 +26,33 @@ pub enum Variant {
 pub struct Candidate {
     /// The contract's kind.
     pub kind: &'static str,
-    /// Which part of it.
+    /// Part of the kind.
     pub variant: Variant,
     /// Names that each parameter has in the contract.
     pub names: Vec<Vec<String>>,
-    /// What the search sees.
+    /// Hypothesis of the structure search.
     pub hypothesis: Hypothesis,
 }
 
 impl Candidate {
-    /// Whether another candidate is the same effect, linearised elsewhere.
+    /// True if another candidate is the same effect, linearised at another point.
     pub fn is_same(&self, other: &Self) -> bool {
         self.kind == other.kind && self.variant == other.variant
     }
 }
 
-/// Columns by place, each once.
+/// Pool of design columns; each column occurs once.
 #[derive(Debug, Clone, Default)]
 pub struct Pool {
     /// Columns.
     pub columns: Vec<Column>,
 }
 
-/// Columns of a pool, made of a prediction.
+/// Design columns evaluated on a prediction.
 pub struct PoolColumns<'a> {
     /// Columns.
     pub columns: &'a [Column],
-    /// What they are made of.
+    /// Prediction that the columns are evaluated on.
     pub made_of: &'a Prediction,
 }
 
@@ -65,12 +66,12 @@ impl Columns for PoolColumns<'_> {
     }
 }
 
-/// Prices of variants and odds of everyday errors, as of the gyros' (rlg-catalogue).
+/// Log-prior factors of the variants and prior odds of everyday errors, as in the gyros' catalogue (rlg-catalogue).
 pub(crate) const ONE_AXIS: f64 = rlg_catalogue::candidates::ONE_AXIS;
 pub(crate) const SHARED: f64 = rlg_catalogue::candidates::SHARED;
 pub(crate) const EVERYDAY: f64 = 1.0 / 3.0;
 
-/// What a parameter adds to accelerometer `axis` at a size: columns with factors, to the end of what is not linear in it.
+/// Columns with factors for a parameter of `size` on accelerometer `axis`, exact in the size also for a delay (nonlinear).
 pub fn terms_of(kind: &Kind, name: &str, axis: usize, size: f64) -> Vec<(Column, f64)> {
     if kind.kind == DELAY {
         return vec![
@@ -85,7 +86,7 @@ pub fn terms_of(kind: &Kind, name: &str, axis: usize, size: f64) -> Vec<(Column,
 }
 
 impl Pool {
-    /// The place of a column, new or old.
+    /// Returns the place of a column, adding it if new.
     pub fn place(&mut self, column: Column) -> usize {
         let known = self.columns.iter().position(|other| *other == column);
         known.unwrap_or_else(|| {
@@ -94,11 +95,11 @@ impl Pool {
         })
     }
 
-    /// Every candidate, kinds in `left_out` excepted.
+    /// Lists the candidates, kinds in `left_out` excepted.
     ///
     /// # Inputs
-    /// `delay_s`: of each accelerometer as far as it has been found, about which a delay is linear; `open`: errors of the
-    /// reference that may be there.
+    /// `delay_s`: estimated delay of each accelerometer, the linearisation point of its delay column; `open`: kinds of
+    /// reference errors that are also tested.
     pub fn candidates(
         &mut self,
         made_of: &Prediction,
@@ -137,7 +138,7 @@ impl Pool {
             if matches!(variant, Variant::Axis(axis) if !on.contains(&axis)) {
                 continue;
             }
-            // What all three share is one parameter for each second letter.
+            // One shared value of three accelerometers is one parameter for each second letter.
             let parameter = match (variant, kind.law) {
                 (Variant::Common, Law::Axes) => 0,
                 (Variant::Common, _) => place % 3,
@@ -184,8 +185,8 @@ impl Pool {
         }
     }
 
-    /// Expressions outside the catalogue that a kind must beat, on each accelerometer: a true term that is missing would
-    /// otherwise make the nearest kind look good. What a sought kind says by itself is none.
+    /// Expressions outside the catalogue on each accelerometer: alternatives without which a missing true term would select
+    /// the nearest kind. Columns of the sought kinds themselves are excluded.
     fn expressions(&mut self, sought: &[&Kind], made_of: &Prediction) -> Vec<Candidate> {
         let said = |axis: usize| -> Vec<Column> {
             let named = sought.iter().flat_map(|kind| {
@@ -225,22 +226,22 @@ impl Pool {
     }
 }
 
-/// Parts of a kind that are tried, with how many alike there are.
+/// Variants of a kind that are tested, with the log prior of each.
 fn variants(kind: &Kind) -> Vec<(Variant, f64)> {
-    // An error of the reference is one, whichever axes it has.
+    // An error of the reference has one variant, for all axes together.
     if matches!(kind.law, Law::Body | Law::All) {
         return vec![(Variant::Whole, 1.0)];
     }
     let mut all = vec![(Variant::Whole, SHARED)];
     all.extend((0..3).map(|axis| (Variant::Axis(axis), ONE_AXIS)));
-    // One delay of three channels, and one distance from where the case turns, have one cause.
+    // Equal delays of three channels, and equal lever arms, have one cause.
     if kind.kind == DELAY || kind.law == Law::Arms {
         all.push((Variant::Common, SHARED));
     }
     all
 }
 
-/// Every expression.
+/// All expressions, as columns.
 fn expressions(with_temperature: bool) -> Vec<Column> {
     let mut all = vec![Column::Constant, Column::Time];
     for i in 0..3 {

@@ -1,10 +1,10 @@
-//! How the case carries its accelerometers: its attitude against the start and the forces at lever arms.
+//! Motion of the case on the accelerometers' rows: attitude since the start, and centripetal and Euler terms of lever arms.
 //!
-//! The attitude goes from row to row by rotation vectors with the coning of a row taken from its neighbours (Savage 1998,
-//! sec. 3, three points); its mean over a row is Simpson's. Both are good to (ΩT)⁴, so rows that are long against the fastest
-//! motion are cut into parts by band-limited interpolation first.
+//! The attitude is integrated row by row from rotation vectors with the coning correction of three neighbouring rows
+//! (Savage 1998, sec. 3); its mean over a row is Simpson's rule. Both are accurate to (ΩT)⁴, so rows that are long against
+//! the fastest motion are first divided into parts by band-limited interpolation.
 //!
-//! Assumes that gaps of the reference of a row or two are bridged well enough; beyond a longer one rows are out of use.
+//! Assumes gaps of the reference of one or two rows, which are interpolated; rows beyond a longer gap are not used.
 
 use std::f64::consts::{PI, TAU};
 
@@ -18,7 +18,7 @@ use rlg_signal::derivatives::Spectrum;
 use crate::readings::{Piece, Readings};
 use crate::reference::Reference;
 
-/// The case's motion by row of the accelerometers.
+/// Motion of the case on the accelerometers' rows.
 pub struct Carried {
     /// Mean of body-from-start, `[body axis][start axis]`.
     pub body_from_start: [Triad; 3],
@@ -30,12 +30,12 @@ pub struct Carried {
     pub squared_rad2_s: [Triad; 3],
 }
 
-/// Six products of two axes, and which of them is whose.
+/// The six products of two axes, and the place of each pair in them.
 const PRODUCTS: [(usize, usize); 6] = [(0, 0), (1, 1), (2, 2), (0, 1), (0, 2), (1, 2)];
 const PAIRS: [[usize; 3]; 3] = [[0, 3, 4], [3, 1, 5], [4, 5, 2]];
 
 impl Carried {
-    /// Carries the accelerometers through the motion.
+    /// Computes the motion on the accelerometers' rows.
     pub fn new(reference: &Reference, rows: &Rows) -> Self {
         let rate_hz = reference.rate_hz;
         let parts = parts(reference.edge_hz, rate_hz);
@@ -57,13 +57,13 @@ impl Carried {
         Self {
             body_from_start,
             angle_rad: each_axis(|axis| rows.gather(&reference.case_rad[axis])),
-            // Increments' derivative over a row is the rate's, ∫α dt.
+            // The derivative of increments over a row is the rate's: ∫α dt.
             turned_rad_s: each_axis(|axis| rows.gather(&spectra[axis].mean_derivative(1))),
             squared_rad2_s: [0, 1, 2].map(|i| [0, 1, 2].map(|j| squares[PAIRS[i][j]].clone())),
         }
     }
 
-    /// ∫(α × e_j + ω × (ω × e_j))_i dt: the velocity that accelerometer i gains a metre of arm along j \[1/s\].
+    /// ∫(α × e_j + ω × (ω × e_j))_i dt: velocity of accelerometer i per metre of lever arm along j \[1/s\].
     pub fn lever_m_s(&self, i: usize, j: usize) -> Vec<f64> {
         let squares = &self.squared_rad2_s;
         if i == j {
@@ -80,7 +80,7 @@ impl Carried {
             .collect()
     }
 
-    /// The motion of recordings whose rows stand one behind the other.
+    /// Concatenates the motion of several recordings.
     pub fn joined(each: Vec<Self>) -> Self {
         let one_of = |of: &dyn Fn(&Self) -> &Vec<f64>| each.iter().flat_map(of).copied().collect();
         let by_pairs = |of: fn(&Self) -> &[Triad; 3]| -> [Triad; 3] {
@@ -94,8 +94,8 @@ impl Carried {
         }
     }
 
-    /// A vector that is `at_start` in the axes of a recording's start and turns there with `turning_rad_s`, in the body's axes
-    /// on that recording's rows.
+    /// Resolves in body axes, on a recording's rows, a vector that is `at_start` in the axes of its start and rotates there
+    /// at `turning_rad_s`.
     pub fn in_body(
         &self,
         (readings, piece): (&Readings, &Piece),
@@ -118,9 +118,8 @@ impl Carried {
         })
     }
 
-    /// How far the body is turned at the middle of each row since its recording's start \[rad, body axes\] where it turns by
-    /// `more` over a row beyond what it reads: ∫ start-from-body δω dt, to the first order of δω. `more` is given a row's
-    /// ∫ω dt and ∫α dt.
+    /// Attitude error at the middle of each row since its recording's start \[rad, body axes\], for a rotation error of
+    /// `more` per row: ∫ start-from-body δω dt, to the first order of δω. `more` takes a row's ∫ω dt and ∫α dt.
     pub fn turned_beyond_rad(
         &self,
         pieces: &[Piece],
@@ -150,8 +149,8 @@ fn each_spectrum(increments: &Triad, rate_hz: f64) -> [Spectrum; 3] {
     [0, 1, 2].map(|axis: usize| Spectrum::new(&increments[axis], rate_hz))
 }
 
-/// Parts that a row is cut into, so that the fastest motion turns by at most a sixteenth of its period in one: Simpson's rule
-/// then leaves 1e-5 of it.
+/// Number of parts of a row so that one part is at most a sixteenth of the period of the fastest motion: the error of
+/// Simpson's rule is then 1e-5.
 fn parts(edge_hz: f64, rate_hz: f64) -> usize {
     const PARTS_A_PERIOD: f64 = 16.0;
     ((PARTS_A_PERIOD * edge_hz / rate_hz).ceil() as usize).max(1)
@@ -165,7 +164,8 @@ fn sinc(x: f64) -> f64 {
     }
 }
 
-/// What increments of rows become at the middle of part `part` of `parts`, times `of_part` of the frequency.
+/// Transfer function from increments of rows to values at the middle of part `part` of `parts`, times `of_part` of the
+/// frequency.
 fn within(
     (part, parts): (usize, usize),
     rate_hz: f64,
@@ -175,7 +175,7 @@ fn within(
     move |hz| Complex64::from_polar(of_part(hz) / sinc(hz / rate_hz), TAU * hz * ahead_s)
 }
 
-/// The case's increments in parts of rows \[rad\].
+/// Increments of the case over the parts of rows \[rad\].
 fn increments_in_parts(reference: &Reference, parts: usize) -> Triad {
     if parts == 1 {
         return reference.case_rad.clone();
@@ -212,7 +212,7 @@ fn products(spectra: &[Spectrum; 3], parts: usize, rate_hz: f64) -> Vec<Vec<f64>
         .collect()
 }
 
-/// Values of parts in their order, `of` part by part.
+/// Interleaves the values of the parts; `of` computes those of one part.
 fn interleaved(parts: usize, of: impl Fn(usize) -> Vec<f64> + Sync) -> Vec<f64> {
     let each: Vec<Vec<f64>> = (0..parts).into_par_iter().map(&of).collect();
     let rows = 0..each[0].len();
@@ -220,8 +220,7 @@ fn interleaved(parts: usize, of: impl Fn(usize) -> Vec<f64> + Sync) -> Vec<f64> 
         .collect()
 }
 
-/// Means over parts of what is known at their middles, to the fourth order: the mean of a curve is more than its middle by a
-/// 24th of its second difference.
+/// Means over parts from values at their middles, to the fourth order: mean = middle + second difference / 24.
 fn mean_over_rows(middles: &[f64]) -> Vec<f64> {
     let last = middles.len() - 1;
     (0..middles.len())
@@ -235,8 +234,8 @@ fn mean_over_rows(middles: &[f64]) -> Vec<f64> {
 
 /// Mean of body-from-start over each row of `parts` increments, `[body axis][start axis]`.
 ///
-/// Within a part ω is taken to be linear, α T² = (θ_{k+1} − θ_{k−1})/2: the part's middle is then reached by
-/// θ_k/2 − α T²/8, and the part's rotation vector is θ_k + (θ_{k−1} × θ_k + θ_k × θ_{k+1})/24.
+/// With ω linear within a part, α T² = (θ_{k+1} − θ_{k−1})/2: the rotation to the part's middle is θ_k/2 − α T²/8, and the
+/// part's rotation vector is θ_k + (θ_{k−1} × θ_k + θ_k × θ_{k+1})/24.
 fn mean_rotation(case_rad: &Triad, parts: usize) -> [Triad; 3] {
     let count = case_rad[0].len();
     let increment =
@@ -279,7 +278,7 @@ mod tests {
 
     #[test]
     fn the_attitude_follows_coning_to_the_fourth_order_of_a_row() {
-        // Attitude of coning: about a level axis that turns at Ω, by the angle A; ω from its closed form.
+        // Coning: a rotation by the angle A about a level axis that rotates at Ω; ω from the closed form.
         let (rate_hz, angle, turning) = (4000.0, 6.4e-3_f64, TAU * 15.0);
         let attitude = |time_s: f64| {
             let (sin, cos) = (turning * time_s).sin_cos();
@@ -298,7 +297,7 @@ mod tests {
             (0..3).for_each(|axis| case[axis].push(sum[axis]));
         }
         let means = mean_rotation(&case, 1);
-        // The last row but one: the last has no neighbour after it.
+        // The last row has no neighbour after it, so the last but one is tested.
         let row = rows - 2;
         let mut expected = Matrix3::zeros();
         for step in 0..FINE {
@@ -306,8 +305,8 @@ mod tests {
             let now = attitude(time_s).inverse() * attitude(0.0);
             expected += now.to_rotation_matrix().matrix() / FINE as f64;
         }
-        // Of A²Ω t (ΩT)²/12, what no correction would leave, 7e-8 of drift; and of the (ΩT)²A/12 = 3e-7 by which the
-        // chord misses the mean: a twentieth at most. The fine steps themselves leave 1e-9.
+        // At most a twentieth of A²Ω t (ΩT)²/12, the drift without a coning correction (7e-8), and of (ΩT)²A/12 = 3e-7, the
+        // difference between chord and mean. The error of the fine steps is 1e-9.
         for (body, triad) in means.iter().enumerate() {
             for (start, values) in triad.iter().enumerate() {
                 let off = values[row] - expected[(body, start)];

@@ -1,4 +1,4 @@
-//! Design columns of the accelerometers: what an effect of size 1 adds to a row's velocity increment.
+//! Design columns of the accelerometers: velocity increment of each row per unit of an effect.
 
 use nalgebra::Vector3;
 use rlg_signal::axes::AXES;
@@ -6,18 +6,18 @@ use rlg_signal::axes::AXES;
 use crate::prediction::Prediction;
 use crate::readings::Piece;
 
-/// An error of the reference, by what the case turns beyond what the reference reads.
+/// Error of the reference, by the rotation rate of the case less the rate measured by the reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Turn {
-    /// e_j × ω: the reference is turned about axis j.
+    /// e_j × ω: the reference is misaligned about axis j.
     Misaligned(usize),
-    /// −ω_j: the reference reads too much about axis j.
+    /// −ω_j: scale error of the reference about axis j (it measures too much).
     Scaled(usize),
-    /// α: the reference is late.
+    /// α: the reference is delayed.
     Late,
 }
 
-/// A force \[m/s² per unit of the effect\]; a row's column is its integral.
+/// Specific force \[m/s² per unit of the effect\]; a row's column is its integral.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Column {
     /// 1.
@@ -32,9 +32,9 @@ pub enum Column {
     ForceSigned(usize),
     /// f_j³.
     ForceCube(usize),
-    /// df_j/dt as it was so many seconds before.
+    /// df_j/dt delayed by the given seconds.
     Slope(usize, f64),
-    /// f_j as it was d seconds before, less f_j, plus d times its slope then: what a delay adds besides its slope.
+    /// f_j delayed by d seconds, less f_j, plus d times the delayed slope: the terms of a delay beyond its linearisation.
     Late(usize, f64),
     /// (α × e_j + ω × (ω × e_j))_i.
     Arm(usize, usize),
@@ -48,16 +48,16 @@ pub enum Column {
     RateProduct(usize, usize),
     /// Warming of block j.
     Warming(usize),
-    /// The same times f_j.
+    /// Warming of block j times f_j.
     WarmingForce(usize),
     /// Seconds since the start of the row's recording.
     Time,
-    /// (−φ × f)_i, φ what an error of the reference has turned the body by beyond what it read.
+    /// (−φ × f)_i, φ the attitude error caused by an error of the reference.
     Turned(Turn, usize),
 }
 
 impl Column {
-    /// Its integral over each row \[m/s per unit of the effect\].
+    /// Integral over each row \[m/s per unit of the effect\].
     pub fn values(self, made_of: &Prediction) -> Vec<f64> {
         let carried = &made_of.carried;
         let force = |axis: usize| made_of.force_m_s2[axis].iter();
@@ -104,7 +104,7 @@ impl Column {
         means.into_iter().map(|value| value * period_s).collect()
     }
 
-    /// Its name in expressions.
+    /// Name of the column in expressions.
     pub fn text(self) -> String {
         let [x, y, z] = AXES;
         let of = |axis: usize| [x, y, z][axis];
@@ -129,7 +129,7 @@ impl Column {
     }
 }
 
-/// Force along `axis` beyond its prediction where the body is turned by an error of the reference.
+/// Change of the force along `axis` for an attitude error caused by an error of the reference.
 fn turned(made_of: &Prediction, turn: Turn, axis: usize) -> Vec<f64> {
     let beyond =
         made_of

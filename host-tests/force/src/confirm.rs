@@ -1,4 +1,4 @@
-//! What is found must hold in all blocks of the fitted rows; then it is fitted again.
+//! Cross-validation of the selected set in blocks of the fitted rows, and the final fit.
 
 use std::ops::Range;
 
@@ -14,32 +14,33 @@ use crate::plan::ForcePlan;
 use crate::prediction::Prediction;
 use crate::search::Found;
 
-/// What blocks of the rows say of a member, each predicted by the others.
+/// Cross-validation of one member: each block predicted from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Confirmation {
-    /// Log score that the member gains there.
+    /// Gain of the member in predictive log score.
     pub gain: f64,
-    /// By how much blocks that disagree say that its likelihood ratio is too large.
+    /// Design effect: factor by which the likelihood ratio is too large, from the scatter of the estimates between blocks;
+    /// 1 if not significant (χ²).
     pub design_effect: f64,
 }
 
-/// What stands of a search.
+/// Confirmed part of a search.
 pub struct Confirmed {
-    /// Places of the search's members that are named.
+    /// Places of the search's members that are reported.
     pub named: Vec<usize>,
-    /// The candidate that each of them is named after.
+    /// Candidate that each of them is named after.
     pub headlines: Vec<usize>,
-    /// Places of those that do not hold in every stretch.
+    /// Places of the members that fail the cross-validation.
     pub unconfirmed: Vec<usize>,
-    /// Places of those that are no more than the error of a description beside them.
+    /// Places of the members that are no larger than the error of an expression in the set.
     pub undescribed: Vec<usize>,
-    /// Of every member of the search.
+    /// Cross-validation of every member of the search.
     pub confirmations: Vec<Confirmation>,
-    /// The fit of the headlines.
+    /// Fit of the headlines.
     pub fit: Fit,
 }
 
-/// Takes away what does not hold in blocks of the rows; `None` where too few rows are left.
+/// Removes members that fail the cross-validation in blocks of the rows; `None` if too few rows are left.
 pub fn confirm(
     made_of: &Prediction,
     found: &Found,
@@ -48,7 +49,7 @@ pub fn confirm(
 ) -> Option<Confirmed> {
     let confirmations = confirmations(made_of, found, seen, plan)?;
     let is_costly = |place: &usize| found.judged[*place].cost_without > plan.shared.naming;
-    // Blocks that disagree say that the likelihood ratio is that much too large.
+    // The design effect reduces the likelihood ratio.
     let holds = |place: &usize| {
         let said = &confirmations[*place];
         let ratio = found.fit.log_likelihood - found.without[*place].log_likelihood;
@@ -64,7 +65,7 @@ pub fn confirm(
         let unlisted = held.iter().filter(|place| !is_member_listed(place));
         unlisted.map(|&place| powers[place][axis]).sum()
     };
-    // An expression only describes: what it leaves of its cause is no smaller effect.
+    // An expression only approximates its cause: a member must exceed a practical share of its power.
     let stands = |place: &usize| {
         !is_member_listed(place)
             || (0..3)
@@ -105,8 +106,8 @@ pub fn confirm(
     })
 }
 
-/// The candidate that a member is named after: where kinds of the catalogue explain or span what an expression describes,
-/// the one with the fewest numbers.
+/// Candidate that a member is named after: of an expression, the kind of the catalogue with the fewest parameters that
+/// explains or spans it.
 fn headline(found: &Found, place: usize) -> usize {
     let member = found.fit.members[place];
     if found.candidates[member].kind != UNLISTED {
@@ -120,7 +121,7 @@ fn headline(found: &Found, place: usize) -> usize {
         .unwrap_or(member)
 }
 
-/// Power of what each member of the search adds to each accelerometer in the rows that are `seen`.
+/// Power of each member's effect on each accelerometer in the rows that are `seen`.
 fn powers(made_of: &Prediction, found: &Found, seen: &[bool]) -> Vec<[f64; 3]> {
     let power = |values: &Vec<f64>| -> f64 {
         let seen = values.iter().zip(seen).filter(|(_, seen)| **seen);
@@ -134,7 +135,7 @@ fn powers(made_of: &Prediction, found: &Found, seen: &[bool]) -> Vec<[f64; 3]> {
         .collect()
 }
 
-/// What blocks say of each member.
+/// Cross-validates each member in blocks.
 fn confirmations(
     made_of: &Prediction,
     found: &Found,
@@ -187,13 +188,13 @@ fn confirmations(
     Some((0..members.len()).map(of_member).collect())
 }
 
-/// Whitened columns of a set's parameters, the verticals' behind them.
+/// Whitened columns of a set's parameters; those of the verticals follow.
 struct MemberColumns {
     /// By record and parameter.
     columns: Vec<Vec<Vec<f64>>>,
     /// Parameters of each member.
     own: Vec<Range<usize>>,
-    /// Parameters that stand for what a member does without one.
+    /// Parameters that carry a member's fixed terms, which have no parameter of their own.
     fixed: Vec<usize>,
 }
 

@@ -25,51 +25,51 @@ use crate::search::{Found, equations, find, verticals_of};
 use crate::shaken::shaken;
 use crate::vertical::Vertical;
 
-/// A recording, or a stretch of a long one.
+/// Recording, or a stretch of a long one.
 pub struct Part<'a> {
     /// Its rows.
     pub streams: &'a Streams,
     /// Noise of its reference's increments.
     pub reference_noise: ReferenceNoise,
-    /// What its gyros say of that noise by row \[rad\], where they are asked.
+    /// Correction of the reference's noise from the gyros, added to its increments, by row \[rad\]; `None` if not computed.
     pub read_by_gyros: Option<Triad>,
 }
 
-/// What is asked.
+/// Inputs of a diagnosis.
 pub struct Asked<'a> {
     /// The model that is diagnosed.
     pub model: &'a Model,
-    /// What is known of the reference's errors: the model's, and what was found beside it.
+    /// Known errors of the reference: those of the model and those diagnosed from the gyros.
     pub effects: &'a [ModelEffect],
     /// Kinds taken out of the catalogue.
     pub left_out: &'a [&'a str],
-    /// Errors of the reference beside `effects` that may be there.
+    /// Further errors of the reference that are tested.
     pub open: &'a [&'a str],
-    /// The numbers of the analysis.
+    /// Settings of the analysis.
     pub plan: ForcePlan,
 }
 
-/// What the accelerometers showed.
+/// Result of the accelerometers' diagnosis.
 pub struct Diagnosed {
-    /// The accelerometers' rows, nothing on them, their time counted on from the first recording.
+    /// Rows of the accelerometers, all recordings concatenated in time from the first.
     pub streams: Streams,
-    /// Stretches of like motion.
+    /// Stretches of like motion (regimes).
     pub regimes: Vec<Regime>,
-    /// The prediction beside the verticals that the set left.
+    /// Prediction with the fitted verticals.
     pub made_of: Prediction,
-    /// What was searched.
+    /// Result of the structure search.
     pub found: Found,
-    /// What of it stands.
+    /// Confirmed part of it.
     pub confirmed: Confirmed,
-    /// Rows to fit and confirm on, and rows that only test.
+    /// Rows to fit and confirm on, and held-out rows.
     pub fitted: Vec<Range<usize>>,
     /// See `fitted`.
     pub tested: Vec<Range<usize>>,
-    /// Names of regimes left out because the case was shaken in them.
+    /// Names of the regimes that are excluded as shaken.
     pub shaken: Vec<String>,
-    /// What of one recording has a known attitude \[s\], where that is not all of it, with its name where there are several.
+    /// Span of a recording with a known attitude \[s\], if not all of it, with the recording's name if there are several.
     pub carried_s: Vec<(Option<String>, [f64; 2])>,
-    /// The numbers of the analysis.
+    /// Settings of the analysis.
     pub plan: ForcePlan,
     /// Kinds taken out of the catalogue.
     pub left_out: Vec<String>,
@@ -77,10 +77,10 @@ pub struct Diagnosed {
     pub declared_white: [Option<f64>; 3],
 }
 
-/// Diagnoses the accelerometers of aligned and qualified recordings of one unit: what they do is common to all.
+/// Diagnoses the accelerometers of aligned and qualified recordings of one unit; its errors are common to all recordings.
 ///
 /// # Errors
-/// Why the force cannot be predicted, or too little of it was measured.
+/// Reason why the force cannot be predicted, or that too little of it was measured.
 pub fn diagnose(
     parts: &[Part],
     asked: &Asked,
@@ -149,13 +149,13 @@ pub fn diagnose(
             .collect(),
         plan: asked.plan,
         left_out: asked.left_out.iter().map(ToString::to_string).collect(),
-        // n m/s²/√Hz, one-sided, is a random walk of velocity of n²T/2 a row.
+        // n m/s²/√Hz, one-sided, is a velocity random walk of n²T/2 a row.
         declared_white: declared
             .map(|density| (density > 0.0).then(|| density * density / (2.0 * rate_hz))),
     })
 }
 
-/// What of a recording has a known attitude \[s\], where that is not all of it.
+/// Span of a recording with a known attitude \[s\], if not all of it.
 fn carried_s(part: &Part, of: usize) -> Option<(Option<String>, [f64; 2])> {
     let streams = part.streams;
     let carried = streams.longest_carried();
@@ -164,7 +164,7 @@ fn carried_s(part: &Part, of: usize) -> Option<(Option<String>, [f64; 2])> {
     (carried.len() < streams.rows).then_some((name, span_s))
 }
 
-/// Why the force of a unit at rest names nothing.
+/// Reason why the force of a unit at rest identifies no error.
 pub fn why_not_at_rest(streams: &Streams) -> String {
     if let Err(reason) = &streams.accelerometers {
         return reason.clone();
@@ -181,7 +181,7 @@ pub fn why_not_at_rest(streams: &Streams) -> String {
     )
 }
 
-/// The accelerometers' rows with a first prediction.
+/// Rows of the accelerometers with a first prediction.
 struct Rows {
     bare: Streams,
     regimes: Vec<Regime>,
@@ -191,7 +191,7 @@ struct Rows {
     made_of: Prediction,
 }
 
-/// Rows of one recording, and how the case carried them.
+/// Rows of one recording, and the motion of the case on them.
 struct Own<'a> {
     part: &'a Part<'a>,
     site: Site,
@@ -230,7 +230,7 @@ impl<'a> Own<'a> {
         let streams = self.part.streams;
         let name = &*streams.piece.recording;
         let effects = asked.effects.iter();
-        // What one recording's reference does concerns no other.
+        // Errors of one recording's reference do not act on the others.
         let acts = |one: &&ModelEffect| one.text("recording").is_none_or(|other| other == name);
         let own: Vec<ModelEffect> = effects.filter(acts).cloned().collect();
         let mut read_rad = streams.case_rad.clone();
@@ -338,21 +338,21 @@ fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
     })
 }
 
-/// Fits the verticals alone, until they stay, and the noise beside them.
+/// Fits the verticals alone until they converge, and the noise given them.
 ///
-/// All accelerometers have one weight here: what a vertical leaves may be an error of theirs that nobody looked for yet. If it
-/// counted as noise of its axis, the vertical could give up one axis to fit the others.
+/// All accelerometers have the same weight here: the residual of a vertical may be an accelerometer error that is not yet
+/// modelled. Counted as noise of its axis, it would let the vertical give up one axis to fit the others.
 fn settle_verticals(
     made_of: &mut Prediction,
     model: &Model,
     seen: &[bool],
     plan: &ForcePlan,
 ) -> Result<Vec<NoiseLevels>, String> {
-    /// From a per cent of tilt to below a microradian.
+    /// Converges from a tilt of one per cent to below a microradian.
     const STEPS: usize = 4;
     let observations = observed(made_of, seen)?.to_fast_length();
     let recordings = made_of.rows.looked_at(&observations);
-    /// The noise is known.
+    /// One alternation: the noise is known.
     const ONCE: Effort = Effort {
         alternations: 1,
         ..Effort::QUICK

@@ -1,4 +1,4 @@
-//! The accelerometers' findings in the terms of `diagnosis.json`, beside those of the gyros. µg where people read.
+//! Accelerometer findings in the terms of `diagnosis.json`, together with those of the gyros. µg in text.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -32,10 +32,10 @@ use crate::search::{Found, of_verticals};
 /// m/s² to millionths of standard gravity.
 pub(crate) const MICRO_G: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
 
-/// What stands in a class for an accelerometer that drifts (IEEE 1293).
+/// Entry of an equivalence class for accelerometer drift (IEEE 1293).
 pub(crate) const DRIFT: &str = "acceleration_random_walk";
 
-/// Says why no accelerometer effect was looked for.
+/// States why no accelerometer effect was searched for.
 pub fn say_why_not(reason: &str, outcome: &mut Outcome) {
     let kinds = KINDS.iter().map(|kind| format!("{}: {reason}", kind.kind));
     outcome.diagnosis.not_excluded.extend(kinds);
@@ -49,9 +49,9 @@ struct Shown {
     validations: Vec<Validation>,
 }
 
-/// Whether the numbers of three accelerometers are the same within what is known of them.
+/// True if the values of three accelerometers are equal within their uncertainty.
 pub(crate) fn are_equal(values: &[f64], covariance: &DMatrix<f64>) -> bool {
-    /// Standard deviations beyond which two sizes are not the same.
+    /// Standard deviations beyond which two values differ.
     const SAME: f64 = 3.0;
     values.len() == 3
         && (0..3).all(|a| {
@@ -62,7 +62,7 @@ pub(crate) fn are_equal(values: &[f64], covariance: &DMatrix<f64>) -> bool {
 }
 
 impl Diagnosed {
-    /// Adds what the accelerometers showed to the gyros' outcome.
+    /// Adds the accelerometer findings to the gyros' outcome.
     pub fn add_to(&self, outcome: &mut Outcome) {
         let shown = self.shown();
         let mut effects: Vec<EffectEntry> = (0..self.confirmed.named.len())
@@ -121,7 +121,7 @@ impl Diagnosed {
         }
     }
 
-    /// What accelerometers show of an error of the reference, with its covariance.
+    /// Estimate of an error of the reference from the accelerometers, with its covariance.
     pub(crate) fn reference_error(&self, kind: &str) -> Option<(DVector<f64>, DMatrix<f64>)> {
         let named = 0..self.confirmed.named.len();
         let place = named
@@ -131,7 +131,7 @@ impl Diagnosed {
         Some((DVector::from_vec(values), covariance))
     }
 
-    /// The candidate of a named member.
+    /// Candidate of a named member.
     fn candidate(&self, place: usize) -> &Candidate {
         &self.found.candidates[self.confirmed.headlines[place]]
     }
@@ -195,14 +195,14 @@ impl Diagnosed {
         }
         Shown {
             validations,
-            // Rows that only test change no finding.
+            // Held-out rows change no finding.
             left: of(&after, &self.fitted),
             locations,
             noise,
         }
     }
 
-    /// Variance \[m²/s⁴\] of an accelerometer's mean over the rows that test, by what is not known of the vertical.
+    /// Variance \[m²/s⁴\] of an accelerometer's mean over the held-out rows, from the uncertainty of the vertical.
     fn vertical_variance(&self, axis: usize) -> f64 {
         let fit = &self.confirmed.fit;
         let columns = self.made_of.vertical_columns(&self.found.recordings);
@@ -232,8 +232,8 @@ impl Diagnosed {
         }
     }
 
-    /// Names, values and covariance of a named member, as the contract has them.
-    /// The numbers of a named member as they are written, and which of them are a choice.
+    /// Names, rounded values and covariance of a named member; linear combinations that are not identifiable are set by
+    /// choice.
     fn written(&self, place: usize) -> (Vec<String>, Written, DMatrix<f64>) {
         let (names, values, covariance) = self.numbers(place);
         let known = self.known(place, &names, &values);
@@ -241,7 +241,7 @@ impl Diagnosed {
         (names, written, covariance)
     }
 
-    /// Numbers with what was known of each before.
+    /// Values with their prior standard deviations.
     fn known(&self, place: usize, names: &[String], values: &[f64]) -> Vec<Number> {
         let one = self.candidate(place);
         let known = names.iter().zip(values).enumerate();
@@ -278,7 +278,7 @@ impl Diagnosed {
         )
     }
 
-    /// Kinds that this recording cannot tell from a named member, drift apart.
+    /// Kinds that are not distinguishable from a named member in this recording, drift included.
     fn alike(&self, place: usize) -> Vec<String> {
         let member = self.confirmed.named[place];
         let own = self.candidate(place).kind;
@@ -364,7 +364,7 @@ impl Diagnosed {
         }
     }
 
-    /// The nearest expression that rivals a member.
+    /// Nearest expression that rivals a member.
     fn rival_expression(&self, member: usize) -> Option<String> {
         let rivals = self.found.judged[member].rivals.iter();
         let own = self.found.fit.members[member];
@@ -376,7 +376,7 @@ impl Diagnosed {
         })
     }
 
-    /// Share of the residual's power that a named member explains beside the others, on the rows that were fitted.
+    /// Share of the residual's power explained by a named member given the others, on the fitted rows.
     fn share(&self, place: usize) -> f64 {
         let fit = &self.confirmed.fit;
         let effect = self
@@ -394,7 +394,7 @@ impl Diagnosed {
         (explained / power.max(f64::MIN_POSITIVE)).max(0.0)
     }
 
-    /// What a kind means, and where three equal sizes have another cause that no accelerometer shows.
+    /// Meaning of a kind, and the alternative cause where three equal values have one that no accelerometer shows.
     fn left_out(&self, place: usize, values: &[f64], covariance: &DMatrix<f64>) -> String {
         let one = self.candidate(place);
         let Some(kind) = kind_of(one) else {
@@ -433,7 +433,7 @@ impl Diagnosed {
         effect
     }
 
-    /// Physics without a name: only its location.
+    /// Unexplained power, reported by its location only.
     fn unexplained(&self, location: &Location) -> EffectEntry {
         let axis = AXES[location.axis];
         let [from_s, to_s] = self.made_of.rows.span_s(&location.rows);
@@ -450,7 +450,7 @@ impl Diagnosed {
         }
     }
 
-    /// Which recording some rows are of, where there are several, for a sentence.
+    /// Recording of some rows, for a sentence, if there are several.
     fn of(&self, rows: &Range<usize>) -> String {
         let name = self.made_of.rows.recording_of(rows.start);
         name.map_or_else(String::new, |name| format!(" of {name}"))
@@ -524,7 +524,7 @@ impl Diagnosed {
         let fit = &self.confirmed.fit;
         let wandering = (0..3).filter(|&axis| fit.drift[axis] != Drift::None);
         let wander_m_s2 = |axis: usize| shown.noise[axis].wander_rad_s(self.streams.span_s());
-        // Far below the least that is printed a walk is none.
+        // Far below the least that is printed, a walk is not reported.
         for (axis, micro_g) in wandering
             .map(|axis| (axis, wander_m_s2(axis) * MICRO_G))
             .filter(|(_, micro_g)| *micro_g >= 0.005)
@@ -551,7 +551,7 @@ impl Diagnosed {
         lines
     }
 
-    /// How the search answers to noise and to known effects on these rows.
+    /// Self-test: response of the search to noise and to injected effects on these rows.
     fn self_test(&self, seed: u64) -> Option<Tested> {
         let Found {
             candidates,
@@ -594,7 +594,7 @@ impl Diagnosed {
         reasons.chain(shaken).collect()
     }
 
-    /// Matched-filter SNR of a kind of typical size, its strongest parameter's, beside the vertical.
+    /// Matched-filter SNR of the strongest parameter of a kind of typical size, given the vertical.
     fn shows(&self, kind: &Kind) -> f64 {
         let whole = self
             .found
@@ -616,7 +616,7 @@ impl Diagnosed {
     }
 }
 
-/// A candidate in the self-test; `None` of expressions.
+/// Row of a candidate in the self-test; `None` for expressions.
 fn row_of(one: &Candidate) -> Option<Row<'_>> {
     let kind = kind_of(one)?;
     let reach = Reach {
@@ -631,7 +631,7 @@ fn kind_of(one: &Candidate) -> Option<&'static Kind> {
     kinds::find(one.kind)
 }
 
-/// The gyros' verdict with what the accelerometers add.
+/// Combines the gyros' verdict with that of the accelerometers.
 fn joined(gyros: Verdict, found: bool, clean: bool) -> Verdict {
     let (explained, all_clean) = match gyros {
         Verdict::Matches => (false, true),

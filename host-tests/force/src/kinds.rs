@@ -1,19 +1,19 @@
-//! The kinds of effects that accelerometers can show: one row each (contract; Groves 2013, sec. 4.4.1; IEEE 1293).
+//! Kinds of effects observable on accelerometers: one row each (contract; Groves 2013, sec. 4.4.1; IEEE 1293).
 
 use rlg_signal::axes::AXES;
 
 use crate::column::{Column, Turn};
 
-/// How a kind's parameters act.
+/// Action of a kind's parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
     /// Parameter i acts on accelerometer i.
     Axes,
-    /// Parameter ij turns the sensing axis of accelerometer i about body axis j.
+    /// Parameter ij rotates the sensing axis of accelerometer i about body axis j.
     Tilts,
-    /// Parameter ij is where along body axis j accelerometer i sits.
+    /// Parameter ij is the position of accelerometer i along body axis j.
     Arms,
-    /// Parameter i is the reference's about body axis i, and turns all accelerometers through gravity.
+    /// Parameter i is the reference's error about body axis i, which rotates gravity through all accelerometers.
     Body,
     /// One parameter of the reference.
     All,
@@ -40,21 +40,21 @@ impl Law {
 pub struct Kind {
     /// The contract's name.
     pub kind: &'static str,
-    /// Its equation.
+    /// Equation of the kind.
     pub equation: &'static str,
     /// Unit of its parameters.
     pub unit: &'static str,
-    /// How it acts.
+    /// Action of its parameters.
     pub law: Law,
-    /// Standard deviation of a prior about 0, in its unit: what no unit that anybody would test exceeds by much.
+    /// Standard deviation of the zero-mean prior, in the kind's unit: hardly exceeded by any unit under test.
     pub largest: f64,
-    /// Its size in a unit of some quality, for what a recording could have shown.
+    /// Size in a unit of some quality, for the sensitivity of a recording.
     pub typical: f64,
-    /// Whether it is an everyday error, three times likelier than others.
+    /// An everyday error, three times likelier than others a priori.
     pub everyday: bool,
-    /// What it means, for a navigation engineer.
+    /// Meaning for a navigation engineer.
     pub meaning: &'static str,
-    /// The motion that would show it best.
+    /// Motion that would show it best.
     pub experiment: &'static str,
 }
 
@@ -131,7 +131,7 @@ pub static KINDS: &[Kind] = &[
     },
 ];
 
-/// Errors of the reference, which turn gravity through the accelerometers; they show on the gyros' rows too.
+/// Errors of the reference, which rotate gravity through the accelerometers; the gyros' rows show them too.
 pub static REFERENCE_KINDS: &[Kind] = &[
     Kind {
         kind: "reference_misalignment",
@@ -168,14 +168,14 @@ pub static REFERENCE_KINDS: &[Kind] = &[
     },
 ];
 
-/// The column of an error of the reference about the axis that a parameter is named after.
+/// Column of an error of the reference about the axis that the parameter is named after.
 fn on_body(turn: impl Fn(usize) -> Turn, name: &str, axis: usize) -> Vec<(Column, f64)> {
     let about = AXES.iter().position(|other| name == *other);
     let column = about.map(|about| (Column::Turned(turn(about), axis), 1.0));
     column.into_iter().collect()
 }
 
-/// Columns of a parameter of size 1 on accelerometer `axis`, a delay's about `delay_s`.
+/// Columns of a unit parameter on accelerometer `axis`; a delay is linearised at `delay_s`.
 pub fn columns(kind: &Kind, name: &str, axis: usize, delay_s: f64) -> Vec<(Column, f64)> {
     let second = || AXES.iter().position(|other| name.ends_with(other));
     match (kind.kind, kind.law) {
@@ -204,7 +204,7 @@ pub fn columns(kind: &Kind, name: &str, axis: usize, delay_s: f64) -> Vec<(Colum
     }
 }
 
-/// The row of a kind, of accelerometers or of the reference.
+/// Row of a kind, of the accelerometers or of the reference.
 pub fn find(kind: &str) -> Option<&'static Kind> {
     KINDS
         .iter()

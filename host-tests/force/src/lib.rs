@@ -1,15 +1,15 @@
-//! What a model leaves out of accelerometers that are carried through gravity: one likelihood, one search.
+//! Errors of accelerometers that rotate in the gravity field, beyond a given model: one likelihood, one structure search.
 //!
-//! In the order of the data: [`readings`] (of one recording or several) and [`mod@reference`] (its known errors undone) →
-//! [`carried`] (attitude, lever arms) → [`vertical`] →
-//! [`prediction`] (what accelerometers should read) → [`residual`] → [`shaken`] (what no gravity explains is left out) →
-//! [`search`] (columns, candidates, structure search, beside the vertical) → [`confirm`] (in blocks of rows) → [`findings`].
-//! [`diagnose`](mod@diagnose) is the flow; [`whose`] asks gyros and accelerometers together whether an error is the gyros' or
-//! their reference's.
+//! In the order of the data: [`readings`] (of one recording or several) and [`mod@reference`] (known errors corrected) →
+//! [`carried`] (attitude, lever arms) → [`vertical`] → [`prediction`] (predicted specific force) → [`residual`] →
+//! [`shaken`] (exclusion of stretches with unmodelled linear acceleration) → [`search`] (columns, candidates, structure
+//! search with the vertical as nuisance parameters) → [`confirm`] (cross-validation in blocks of rows) → [`findings`].
+//! [`diagnose`](mod@diagnose) is the flow; [`whose`] attributes an error to the gyros or to their reference by the joint
+//! likelihood of gyros and accelerometers.
 //!
-//! Predicted is the force of a unit that is turned and not shaken: gravity, carried by the reference, and what lever arms feel
-//! of the turning. At rest gravity is one number for three accelerometers: nothing is named there. A unit that stands still in many
-//! attitudes without a reference goes another way to the same search: [`positions`].
+//! The predicted force is that of a unit that rotates without linear acceleration: gravity resolved by the reference's
+//! attitude, and the lever-arm terms. At rest gravity is one number for three accelerometers, so no error is identifiable.
+//! A unit that stands still in many attitudes without a reference is diagnosed by [`positions`] with the same search.
 
 pub mod positions_plan;
 

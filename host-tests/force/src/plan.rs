@@ -1,25 +1,25 @@
-//! The numbers of the analysis, decided before looking.
+//! Settings of the analysis, fixed before the data are seen.
 
 use rlg_diagnosis::AnalysisPlan;
 
 use crate::positions_plan::PositionPlan;
 
-/// Thresholds of the accelerometers' part; what they share with the gyros' is theirs.
+/// Thresholds of the accelerometers' diagnosis; those shared with the gyros are the gyros'.
 #[derive(Debug, Clone, Copy)]
 pub struct ForcePlan {
-    /// What both parts share: partition, prices, naming, classes.
+    /// Shared settings: partition, priors, naming, equivalence classes.
     pub shared: AnalysisPlan,
-    /// Share by which the mean force may differ from gravity and still be a bias and a scale error beside it \[1\].
+    /// Largest relative difference of the mean force from gravity that a bias and a scale error may explain \[1\].
     pub far_from_gravity: f64,
-    /// Power of a band over that of the quietest stretch beyond which a stretch was shaken \[1\].
+    /// Ratio of a band's power to that of the quietest stretch above which a stretch counts as shaken \[1\].
     pub shaken_ratio: f64,
-    /// Observations that a band must hold to be judged.
+    /// Least number of observations of a band for a decision.
     pub fewest_in_band: f64,
-    /// Least seconds of rows to fit: below this not even the noise is known \[s\].
+    /// Least duration of rows to fit \[s\]; below it not even the noise is estimable.
     pub least_fitted_s: f64,
-    /// A vertical or a delay that moves by less than this between passes has settled \[σ\].
+    /// Convergence limit of a vertical or a delay between passes \[σ\].
     pub settled: f64,
-    /// Still positions without a reference.
+    /// Settings for still positions without a reference.
     pub positions: PositionPlan,
     /// Matched-filter SNR below which a kind of typical size is not excluded \[1\].
     pub needed_snr: f64,

@@ -1,37 +1,37 @@
-//! The numbers of an analysis by still positions, decided before looking.
+//! Settings of the analysis of still positions, fixed before the data are seen.
 
-/// How still positions are found, and what is known of their scatter before.
+/// Detection of still positions, and the prior of the scatter between them.
 #[derive(Debug, Clone, Copy)]
 pub struct PositionPlan {
     /// Length of a block \[s\].
     pub block_s: f64,
-    /// Rows of a block at least: of fewer the variance says nothing.
+    /// Least rows of a block; the variance of fewer is too uncertain.
     pub least_block_rows: usize,
-    /// Share of the blocks that are taken for quiet \[1\]: of a recording that is moved most of the time as well.
+    /// Share of the blocks taken as quiet \[1\]: small enough also for a recording that moves most of the time.
     pub quiet_share: f64,
-    /// Ratio of variances beyond which a block is not still.
+    /// Ratio of variances above which a block is not still.
     pub restless_ratio: f64,
-    /// Blocks of a position at least.
+    /// Least blocks of a position.
     pub least_blocks: usize,
-    /// Blocks within a position that a knock may take.
+    /// Largest number of disturbed blocks within a position.
     pub most_knocked: usize,
-    /// Turn of the force up to which a position is the same \[rad\]: half a degree.
+    /// Rotation of the force up to which two blocks are one position \[rad\]: half a degree.
     pub same_direction_rad: f64,
-    /// Turn of the force beyond which two positions are different attitudes \[rad\]: a unit that stands in less than
-    /// `least_attitudes` of them was not moved.
+    /// Rotation of the force beyond which two positions are different attitudes \[rad\]: a unit that stands in fewer than
+    /// `least_attitudes` of them counts as not moved.
     pub other_attitude_rad: f64,
     /// See `other_attitude_rad`.
     pub least_attitudes: usize,
-    /// How many positions' worth is known before of their scatter: that it is about what drifts within them. Of six positions six
-    /// numbers are found, and nothing else tells errors of the unit from a scatter as large.
+    /// Degrees of freedom of the prior of the scatter between positions, centred on the drift within them. Six positions
+    /// for six parameters leave no residual, so without a prior errors of the unit are not distinguishable from scatter.
     pub scatter_known: f64,
-    /// Scatter between positions that the best of benches has \[m/s²\]: 2 µg, of strain and of how the unit is set down.
+    /// Scatter between positions of the best benches \[m/s²\]: 2 µg, of strain and of the placing of the unit.
     pub least_scatter_m_s2: f64,
-    /// Positions from which on every fifth only tests.
+    /// Number of positions from which every fifth is held out.
     pub least_to_hold_out: usize,
-    /// Standard deviation of gravity where no site is named \[m/s²\]: from equator to pole it grows by 0.052.
+    /// Standard deviation of gravity if no site is given \[m/s²\]: it grows by 0.052 from equator to pole.
     pub gravity_std_m_s2: f64,
-    /// Share of gravity by which a position's force may differ and still be gravity \[1\].
+    /// Largest relative difference of a position's force from gravity \[1\].
     pub far_from_gravity: f64,
 }
 

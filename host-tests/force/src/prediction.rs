@@ -1,4 +1,4 @@
-//! What accelerometers should read: gravity in the body, and what columns are made of.
+//! Predicted specific force: gravity in body axes, and the regressors of the design columns.
 
 use std::ops::Range;
 
@@ -11,19 +11,19 @@ use crate::carried::Carried;
 use crate::readings::Readings;
 use crate::vertical::{UNKNOWNS, Vertical};
 
-/// The force that is predicted, and what columns are made of.
+/// Predicted force and the regressors of the design columns.
 ///
-/// Columns use this force, not the measured one: noise in a regressor would draw its coefficient to zero.
+/// Columns use this force, not the measured one: noise in a regressor biases its coefficient towards zero (attenuation).
 pub struct Prediction {
     /// The accelerometers' rows.
     pub rows: Readings,
-    /// Attitude and lever-arm forces.
+    /// Attitude and lever-arm terms.
     pub carried: Carried,
-    /// The vertical of each recording as known so far.
+    /// Current estimate of the vertical of each recording.
     pub verticals: Vec<Vertical>,
     /// Mean specific force over each row \[m/s²\].
     pub force_m_s2: Triad,
-    /// Scale error of the model, for the 1/(1 − s_i) of a reading.
+    /// Scale error of the model, for the factor 1/(1 − s_i) of a sample.
     pub scale_error: [f64; 3],
     /// Warming of each block since the start, mean over each row \[K\].
     pub warming_k: Option<Triad>,
@@ -31,11 +31,11 @@ pub struct Prediction {
     spectra: Vec<[Spectrum; 3]>,
 }
 
-/// What is fitted of the verticals, a column for each unknown of some recordings and each axis.
+/// Columns of the unknowns of the verticals: one for each recording, unknown and axis.
 pub struct VerticalColumns {
-    /// Rows of all recordings.
+    /// Number of rows of all recordings.
     count: usize,
-    /// Rows of one and values on them \[m/s per row\]; by recording, unknown and axis.
+    /// Rows of one recording and values on them \[m/s per row\]; by recording, unknown and axis.
     pub columns: Vec<(Range<usize>, Vec<f64>)>,
 }
 
@@ -86,10 +86,9 @@ impl Prediction {
         }
     }
 
-    /// Takes over what was learned of the verticals of some recordings.
+    /// Corrects the verticals of some recordings by their estimated unknowns.
     ///
-    /// # Inputs
-    /// `moves`: by place of the recording.
+    /// # Inputs `moves`: place of the recording, and the unknowns.
     pub fn move_verticals(&mut self, moves: &[(usize, [f64; UNKNOWNS])]) {
         for (place, unknowns) in moves {
             self.verticals[*place] = self.verticals[*place].moved(*unknowns);
@@ -97,14 +96,14 @@ impl Prediction {
         self.predict();
     }
 
-    /// The force along an axis as it was `delay_s` before \[m/s²\].
+    /// Force along an axis, delayed by `delay_s` \[m/s²\].
     pub fn force_before(&self, axis: usize, delay_s: f64) -> Vec<f64> {
         let each = self.spectra.iter();
         each.flat_map(|spectra| spectra[axis].delayed(delay_s))
             .collect()
     }
 
-    /// Its rate of change then \[m/s³\].
+    /// Rate of change of that force \[m/s³\].
     pub fn slope_before(&self, axis: usize, delay_s: f64) -> Vec<f64> {
         use realfft::num_complex::Complex64;
         use std::f64::consts::TAU;
@@ -122,7 +121,7 @@ impl Prediction {
         angles.map(|angle| angle * self.rows.rate_hz).collect()
     }
 
-    /// Columns of the verticals' unknowns of the recordings at `places`.
+    /// Columns of the unknowns of the verticals, for the recordings at `places`.
     pub fn vertical_columns(&self, places: &[usize]) -> VerticalColumns {
         let period_s = self.rows.period_s();
         let mut columns = Vec::with_capacity(places.len() * UNKNOWNS * 3);
@@ -165,7 +164,7 @@ fn spectra_of(force_m_s2: &Triad, rate_hz: f64) -> [Spectrum; 3] {
     [0, 1, 2].map(|axis: usize| Spectrum::new(&force_m_s2[axis], rate_hz))
 }
 
-/// The name of an accelerometer's channel.
+/// Channel name of an accelerometer.
 pub fn channel_name(axis: usize) -> String {
     format!("accel_{}", AXES[axis])
 }

@@ -1,7 +1,8 @@
-//! The accelerometers' readings: those of one recording, or of several one behind the other.
+//! Samples of the accelerometers: of one recording, or of several concatenated.
 //!
-//! Of each recording, or stretch of a long one, the attitude and the level at its begin are its own; what the accelerometers do
-//! is common to all. So nothing that knows neighbouring rows (attitude, filters, transforms) goes from one to the next.
+//! The attitude and the level at the start belong to each recording, or stretch of a long one; the accelerometer errors are
+//! common to all. So no operation on neighbouring rows (attitude, filters, transforms) crosses from one recording to the
+//! next.
 
 use std::ops::Range;
 
@@ -12,22 +13,22 @@ use rlg_signal::axes::{Triad, each_axis};
 /// Rows of one recording among all.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Piece {
-    /// Its rows.
+    /// Rows of the recording.
     pub rows: Range<usize>,
-    /// Beginning of the first on its own clock \[s\].
+    /// Start of the first row on the recording's clock \[s\].
     pub start_s: f64,
-    /// Name of its recording.
+    /// Name of the recording.
     pub recording: String,
 }
 
 impl Piece {
-    /// Rows that count from its first, among all.
+    /// Converts rows counted from the recording's first to rows among all.
     pub fn among_all(&self, own: &Range<usize>) -> Range<usize> {
         own.start + self.rows.start..own.end + self.rows.start
     }
 }
 
-/// All rows.
+/// Rows of all recordings.
 pub struct Readings {
     /// Rows per second \[Hz\].
     pub rate_hz: f64,
@@ -35,17 +36,17 @@ pub struct Readings {
     pub count: usize,
     /// Velocity increment of each accelerometer over each row \[m/s\].
     pub sensed_m_s: Triad,
-    /// Rows in which all accelerometers and the case's motion were measured.
+    /// Rows with all accelerometers and the case's motion measured.
     pub usable: Vec<bool>,
     /// Recordings, in the order of their rows.
     pub pieces: Vec<Piece>,
 }
 
 impl Readings {
-    /// Puts rows of recordings one behind the other.
+    /// Concatenates the rows of recordings.
     ///
     /// # Errors
-    /// Two have rows of other lengths.
+    /// Two recordings differ in row rate.
     pub fn joined(each: &[(&str, Rows)]) -> Result<Self, String> {
         let mut pieces: Vec<Piece> = Vec::with_capacity(each.len());
         for (name, rows) in each {
@@ -75,39 +76,39 @@ impl Readings {
         })
     }
 
-    /// The piece of a row.
+    /// Piece of a row.
     fn piece_of(&self, row: usize) -> &Piece {
         let mut pieces = self.pieces.iter();
         let own = pieces.find(|piece| row < piece.rows.end);
         own.unwrap_or(&self.pieces[self.pieces.len() - 1])
     }
 
-    /// The recording of a row, where there are several.
+    /// Recording of a row, if there are several.
     pub fn recording_of(&self, row: usize) -> Option<&str> {
         let first = &self.pieces[0].recording;
         let are_several = self.pieces.iter().any(|one| one.recording != *first);
         are_several.then(|| &*self.piece_of(row).recording)
     }
 
-    /// Beginning and end of some rows of one recording, on its clock \[s\].
+    /// Start and end of some rows of one recording, on its clock \[s\].
     pub fn span_s(&self, rows: &Range<usize>) -> [f64; 2] {
         let piece = self.piece_of(rows.start);
         [rows.start, rows.end]
             .map(|row| piece.start_s + (row - piece.rows.start) as f64 / self.rate_hz)
     }
 
-    /// One row's period \[s\].
+    /// Period of a row \[s\].
     pub fn period_s(&self) -> f64 {
         1.0 / self.rate_hz
     }
 
-    /// Time from its recording's first row to a row's middle \[s\].
+    /// Time from the first row of the recording to the middle of a row \[s\].
     pub fn since_start_s(&self, piece: &Piece, row: usize) -> f64 {
         let middle_s = piece.start_s + ((row - piece.rows.start) as f64 + 0.5) / self.rate_hz;
         middle_s - piece.start_s
     }
 
-    /// What is seen of rows, a span for each recording with its gaps bridged; `None` where fewer than eight rows are seen.
+    /// Observations of the `seen` rows: a span for each recording, gaps bridged; `None` for fewer than eight rows.
     pub fn bridged(&self, seen: &[bool]) -> Option<Observations> {
         let each = self.pieces.iter().filter_map(|piece| {
             let mut own = Observations::bridged(&seen[piece.rows.clone()])?;
@@ -126,7 +127,7 @@ impl Readings {
         })
     }
 
-    /// Places of the recordings that are looked at.
+    /// Places of the recordings with observations.
     pub fn looked_at(&self, observations: &Observations) -> Vec<usize> {
         let is_seen = |place: &usize| {
             let rows = &self.pieces[*place].rows;

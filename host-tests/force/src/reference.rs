@@ -1,4 +1,4 @@
-//! The case's motion as its reference tells it, what is known to be wrong with the reference undone.
+//! Motion of the case from its reference, with the reference's known errors corrected.
 
 use nalgebra::Vector3;
 use rlg_catalogue::signals::AXES;
@@ -12,7 +12,7 @@ use rlg_signal::shrinkage::{Gate, Powers, shrink};
 /// Noise of the reference's increments about each axis \[rad² per row\].
 pub type ReferenceNoise = [NoiseLevels; 3];
 
-/// The same as the gyros' search measured it.
+/// Noise of the reference as estimated in the gyros' search.
 pub fn measured_noise(motion: &Motion) -> ReferenceNoise {
     each_axis(|axis| NoiseLevels {
         white: motion.reference_walk[axis].value,
@@ -21,7 +21,7 @@ pub fn measured_noise(motion: &Motion) -> ReferenceNoise {
     })
 }
 
-/// The same from a walk and white noise of angle about each axis \[rad² per row\].
+/// Noise from an angle random walk and white angle noise about each axis \[rad² per row\].
 pub fn noise_of(levels_rad2: [[f64; 2]; 3]) -> ReferenceNoise {
     levels_rad2.map(|[white, angle]| NoiseLevels {
         white,
@@ -30,7 +30,7 @@ pub fn noise_of(levels_rad2: [[f64; 2]; 3]) -> ReferenceNoise {
     })
 }
 
-/// Noise of a motion that is read from the gyros themselves, which walk by `walk_rad_sqrt_s` and count pulses.
+/// Noise of a motion measured by the gyros themselves: angle random walk `walk_rad_sqrt_s`, and pulse quantisation.
 pub fn gyro_noise(model: &Model, walk_rad_sqrt_s: [f64; 3], rate_hz: f64) -> ReferenceNoise {
     each_axis(|axis| NoiseLevels {
         white: walk_rad_sqrt_s[axis].powi(2) / rate_hz,
@@ -39,23 +39,23 @@ pub fn gyro_noise(model: &Model, walk_rad_sqrt_s: [f64; 3], rate_hz: f64) -> Ref
     })
 }
 
-/// The case's motion on the gyros' rows.
+/// Motion of the case on the gyros' rows.
 pub struct Reference {
     /// Rows per second \[Hz\].
     pub rate_hz: f64,
-    /// Increments, noise and all \[rad\]: they carry the attitude.
+    /// Increments including noise \[rad\], for the attitude.
     pub case_rad: Triad,
-    /// Increments where they stand out of their noise \[rad\]: what turns fast enough to be felt at an arm.
+    /// Increments where they exceed their noise \[rad\], for the lever-arm terms.
     pub moving_rad: Triad,
-    /// Highest frequency at which the case moves \[Hz\].
+    /// Highest frequency of the case's motion \[Hz\].
     pub edge_hz: f64,
 }
 
 impl Reference {
-    /// Undoes the errors among `effects` that are the reference's, and separates motion from noise.
+    /// Corrects the reference errors among `effects`, and separates motion from noise.
     ///
     /// # Inputs
-    /// `read_rad`: what the reference read, with what gyros say of its noise.
+    /// `read_rad`: increments of the reference, plus the correction of its noise from the gyros.
     pub fn new(
         read_rad: &Triad,
         rate_hz: f64,
@@ -91,9 +91,9 @@ impl Reference {
     }
 }
 
-/// The frequency beyond which there is next to nothing of a motion's power \[Hz\].
+/// Frequency above which the motion has a negligible share of its power \[Hz\].
 fn edge_hz(moving_rad: &Triad, rate_hz: f64) -> f64 {
-    /// Share of the power that may lie beyond: an angle of 1e-5 of the motion's.
+    /// Share of the power that may lie above: 1e-5 of the motion's angle.
     const BEYOND: f64 = 1e-10;
     let rows = moving_rad[0].len();
     let dct = Dct::new(rows);
@@ -114,8 +114,9 @@ fn edge_hz(moving_rad: &Triad, rate_hz: f64) -> f64 {
     0.5 * rate_hz * last.unwrap_or(0) as f64 / rows as f64
 }
 
-/// Takes one error of the reference out of what it read (contract: `reference_scale` reads (1 + r_i) times,
-/// `reference_misalignment` reads ω − r × ω, `reference_delay` d late, `reference_harmonic` waves of its own angle more).
+/// Corrects one error of the reference in its increments (contract: `reference_scale` measures (1 + r_i) times,
+/// `reference_misalignment` measures ω − r × ω, `reference_delay` is d late, `reference_harmonic` adds waves of its own
+/// angle).
 fn undo(case_rad: &mut Triad, effect: &ModelEffect, rate_hz: f64) {
     let sizes = Vector3::from_fn(|axis, _| effect.number(AXES[axis]));
     match effect.kind.as_str() {
@@ -146,7 +147,7 @@ fn undo(case_rad: &mut Triad, effect: &ModelEffect, rate_hz: f64) {
     }
 }
 
-/// Takes a wave of the reference's own angle out of its increments.
+/// Subtracts a harmonic of the reference's own angle from its increments.
 fn undo_wave(values: &mut [f64], effect: &ModelEffect) {
     let order = effect.number("order");
     let wave = |angle_rad: f64| {

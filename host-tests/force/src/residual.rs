@@ -1,4 +1,4 @@
-//! What accelerometers read less what their model predicts.
+//! Residual of the accelerometers: measured less predicted by their model.
 
 use rlg_model::Model;
 use rlg_signal::axes::{Triad, add};
@@ -7,8 +7,7 @@ use crate::candidates::terms_of;
 use crate::kinds::KINDS;
 use crate::prediction::Prediction;
 
-/// Takes from what accelerometers read what the model says they do, its own accelerometer effects included
-/// \[m/s per row\].
+/// Subtracts from the accelerometer samples the model's prediction, its own accelerometer effects included \[m/s per row\].
 pub fn residual_m_s(made_of: &Prediction, model: &Model) -> Triad {
     let accelerometer = model.accelerometer.as_ref();
     let bias_m_s2 = accelerometer.map_or([0.0; 3], |accelerometer| accelerometer.bias_m_s2);

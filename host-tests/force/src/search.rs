@@ -1,4 +1,4 @@
-//! Passes of prediction, columns and structure search until the set, its delays and the vertical stand.
+//! Iterates prediction, columns and structure search until the set, its delays and the vertical converge.
 
 use std::collections::BTreeSet;
 use std::ops::Range;
@@ -16,31 +16,31 @@ use crate::prediction::Prediction;
 use crate::residual::residual_m_s;
 use crate::vertical::UNKNOWNS;
 
-/// What a search leaves.
+/// Result of a search.
 pub struct Found {
-    /// The best set.
+    /// Selected set.
     pub fit: Fit,
-    /// Each member with its cost and rivals.
+    /// Each member with its cost of omission and rivals.
     pub judged: Vec<Judged>,
-    /// Places of candidates that span each member's effect.
+    /// Places of the candidates that span each member's effect.
     pub spanned_by: Vec<Vec<usize>>,
-    /// The set without each member.
+    /// Fit of the set without each member.
     pub without: Vec<Fit>,
     /// All candidates.
     pub candidates: Vec<Candidate>,
-    /// Their columns.
+    /// Columns of the candidates.
     pub pool: Pool,
-    /// The residual of the model beside the vertical that the set left \[m/s per row\].
+    /// Residual of the model with the verticals of the selected set \[m/s per row\].
     pub residual_m_s: Triad,
-    /// Their sums.
+    /// Normal equations of the residual and the columns.
     pub equations: NormalEquations,
     /// Places of the recordings whose verticals are fitted.
     pub recordings: Vec<usize>,
-    /// Sets that were looked at.
+    /// Number of sets evaluated.
     pub tried: usize,
 }
 
-/// Parameters of `recordings` verticals without a prior, over [`Prediction::vertical_columns`].
+/// Parameters of the verticals of `recordings` recordings, without a prior, over [`Prediction::vertical_columns`].
 fn vertical_parameters(recordings: usize) -> Hypothesis {
     let parameters = recordings * UNKNOWNS;
     let terms = (0..parameters).flat_map(|parameter| {
@@ -54,7 +54,7 @@ fn vertical_parameters(recordings: usize) -> Hypothesis {
     Hypothesis::of_terms(parameters, terms.collect())
 }
 
-/// Sums over the rows of `observations`, with the columns of `pool` and those of the verticals that are looked at.
+/// Normal equations over the rows of `observations`, with the columns of `pool` and those of the observed verticals.
 pub fn equations(
     made_of: &Prediction,
     residual_m_s: &Triad,
@@ -82,10 +82,9 @@ pub fn of_verticals(fit: &Fit) -> Range<usize> {
     fit.gaps.last().cloned().unwrap_or(0..0)
 }
 
-/// What a fit says of the unknowns of each vertical, and whether all are settled.
+/// Estimated unknowns of each vertical, and true if all have converged.
 ///
-/// # Inputs
-/// `recordings`: places of those that were looked at.
+/// # Inputs `recordings`: places of the observed recordings.
 pub fn verticals_of(
     fit: &Fit,
     recordings: &[usize],
@@ -101,10 +100,9 @@ pub fn verticals_of(
     (moves.collect(), stays)
 }
 
-/// Searches; `made_of` is left with the vertical that the set puts.
+/// Runs the search; `made_of` then has the verticals of the selected set.
 ///
-/// # Inputs
-/// `levels`: the noise to begin with.
+/// # Inputs `levels`: initial noise.
 pub fn find(
     made_of: &mut Prediction,
     model: &Model,
@@ -204,7 +202,7 @@ pub fn find(
     }
 }
 
-/// Delay of each accelerometer by a fit \[s\], and whether it stays where it was linearised.
+/// Estimated delay of each accelerometer \[s\], and true if all stay at their linearisation point.
 fn delays(fit: &Fit, candidates: &[Candidate], at_s: [f64; 3], settled: f64) -> ([f64; 3], bool) {
     let (mut delay_s, mut stays) = ([0.0; 3], true);
     for (&member, block) in fit.members.iter().zip(&fit.blocks) {
@@ -216,7 +214,7 @@ fn delays(fit: &Fit, candidates: &[Candidate], at_s: [f64; 3], settled: f64) -> 
     (delay_s, stays)
 }
 
-/// The delays that a candidate has, its parameters from `first` in a fit: accelerometer, estimate and its standard deviation
+/// Delays of a candidate whose parameters start at `first` in a fit: accelerometer, estimate and its standard deviation
 /// \[s\].
 pub fn delays_in(one: &Candidate, first: usize, fit: &Fit) -> Vec<(usize, f64, f64)> {
     if one.kind != DELAY {
@@ -232,7 +230,7 @@ pub fn delays_in(one: &Candidate, first: usize, fit: &Fit) -> Vec<(usize, f64, f
         .collect()
 }
 
-/// Where a delay is best taken for linear \[s\]: at its estimate, where that is known well enough for its square to show.
+/// Linearisation point of a delay \[s\]: its estimate if significant for the second-order term, else 0.
 pub fn linearised_at(estimate_s: f64, std_s: f64, settled: f64) -> f64 {
     if settled * estimate_s.abs() > std_s {
         estimate_s
@@ -242,7 +240,7 @@ pub fn linearised_at(estimate_s: f64, std_s: f64, settled: f64) -> f64 {
 }
 
 impl Found {
-    /// What a member of a fit adds to each accelerometer \[m/s per row\].
+    /// Effect of a member of a fit on each accelerometer \[m/s per row\].
     pub fn effect_m_s(&self, made_of: &Prediction, fit: &Fit, member: usize) -> Triad {
         let hypothesis = &self.candidates[fit.members[member]].hypothesis;
         let block = &fit.blocks[member];
@@ -263,7 +261,7 @@ impl Found {
         sum
     }
 
-    /// What a fit leaves \[m/s per row\], its vertical included.
+    /// Residual of a fit \[m/s per row\], its verticals subtracted too.
     pub fn left_m_s(&self, made_of: &Prediction, fit: &Fit) -> Triad {
         let mut left = self.residual_m_s.clone();
         for member in 0..fit.members.len() {

@@ -1,8 +1,8 @@
-//! Stretches in which the case was shaken along a line: no gravity and no rotation predicts that force.
+//! Detection of stretches with linear acceleration of the case, which neither gravity nor rotation predicts.
 //!
-//! A stretch is one where some band holds more power than in the quietest stretch, after everything that the catalogue could
-//! explain in that stretch alone is fitted away. What the catalogue explains is never mistaken for shaking, and what it does
-//! not explain is left out rather than named.
+//! A stretch counts as shaken if some band holds more power than in the quietest stretch (F test), after a fit of the whole
+//! catalogue to that stretch alone. So effects of the catalogue are never mistaken for shaking, and unexplained power is
+//! excluded rather than named.
 
 use std::ops::Range;
 
@@ -20,13 +20,13 @@ use crate::plan::ForcePlan;
 use crate::prediction::Prediction;
 use crate::search::{delays_in, equations, linearised_at};
 
-/// Mean power and number of observations of a band, where there are enough.
+/// Mean power and number of observations of a band; `None` for too few observations.
 type Level = Option<(f64, f64)>;
 
-/// Says of each regime whether it was shaken.
+/// Tests each regime for linear acceleration.
 ///
 /// # Inputs
-/// `fitted`: rows that may be looked at.
+/// `fitted`: rows that may be used.
 pub fn shaken(
     made_of: &Prediction,
     residual_m_s: &Triad,
@@ -53,7 +53,7 @@ pub fn shaken(
         };
         let ratio = power / least;
         let law = FisherSnedecor::new(count, least_count);
-        // The quietest is one of all.
+        // The quietest is one of all: Bonferroni factor.
         let chance = law.map_or(1.0, |law| judged * law.sf(ratio));
         ratio > plan.shaken_ratio && chance < plan.shared.unexplained
     };
@@ -68,14 +68,14 @@ pub fn shaken(
     measured.iter().map(is_shaken).collect()
 }
 
-/// Power by axis and band of what no kind explains in some rows.
+/// Residual power by axis and band in some rows, after a fit of all kinds.
 fn of_regime(
     made_of: &Prediction,
     residual_m_s: &Triad,
     rows: &[Range<usize>],
     (plan, left_out, open): (&ForcePlan, &[&str], &[&str]),
 ) -> Option<[Vec<Level>; 3]> {
-    /// A delay is no straight line: steps until what is left of it is below the noise.
+    /// A delay is nonlinear: steps until its remainder is below the noise.
     const STEPS: usize = 3;
     let mut seen = vec![false; made_of.rows.count];
     for rows in rows {
@@ -127,7 +127,7 @@ fn of_regime(
     }
 }
 
-/// The delay of each accelerometer \[s\] where all kinds are fitted.
+/// Delay of each accelerometer \[s\] in a fit of all kinds.
 fn delays_of(all: &[Candidate], fit: &Fit, settled: f64) -> [f64; 3] {
     let mut delay_s = [0.0; 3];
     for (one, block) in all.iter().zip(&fit.blocks) {

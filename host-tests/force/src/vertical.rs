@@ -1,8 +1,9 @@
-//! Gravity in the body, and what is not known of it.
+//! Gravity in body axes, and its unknowns.
 //!
-//! f = g body_from_start(t) exp(t ω×) up, ω what turns the ground under a reference that counts inertial angles:
-//! Ω sin φ about the vertical, which is known, and a level part, which is fitted with the start's level: four numbers that no
-//! accelerometer tells from itself at rest. They belong to the mounting, not to the unit, and are never reported.
+//! f = g body_from_start(t) exp(t ω×) up, with ω the rate of the vertical in an inertial reference: Ω sin φ about the
+//! vertical, which is known, and a level part, which is fitted together with the initial level. These four parameters are
+//! not distinguishable from accelerometer errors at rest. They belong to the mounting, not to the unit, and are never
+//! reported.
 
 use std::ops::Range;
 
@@ -14,25 +15,25 @@ use strapdown::earth::ROTATION_RAD_S;
 use crate::carried::Carried;
 use crate::readings::{Piece, Readings};
 
-/// How many numbers of the vertical are fitted.
+/// Number of fitted parameters of the vertical.
 pub const UNKNOWNS: usize = 4;
 
-/// The vertical.
+/// Vertical of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vertical {
-    /// Upwards at the start, body axes, unit length.
+    /// Upward unit vector at the start, body axes.
     pub up: Vector3<f64>,
-    /// What turns it in the start's axes \[rad/s\].
+    /// Rotation rate of the vertical in the axes of the start \[rad/s\].
     pub turning_rad_s: Vector3<f64>,
     gravity_m_s2: f64,
 }
 
 impl Vertical {
-    /// Takes the mean of the felt force over rows `used` of one recording, turned back to its start, for the vertical.
+    /// Estimates the vertical as the mean specific force over the rows `used` of one recording, rotated back to its start.
     ///
     /// # Returns
-    /// `None` where that mean differs from the site's gravity by more than a share `far`: the force is then not that of a
-    /// unit carried about at this site.
+    /// `None` if that mean differs from the site's gravity by more than a share `far`: the force is then not that of a unit
+    /// rotated at this site.
     pub fn new(
         rows: &Readings,
         carried: &Carried,
@@ -66,7 +67,7 @@ impl Vertical {
         })
     }
 
-    /// Two level axes at the start.
+    /// Two horizontal axes at the start.
     fn level(&self) -> [Vector3<f64>; 2] {
         let least = self.up.iamin();
         let first = self.up.cross(&Vector3::ith(least, 1.0)).normalize();
@@ -78,7 +79,7 @@ impl Vertical {
         carried.in_body(of, self.gravity_m_s2 * self.up, self.turning_rad_s)
     }
 
-    /// How that force changes with each unknown \[m/s² per rad, per rad/s\].
+    /// Derivative of that force by each unknown \[m/s² per rad, per rad/s\].
     pub fn columns(
         &self,
         (readings, piece): (&Readings, &Piece),
@@ -102,12 +103,12 @@ impl Vertical {
         [first, second, first_drift, second_drift]
     }
 
-    /// The vertical with the fitted unknowns taken over.
+    /// Vertical corrected by the fitted unknowns.
     pub fn moved(&self, unknowns: [f64; UNKNOWNS]) -> Self {
         let [first, second] = self.level();
         let [tilt_first, tilt_second, drift_first, drift_second] = unknowns;
         let towards = |a: f64, b: f64| self.up.cross(&(a * first + b * second));
-        // up × (towards) turns up towards it.
+        // up × (towards) rotates up towards it.
         let rotation = UnitQuaternion::from_scaled_axis(towards(tilt_first, tilt_second));
         let drift = towards(drift_first, drift_second);
         Self {

@@ -1,9 +1,10 @@
-//! Whose error it is, the gyros' or their reference's: the likelihood of gyros and accelerometers together.
+//! Attribution of an error to the gyros or to their reference by the joint likelihood of gyros and accelerometers.
 //!
-//! A reference that is turned, late or of a wrong scale looks to the gyros like an installation, a delay or a scale error of
-//! their own: they see the difference. But the case's attitude is what the reference says it is, and gravity moves through
-//! the accelerometers with the case. So each way to share the difference between the two is one prediction of the force; the
-//! log likelihoods add, and the best sum decides. What accelerometers say of the reference besides is free on their rows.
+//! A misaligned, delayed or mis-scaled reference has the same effect on the gyros' residual as an installation, delay or
+//! scale error of the gyros. But the case's attitude is computed from the reference, and the accelerometers measure gravity
+//! in that attitude. So each split of the difference between the two gives its own prediction of the force; the log
+//! likelihoods add, and the largest sum is selected. Further errors of the reference are free parameters on the
+//! accelerometers' rows.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_diagnosis::Outcome;
@@ -17,7 +18,7 @@ use crate::diagnose::{Asked, Diagnosed, Part, diagnose};
 use crate::kinds;
 use crate::plan::ForcePlan;
 
-/// An error of a gyro and one of the reference that look alike to the gyros.
+/// Error of a gyro and an error of the reference with the same effect on the gyros' residual.
 struct Pair {
     gyro: &'static str,
     reference: &'static str,
@@ -43,8 +44,7 @@ impl Pair {
         kind == self.gyro || kind == self.reference
     }
 
-    /// Names of the gyro's parameters, each with the place of the reference's parameter that it is the negative of where the
-    /// reference errs.
+    /// Gyro parameters, each with the place of the reference parameter; an error of the reference appears as its negative.
     fn shared(&self) -> Vec<(String, usize)> {
         if self.gyro == "installation" {
             // x: δ_xz ω_y − δ_xy ω_z is −(r × ω)_x for δ_ij = r_j.
@@ -67,18 +67,18 @@ impl Pair {
     }
 }
 
-/// What the gyros see of a pair: an entry of their diagnosis.
+/// Entry of the gyros' diagnosis with a pair of alternative causes.
 struct Difference {
     pair: &'static Pair,
     /// Place of the entry.
     entry: usize,
-    /// Whether the reference alone can make it.
+    /// An error of the reference alone can explain it.
     may_be_reference: bool,
-    /// Log posterior that each side lacks on the gyros' rows.
+    /// Log posterior by which each alternative is behind on the gyros' rows.
     behind: [f64; 2],
 }
 
-/// Diagnoses the accelerometers beside the gyros' outcome, and says with both whose an error is.
+/// Diagnoses the accelerometers in addition to the gyros, and attributes shared errors by the joint likelihood.
 ///
 /// # Errors
 /// As of [`diagnose`](fn@diagnose).
@@ -93,7 +93,7 @@ pub fn beside(
     let mut by_gravity: Vec<(f64, Vec<bool>)> = Vec::new();
     for sides in ways(&differences) {
         let effects = effects_under(asked.model, outcome, &differences, &sides);
-        // What is the reference's alone leaves it no other error of this kind.
+        // A difference attributed to the reference as a whole leaves it no further error of this kind.
         let open: Vec<&str> = differences
             .iter()
             .zip(&sides)
@@ -127,7 +127,7 @@ pub fn beside(
                 .map(|(own, _)| *own)
                 .fold(f64::NEG_INFINITY, f64::max)
         };
-        // What the gyros say of it is in the class already: gravity speaks for itself.
+        // The gyros' evidence is already in the class, so only gravity's counts here.
         let told_by = best_where(*is_reference) - best_where(!is_reference);
         let is_told = told_by > asked.plan.shared.class_within;
         attribute(outcome, asked.model, one, (*is_reference, is_told));
@@ -139,7 +139,7 @@ pub fn beside(
     Ok(())
 }
 
-/// What the gyros found that may be the reference's, in part or as a whole.
+/// Findings of the gyros that may be errors of the reference, in part or as a whole.
 fn differences(outcome: &Outcome, plan: &ForcePlan) -> Vec<Difference> {
     let diagnosis = &outcome.diagnosis;
     let mut found: Vec<Difference> = Vec::new();
@@ -159,7 +159,7 @@ fn differences(outcome: &Outcome, plan: &ForcePlan) -> Vec<Difference> {
             if kind == effect.kind {
                 return 0.0;
             }
-            // What spans the effect without being near has more numbers than it needs.
+            // A kind that spans the effect without being near has more parameters than it needs.
             let mut near = diagnosis.runners_up.iter();
             near.find(|one| one.kind == kind)
                 .map_or(plan.shared.class_within, |one| one.behind)
@@ -174,7 +174,7 @@ fn differences(outcome: &Outcome, plan: &ForcePlan) -> Vec<Difference> {
     found
 }
 
-/// Every way to share what the gyros see: whether each is the reference's.
+/// All attributions of the differences; true: to the reference.
 fn ways(differences: &[Difference]) -> Vec<Vec<bool>> {
     let mut all = vec![Vec::new()];
     for one in differences {
@@ -191,7 +191,7 @@ fn ways(differences: &[Difference]) -> Vec<Vec<bool>> {
     all
 }
 
-/// The reference's errors under one way.
+/// Errors of the reference under one attribution.
 fn effects_under(
     model: &Model,
     outcome: &Outcome,
@@ -218,7 +218,7 @@ fn effects_under(
     under.effects
 }
 
-/// Numbers of an entry with their covariance, by name.
+/// Parameters of an entry with their covariance, by name.
 fn numbers(entry: &EffectEntry) -> (Vec<String>, DVector<f64>, DMatrix<f64>) {
     let (names, values): (Vec<String>, Vec<f64>) = entry
         .parameters
@@ -233,7 +233,7 @@ fn numbers(entry: &EffectEntry) -> (Vec<String>, DVector<f64>, DMatrix<f64>) {
     (names, DVector::from_vec(values), covariance)
 }
 
-/// Matrix from an entry's numbers to those of `names`, each by what it holds of them.
+/// Linear map of an entry's parameters to those of `names`, with the given weights.
 fn mapped(
     entry: &EffectEntry,
     rows: usize,
@@ -244,7 +244,7 @@ fn mapped(
     (&map * values, &map * covariance * map.transpose())
 }
 
-/// An entry's difference as an error of the reference: of a gyro's numbers the mean of those that share one.
+/// Entry as an error of the reference: the negative mean of the gyro parameters that share one.
 fn as_reference(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>) {
     let names = pair.reference_names();
     if entry.kind == pair.reference {
@@ -262,8 +262,8 @@ fn as_reference(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>
     })
 }
 
-/// An entry's difference as an error of the gyros. A number of the reference is the mean of those that share it: by how much they
-/// differ nobody has looked.
+/// Entry as an error of the gyros. All gyro parameters that share a reference parameter get its negative; their differences
+/// were not estimated and have the prior variance.
 fn as_gyro(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>) {
     let shared = pair.shared();
     let references = pair.reference_names();
@@ -300,7 +300,7 @@ fn effect(kind: &str, names: &[String], values: &DVector<f64>) -> ModelEffect {
     }
 }
 
-/// Writes numbers into an entry.
+/// Writes parameters into an entry.
 fn write(
     entry: &mut EffectEntry,
     (kind, unit): (&str, &str),
@@ -325,7 +325,7 @@ fn write(
     entry.identifiable = identifiable(&numbers.collect::<Vec<_>>(), covariance);
 }
 
-/// Names an entry after the side that the sum of both likelihoods prefers.
+/// Names an entry after the alternative with the larger joint likelihood.
 fn attribute(
     outcome: &mut Outcome,
     model: &Model,
@@ -367,14 +367,14 @@ fn attribute(
     }
 }
 
-/// Puts a kind of the updated model back to what the model said of it.
+/// Restores a kind in the updated model to its value in the model.
 fn restore(updated: &mut Model, model: &Model, kind: &str) {
     updated.effects.retain(|effect| effect.kind != kind);
     let known = model.effects.iter().filter(|effect| effect.kind == kind);
     updated.effects.extend(known.cloned());
 }
 
-/// Where accelerometers show an error of the reference besides: the gyros err by what they differ from it.
+/// Splits a difference if the accelerometers show a reference error: the gyros' error is the remainder.
 fn share_with(outcome: &mut Outcome, one: &Difference, force: &Diagnosed) {
     let pair = one.pair;
     let Some((values, covariance)) = force.reference_error(pair.reference) else {
@@ -448,7 +448,7 @@ mod tests {
                     .flat_map(|&a| sharing.iter().map(move |&b| (a, b)));
                 let of_mean: f64 = pairs.map(|at| covariance[at]).sum::<f64>() / (count * count);
                 assert!((of_mean - 1.0).abs() < 1e-9, "{}: {of_mean}", pair.gyro);
-                // Alone each is as little known as how they differ.
+                // Alone, each parameter is as uncertain as their differences.
                 let least = 1.0 + 1e-6 * (count - 1.0);
                 let own = sharing.iter().map(|&row| covariance[(row, row)]);
                 assert!(own.fold(f64::INFINITY, f64::min) >= least, "{}", pair.gyro);

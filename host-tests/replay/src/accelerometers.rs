@@ -1,12 +1,12 @@
-//! Turns accelerometer channels into velocity increments \[m/s\] and into the chain's codes.
+//! Velocity increments \[m/s\] and chain codes from accelerometer channels.
 //!
 //! Increments are per period, along body axes, on the gyros' rows; codes are in units of [`VELOCITY_WEIGHT_M_S`].
 //!
-//! `velocity_increment` passes as it is, `specific_force` (a mean over the row) times the period. Codes are
-//! those of the *running* velocity: what one cannot hold goes into the next. Increments that were recorded in codes, as whole
-//! numbers of their scale, keep them.
+//! `velocity_increment` passes unchanged; `specific_force` (a mean over the row) is multiplied by the period. Codes are
+//! those of the *running* velocity: the remainder of one carries over to the next. Increments that were recorded in codes,
+//! as whole numbers of their scale, keep them.
 //!
-//! Channels with gaps or on another clock are not used: a velocity that was not measured throughout is not given.
+//! Channels with gaps or on another clock are not used: a velocity must be measured throughout.
 
 use std::ops::Range;
 
@@ -15,11 +15,11 @@ use trueaxis::design_parameters::ACCELEROMETER_WEIGHT_RANGE_M_S;
 
 use crate::whole_codes::own_scale;
 
-/// Velocity of one code of what was not recorded in codes \[m/s\], 1.9e-9: an `i32` of them holds ±4 m/s a period, 1600 g at 4 kHz, and the
-/// chain takes no weight below 1e-9.
+/// Velocity of one code for channels that were not recorded in codes \[m/s\], 1.9e-9: an `i32` holds ±4 m/s a period, 1600
+/// g at 4 kHz, and the chain accepts no weight below 1e-9.
 pub const VELOCITY_WEIGHT_M_S: f64 = 1.0 / (1u64 << 29) as f64;
 
-/// Velocity of one code of the accelerometers x, y, z \[m/s\]: their own where they were recorded in codes.
+/// Velocity of one code of the accelerometers x, y, z \[m/s\]: the recorded one if they were recorded in codes.
 pub fn velocity_weight_m_s(recording: &Recording, kept: Range<usize>) -> [f64; 3] {
     Axis::ALL.map(|axis| {
         recording
@@ -31,8 +31,8 @@ pub fn velocity_weight_m_s(recording: &Recording, kept: Range<usize>) -> [f64; 3
     })
 }
 
-/// The velocity increments of the rows `kept`; `None` without accelerometers; or why they cannot be used. Where the first row
-/// only `primes` the chain, which takes no velocity from it, it need not have been measured.
+/// Velocity increments of the rows `kept`; `None` without accelerometers; or the reason why they are not usable. A first
+/// row that only `primes` the chain, which ignores its velocity, may be missing.
 pub fn velocity_rows(
     recording: &Recording,
     kept: Range<usize>,
@@ -79,7 +79,7 @@ pub fn velocity_rows(
     Ok(None)
 }
 
-/// Codes of the running velocity, of x, y, z in units of `weight_m_s`.
+/// Codes of the running velocity of x, y, z in units of `weight_m_s`.
 pub fn codes(velocity_m_s: &[[f64; 3]], weight_m_s: [f64; 3]) -> impl Iterator<Item = [i32; 3]> {
     let mut remainder = [0.0; 3];
     velocity_m_s.iter().map(move |read| {
@@ -87,7 +87,7 @@ pub fn codes(velocity_m_s: &[[f64; 3]], weight_m_s: [f64; 3]) -> impl Iterator<I
             let velocity = read[axis] / weight_m_s[axis] + remainder[axis];
             let code = velocity.round();
             remainder[axis] = velocity - code;
-            // within ±2³¹ − 1 by `velocity_rows` or `own_scale`; the cast would hold the rest at its end
+            // within ±2³¹ − 1 by `velocity_rows` or `own_scale`; the cast would saturate
             code as i32
         })
     })

@@ -1,23 +1,21 @@
-//! Finds the dither's frequency and amplitude from the pickoff channels.
+//! Frequency and amplitude of the dither, estimated from the pickoff channels.
 //!
-//! From pickoff angles \[rad\], one channel a gyro, it gives [`DitherMotion`] \[Hz, rad\], with amplitude 0 where there
-//! is no oscillation that the strip could follow.
+//! Pickoff angles \[rad\], one channel a gyro, give [`DitherMotion`] \[Hz, rad\], with amplitude 0 if there is no
+//! oscillation that the strip could follow.
 //!
-//! A tone obeys p_{k+1} + p_{k−1} = 2 cos Ω p_k. Least squares over all k, mean off, gives
-//! cos Ω = Σ p_k (p_{k+1} + p_{k−1}) / 2 Σ p_k². An amplitude that is changed where the angle is zero (as the
-//! drive of a block does) has next to no weight in it; white noise of 1/3000 of the amplitude shifts cos Ω by
-//! 1e-7. The amplitude is √2 times the rms.
+//! A tone satisfies p_{k+1} + p_{k−1} = 2 cos Ω p_k. Least squares over all k, mean removed, gives cos Ω = Σ p_k (p_{k+1} +
+//! p_{k−1}) / 2 Σ p_k². An amplitude step at a zero crossing (as a block's drive makes it) has nearly no weight; white
+//! noise of 1/3000 of the amplitude shifts cos Ω by 1e-7. The amplitude is √2 times the rms.
 //!
-//! One frequency holds for the whole recording: changes with time are not followed.
+//! One frequency is estimated for the whole recording: changes with time are not followed.
 
 use rlg_parameters::DitherMotion;
 use trueaxis::design_parameters::DITHER_CYCLES_RANGE;
 
-/// Least amplitude over the rms of the second difference's noise, taken as the pickoff's: below, the channel
-/// is noise and not a dither.
+/// Least ratio of the amplitude to the pickoff noise; below it the channel is noise and not dither.
 const LEAST_AMPLITUDE_OVER_NOISE: f64 = 10.0;
 
-/// Of the readings of three gyros, row by row.
+/// Measures the dither from the pickoff angles of three gyros, row by row.
 pub fn measure(pickoff_rad: &[[f64; 3]], noise_rad: [f64; 3], rate_hz: f64) -> DitherMotion {
     let mut motion = DitherMotion::default();
     for axis in 0..3 {
@@ -32,7 +30,7 @@ pub fn measure(pickoff_rad: &[[f64; 3]], noise_rad: [f64; 3], rate_hz: f64) -> D
         let amplitude_rad = (2.0 * square / rows).sqrt();
         let cycles_per_sample = (neighbours / (2.0 * square)).acos() / std::f64::consts::TAU;
         let (low, high) = DITHER_CYCLES_RANGE;
-        // NaN (no readings, or all equal) is outside
+        // NaN (no samples, or all equal) is outside
         let tone = (low..=high).contains(&cycles_per_sample)
             && amplitude_rad > LEAST_AMPLITUDE_OVER_NOISE * noise_rad[axis];
         if tone {

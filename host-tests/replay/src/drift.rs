@@ -1,14 +1,14 @@
-//! Compares rotation vectors with the recording's reference, which gives the drift of each segment \[°/h\].
+//! Drift of each segment \[°/h\] from rotation vectors and the recording's reference.
 //!
-//! It takes rotation vectors per output period \[rad\] and the reference's increments at the sample rate \[rad\]. The
-//! drift is the slope of their difference over a segment, along body axes, with its standard deviation ([`slope`]).
+//! Takes rotation vectors per output period \[rad\] and the reference's increments at the sample rate \[rad\]. The drift is
+//! the slope of their difference over a segment, along body axes, with its standard deviation ([`slope`]).
 //!
-//! Like is compared with like: the reference's increments go through the same f64 coning to the same
-//! output periods, so that a difference is an error of the gyros or of the chain and not of the summation.
-//! The first period, which the chain only primes with, counts as no rotation in both.
+//! The reference's increments pass through the same f64 coning algorithm to the same output periods, so that a difference
+//! is an error of the gyros or of the chain and not of the summation. The first period, with which the chain only primes,
+//! counts as no rotation in both.
 //!
-//! An output period belongs to a segment if it lies in it whole. Output periods that the reference did not
-//! measure throughout are left out; a segment without any has no drift (`None`).
+//! An output period belongs to a segment if it lies wholly within. Output periods that the reference did not measure
+//! throughout are left out; a segment without any has no drift (`None`).
 
 use super::samples::ReplayInput;
 use super::slope::slope;
@@ -21,11 +21,10 @@ use std::ops::Range;
 /// °/h in one rad/s.
 pub const DEG_H_PER_RAD_S: f64 = 180.0 / PI * 3600.0;
 
-/// Share of an output period by which a segment's bounds may miss a sample's bounds and still count as on
-/// them: stamps are decimal numbers.
+/// Tolerance of a segment's bounds against a sample's \[output periods\], since stamps are decimal numbers.
 const BOUND_TOLERANCE_PERIODS: f64 = 1e-3;
 
-/// The recording's segments, or all of it as one where it names none.
+/// Segments of the recording, or all of it as one if it names none.
 pub fn segments(recording: &Recording, input: &ReplayInput) -> Vec<Segment> {
     if !recording.segments.is_empty() {
         return recording.segments.clone();
@@ -39,7 +38,7 @@ pub fn segments(recording: &Recording, input: &ReplayInput) -> Vec<Segment> {
     }]
 }
 
-/// The reference's rotation vectors per output period \[rad\]; NaN where it was not measured.
+/// Rotation vectors of the reference per output period \[rad\]; NaN if not measured.
 pub fn reference_rotations_rad(input: &ReplayInput) -> Option<Vec<[f64; 3]>> {
     let reference = input.reference_rad.as_ref()?;
     let mut coning = Coning::new(usize::from(input.parameters.samples_per_output));
@@ -60,7 +59,7 @@ pub fn reference_rotations_rad(input: &ReplayInput) -> Option<Vec<[f64; 3]>> {
     )
 }
 
-/// The output periods that lie in a segment whole.
+/// Output periods that lie wholly within a segment.
 pub fn periods_in(segment: &Segment, input: &ReplayInput, periods: usize) -> Range<usize> {
     let place = |time_s: f64| (time_s - input.start_s) / period_s(input);
     let first = (place(segment.start_s) - BOUND_TOLERANCE_PERIODS).ceil();
@@ -70,17 +69,17 @@ pub fn periods_in(segment: &Segment, input: &ReplayInput, periods: usize) -> Ran
     (first as usize).min(end)..end
 }
 
-/// A drift about the body axes.
+/// Drift about the body axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Drift {
-    /// Its value \[°/h\].
+    /// Drift \[°/h\].
     pub deg_h: [f64; 3],
-    /// Its standard deviation \[°/h\]; `None` where the segment is too short to show its noise.
+    /// Standard deviation \[°/h\]; `None` if the segment is too short to estimate its noise.
     pub std_deg_h: [Option<f64>; 3],
 }
 
-/// The drift of `rotations` − `truth` over the output periods `periods`, by least squares under the noise that the
-/// difference shows; `None` without a measured period.
+/// Drift of `rotations` − `truth` over the output periods `periods`, by generalised least squares with the noise estimated
+/// from the difference; `None` without a measured period.
 pub fn drift(
     rotations_rad: &[[f64; 3]],
     truth_rad: &[[f64; 3]],
@@ -105,8 +104,8 @@ pub fn drift(
     Some(drift)
 }
 
-/// Mean of `rotations` − `other` over the output periods `periods` \[°/h\]: how far two computations from the same
-/// samples part, between which there is no noise.
+/// Mean of `rotations` − `other` over the output periods `periods` \[°/h\]: difference between two computations from the
+/// same samples, which contains no noise.
 pub fn mean_difference_deg_h(
     rotations_rad: &[[f64; 3]],
     other_rad: &[[f64; 3]],

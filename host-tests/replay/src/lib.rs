@@ -1,7 +1,7 @@
-//! Replays a recording through the chain, in one of its number systems or in f64.
+//! Replay of a recording through the chain, in one of its number systems or in f64.
 //!
 //! A [`samples::ReplayInput`] gives a [`Replay`]: rotation vectors \[rad\] and velocity increments \[m/s\] per output
-//! period, in the body frame at its beginning, and what was measured on the way.
+//! period, in the body frame at its start, and the figures of the run.
 //!
 //! Data flow: recording and model → `samples` → the chain here → `drift` against the reference.
 //!
@@ -32,7 +32,7 @@ use trueaxis::{
     OUTPUT_RAD_PER_CODE, OutputFrame, ParameterError, Parameters, Term,
 };
 
-/// Which implementation of the chain runs.
+/// Implementation of the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, clap::ValueEnum)]
 pub enum Core {
     /// The firmware's chain in single precision.
@@ -54,18 +54,18 @@ impl Core {
     }
 }
 
-/// The result of a replay.
+/// Result of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Replay {
     /// Rotation vector of each output period \[rad\].
     pub rotations_rad: Vec<[f64; 3]>,
     /// Velocity increment of each output period \[m/s\]; zeros without accelerometers.
     pub velocities_m_s: Vec<[f64; 3]>,
-    /// Host time a sample took \[ns\].
+    /// Host time per sample \[ns\].
     pub ns_per_sample: f64,
-    /// SHA-256 of the outputs as the firmware sends them; of little-endian f64 for the reference.
+    /// SHA-256 of the outputs as sent by the firmware; of little-endian f64 for the reference.
     pub output_sha256: String,
-    /// What the core could not hold; `None` for the reference.
+    /// Saturations and other faults of the core; `None` for the reference.
     pub faults: Option<Faults>,
 }
 

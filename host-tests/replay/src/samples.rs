@@ -1,23 +1,23 @@
-//! Turns a recording and its model into the samples and parameters that the chain takes.
+//! Samples and parameters of the chain, from a recording and its model.
 //!
-//! [`ReplayInput`] holds the core's [`Sample`]s and [`Parameters`], the same readings in f64 for the reference chain,
-//! the case's increments from the recording's reference where it has one, and velocity increments where there are
-//! accelerometers. Body frame, rad, m/s.
+//! [`ReplayInput`] holds the core's [`Sample`]s and [`Parameters`], the same samples in f64 for the reference chain, the
+//! case's increments from the recording's reference if it has one, and velocity increments if there are accelerometers.
+//! Body frame, rad, m/s.
 //!
-//! What is requantised, and what that costs:
-//! - `gyro_count` passes as it is.
-//! - `dither_angle` passes as it is where its values are whole numbers of its own scale, as codes of a pickoff are. Else it
-//!   becomes codes of 2⁻³² rad: an error of 2⁻³²/√12 = 6.7e-11 rad, white in *angle*, so that it is bounded and drifts
-//!   nothing (a pickoff's own noise is a thousand times larger).
-//! - `gyro_increment` and `gyro_rate` become counts of 2⁻³⁴ rad of the *running* angle: what one count
-//!   cannot hold goes into the next one, so that the sum stays within 6e-11 rad for ever.
-//! - `velocity_increment` passes as it is where it is in whole numbers of its own scale; else, as `specific_force`, it becomes
+//! Requantisation, and its errors:
+//! - `gyro_count` passes unchanged.
+//! - `dither_angle` passes unchanged if its values are whole numbers of its own scale, as pickoff codes are. Else it
+//!   becomes codes of 2⁻³² rad: an error of 2⁻³²/√12 = 6.7e-11 rad, white in *angle*, so that it is bounded and causes no
+//!   drift (a pickoff's own noise is a thousand times larger).
+//! - `gyro_increment` and `gyro_rate` become counts of 2⁻³⁴ rad of the *running* angle: the remainder of one count carries
+//!   over to the next, so that the sum stays within 6e-11 rad at all times.
+//! - `velocity_increment` passes unchanged if in whole numbers of its own scale; else, like `specific_force`, it becomes
 //!   codes of 2⁻²⁹ m/s of the running velocity (`accelerometers`).
 //!
-//! Missing values: rows at the beginning and at the end that lack a gyro or a pickoff are left out; but of the row before the
-//! first whole one the pickoffs are used, for the chain's first sample only primes the strip, whatever its counts. Within
-//! the recording such a row is an error, because an angle that was not measured cannot be made up for. A
-//! row that lacks the reference is kept; the comparison leaves out what it touches.
+//! Missing values: rows at the start and at the end that lack a gyro or a pickoff are left out; but the pickoffs of the row
+//! before the first complete one are used, since the chain's first sample only primes the strip, whatever its counts.
+//! Within the recording such a row is an error, because a missing angle cannot be replaced. A row that lacks the reference
+//! is kept; the comparison leaves out the affected periods.
 //!
 //! Out of scope: resampling. Gyros and pickoffs must share one clock.
 
@@ -35,25 +35,26 @@ use std::path::Path;
 use trueaxis::design_parameters::PICKOFF_WEIGHT_RANGE_RAD;
 use trueaxis::{CrossAxis, ParameterError, Parameters, Sample};
 
-/// Angle of one pickoff code of angles that were not recorded in codes \[rad\]: ±0.5 rad fit an `i32`, hundreds of times the amplitude of any dither.
+/// Angle of one pickoff code for angles that were not recorded in codes \[rad\]: an `i32` holds ±0.5 rad, hundreds of times
+/// the amplitude of any dither.
 pub const PICKOFF_WEIGHT_RAD: f64 = 1.0 / (1u64 << 32) as f64;
 
-/// Angle of one count of a gyro that was not recorded in pulses \[rad\]: the finest that the chain takes,
-/// 1.2e-5″; ±0.125 rad a period fit an `i32`.
+/// Angle of one count of a gyro that was not recorded in pulses \[rad\]: the finest that the chain accepts, 1.2e-5″; an
+/// `i32` holds ±0.125 rad a period.
 pub const INCREMENT_WEIGHT_RAD: f64 = 1.0 / (1u64 << 34) as f64;
 
-/// Stamps may stray this far from a uniform clock \[periods\] and still be taken as one: K/T² enters
-/// the compensation squared, so that a hundredth of a period shows as at most 2 % of a small term.
+/// Tolerance of stamps against a uniform clock \[periods\]: K/T² enters the compensation squared, so that a hundredth of a
+/// period appears as at most 2 % of a small term.
 const STAMP_TOLERANCE_PERIODS: f64 = 0.01;
 
-/// How the chain is to be set up beyond what the model says.
+/// Settings of the chain beyond the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Setup {
     /// Samples in one output period.
     pub samples_per_output: u16,
-    /// Time in which the strip follows the pickoff's gain and delay \[s\]; 0: frozen.
+    /// Time constant of the strip's adaptation to the pickoff's gain and delay \[s\]; 0: frozen.
     pub adaptation_time_s: f64,
-    /// Whether the recording's accelerometers go through the chain.
+    /// The recording's accelerometers pass through the chain.
     pub accelerometers: bool,
 }
 
@@ -66,36 +67,36 @@ impl Setup {
     };
 }
 
-/// Everything a replay needs.
+/// Input of a replay.
 #[derive(Debug, Clone, PartialEq)]
 pub struct ReplayInput {
     /// Samples for the core, one a period.
     pub samples: Vec<Sample>,
     /// Parameters of the core, with the weights of `samples`.
     pub parameters: Parameters,
-    /// Kinds of the model's effects that the chain has no term for.
+    /// Kinds of the model's effects for which the chain has no term.
     pub uncompensated: Vec<String>,
     /// Sensed increments as recorded \[rad\].
     pub sensed_rad: Vec<[f64; 3]>,
-    /// Pickoff angles as recorded \[rad\]; zeros where there is no dither.
+    /// Pickoff angles as recorded \[rad\]; zeros without dither.
     pub pickoff_rad: Vec<[f64; 3]>,
-    /// Velocity increments as recorded \[m/s\], where there are accelerometers that can be used.
+    /// Velocity increments as recorded \[m/s\], if there are usable accelerometers.
     pub velocity_m_s: Option<Vec<[f64; 3]>>,
-    /// What is measured slowly, a row per output period.
+    /// Slowly sampled quantities, a row per output period.
     pub slow: Slow,
-    /// Why accelerometers that are there cannot be used.
+    /// Reason why existing accelerometers are not usable.
     pub velocity_refused: Option<String>,
-    /// The case's increments by the recording's reference \[rad\], NaN where it was not measured.
+    /// Increments of the case by the recording's reference \[rad\], NaN if not measured.
     pub reference_rad: Option<Vec<[f64; 3]>>,
-    /// Beginning of the first sample's period \[s\].
+    /// Start of the first sample's period \[s\].
     pub start_s: f64,
-    /// Rows left out at the beginning and at the end.
+    /// Number of rows left out at the start and at the end.
     pub rows_left_out: [usize; 2],
-    /// Why a reference that is there cannot be compared with.
+    /// Reason why an existing reference is not comparable.
     pub reference_refused: Option<String>,
 }
 
-/// The samples of a recording under a model, or what stands in the way; `model_file` is for messages.
+/// Samples of a recording with a model, or the obstacle; `model_file` is for messages.
 pub fn samples_from_recording(
     recording: &Recording,
     model: &Model,
@@ -189,7 +190,7 @@ pub fn samples_from_recording(
         let channel = gyros.channels[axis];
         let mut values = channel.values[kept.clone()].to_vec();
         if primes {
-            // Not measured; the chain takes no angle from the sample that primes.
+            // Not measured; the chain ignores the angle of the priming sample.
             values[0] = 0.0;
         }
         for (sensed, value) in input.sensed_rad.iter_mut().zip(&values) {
@@ -231,7 +232,7 @@ pub fn samples_from_recording(
     Ok(input)
 }
 
-/// The dither that the pickoffs of a recording show.
+/// Dither measured by the pickoffs of a recording.
 pub fn dither_of_recording(
     recording: &Recording,
     model: &Model,
@@ -253,7 +254,7 @@ pub fn dither_of_recording(
     Ok(dither::measure(&angles, model.pickoff_noise_rad(), rate_hz))
 }
 
-/// Which of the inputs the chain's limits refuse, and what it says there (effects of the model included).
+/// Error for the input outside the chain's limits, with its value (effects of the model included).
 fn unfit(
     error: ParameterError,
     parameters: &Parameters,
@@ -360,7 +361,7 @@ struct Gyros<'a> {
 }
 
 impl<'a> Gyros<'a> {
-    /// Counts before increments before rates: the least processed channel there is.
+    /// Prefers counts to increments to rates: the least processed channel.
     fn find(recording: &'a Recording) -> Result<Self, InputError> {
         for quantity in Quantity::GYROS {
             let Some((table, _)) = Axis::ALL
@@ -380,8 +381,8 @@ impl<'a> Gyros<'a> {
             .expected("gyro_count, gyro_increment or gyro_rate for x, y and z"))
     }
 
-    /// Whether a table's rows are the gyros' rows: within a hundredth of a period at both ends, nanoradians
-    /// of the fastest motion.
+    /// True if a table's rows are the gyros' rows: within a hundredth of a period at both ends, nanoradians of the fastest
+    /// motion.
     fn shares_clock(&self, other: &Table, rate_hz: f64) -> bool {
         let tolerance_s = STAMP_TOLERANCE_PERIODS / rate_hz;
         other.rows == self.table.rows
@@ -389,14 +390,14 @@ impl<'a> Gyros<'a> {
             && (other.end_s() - self.table.end_s()).abs() < tolerance_s
     }
 
-    /// The pickoffs where the gyros are dithered; an error where the model has a dither to strip and the recording none.
+    /// Pickoffs of dithered gyros; an error if the model has a dither to strip and the recording none.
     fn pickoffs(
         &self,
         recording: &'a Recording,
         model: &Model,
     ) -> Result<Option<[&'a Channel; 3]>, InputError> {
         if self.quantity != Quantity::GyroCount {
-            // by the contract these hold no dither
+            // by the contract these contain no dither
             return Ok(None);
         }
         let found = Axis::ALL.iter().any(|axis| {
@@ -406,7 +407,7 @@ impl<'a> Gyros<'a> {
         });
         match (found, &model.dither) {
             (false, None) => Ok(None),
-            // Without a [dither] the pickoffs are taken at their word.
+            // Without a [dither] the pickoff values are used unchanged.
             (true, _) => triad(recording, self.table, &Quantity::DitherAngle).map(Some),
             (false, Some(_)) => Err(InputError::new(
                 &recording.folder,
@@ -458,11 +459,11 @@ fn uniform_rate_hz(recording: &Recording, table: &Table) -> Result<f64, InputErr
 /// Rows that are replayed.
 struct Kept {
     rows: std::ops::Range<usize>,
-    /// Of the first the pickoffs alone were measured: it primes the strip.
+    /// Only the pickoffs of the first row were measured: it primes the strip.
     primes: bool,
 }
 
-/// Angle of one code of the pickoffs \[rad\]: their own where they were recorded in codes, all in the same.
+/// Angle of one pickoff code \[rad\]: the recorded one if all three pickoffs were recorded in the same codes.
 fn pickoff_weight_rad(pickoffs: &Option<[&Channel; 3]>, rows: std::ops::Range<usize>) -> f64 {
     let own = |channel: &Channel| own_scale(channel, rows.clone(), PICKOFF_WEIGHT_RANGE_RAD);
     match pickoffs.map(|found| found.map(own)) {
@@ -471,8 +472,8 @@ fn pickoff_weight_rad(pickoffs: &Option<[&Channel; 3]>, rows: std::ops::Range<us
     }
 }
 
-/// The rows from the first to the last in which everything was measured, and the one before them where its pickoffs were; a
-/// gap between is an error.
+/// Rows from the first to the last complete one, and the one before them if its pickoffs were measured; a gap in between is
+/// an error.
 fn kept_rows(
     recording: &Recording,
     gyros: &Gyros,
@@ -513,7 +514,7 @@ fn kept_rows(
     })
 }
 
-/// Whole numbers as `i32`; the index of the first that does not fit.
+/// Whole numbers as `i32`; the index of the first out of range.
 fn codes(values: impl Iterator<Item = f64>) -> Result<Vec<i32>, usize> {
     values
         .enumerate()
@@ -528,7 +529,7 @@ fn codes_of_angle(values: &[f64], weight_rad: f64) -> Result<Vec<i32>, usize> {
     codes(values.iter().map(|angle| (angle / weight_rad).round()))
 }
 
-/// Counts of [`INCREMENT_WEIGHT_RAD`] of the running angle; the remainder goes on.
+/// Counts of [`INCREMENT_WEIGHT_RAD`] of the running angle; the remainder carries over.
 fn counts_of_running_angle(values: &[f64], unit_rad: f64) -> impl Iterator<Item = f64> {
     let mut remainder = 0.0;
     values.iter().map(move |value| {
@@ -550,7 +551,7 @@ fn beyond(recording: &Recording, gyros: &Gyros, channel: &Channel, row: usize) -
     .expected("an angle or count of a ring-laser gyro within one period")
 }
 
-/// The reference's rows beside the gyros', `None` where there is no reference, or why they cannot be paired.
+/// Reference on the gyros' rows, `None` without a reference, or the reason why the two cannot be paired.
 fn reference_rows(
     recording: &Recording,
     gyros: &Gyros,

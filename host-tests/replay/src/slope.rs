@@ -1,54 +1,53 @@
-//! Estimates the slope of an angle over time from its increments, with a standard deviation.
+//! Slope of an angle over time from its increments, with a standard deviation.
 //!
 //! Increments of one angle, in runs without a gap, give its slope per period \[unit of the increments\].
 //!
 //! # Model
-//! An angle that is read with white noise of variance R and walks by a variance q in each period has increments with
-//! variance q + 2R and covariance −R between neighbours: a moving average of first order. R holds pulses, pickoff and
-//! reference, q the angle random walk (IEEE 952). Neither is known. Where R rules, the slope is that of a straight line
-//! through the angle; where q rules, the difference of its ends: generalised least squares gives both and what lies
-//! between. It is averaged over q/R with the weight of the restricted likelihood (Patterson and Thompson, Biometrika 58,
-//! 1971) and of Jeffreys' prior of that ratio, so that the standard deviation contains what the increments do not tell
-//! of their noise.
+//! An angle that is measured with white noise of variance R and has a random walk of variance q per period has increments
+//! with variance q + 2R and covariance −R between neighbours: a moving average of first order. R is that of pulses, pickoff
+//! and reference, q the angle random walk (IEEE 952); both are unknown. If R dominates, the generalised-least-squares slope
+//! is that of a straight line through the angle; if q dominates, the difference of its ends. It is averaged over q/R with
+//! the restricted likelihood (REML; Patterson and Thompson, Biometrika 58, 1971) and Jeffreys' prior of that ratio as
+//! weight, so that the standard deviation contains the uncertainty of the noise.
 //!
-//! Sines diagonalise the covariance exactly. Of a long run, the angle's means over blocks are taken first. They keep the
-//! model (increments of a walk's means over M readings have variance q (2M² + 1)/(3M), covariance q (M² − 1)/(6M)) and
-//! the slope's accuracy, and oscillations faster than a block stay out of the noise.
+//! Sines diagonalise the covariance exactly. A long run is first reduced to the angle's means over blocks. They keep the
+//! model (increments of a walk's means over M samples have variance q (2M² + 1)/(3M), covariance q (M² − 1)/(6M)) and the
+//! slope's accuracy, and oscillations faster than a block do not count as noise.
 //!
 //! # Assumptions
-//! The noise is Gaussian and equally strong throughout. A bias that wanders (flicker, rate random walk) is part of the
-//! slope, not of its standard deviation.
+//! The noise is Gaussian and stationary. A wandering bias (flicker, rate random walk) is part of the slope, not of its
+//! standard deviation.
 
 use std::f64::consts::PI;
 
 use realfft::RealFftPlanner;
 
-/// Blocks of a run: they give the noise's levels to a few per cent.
+/// Blocks of a run, enough to estimate the noise levels to a few per cent.
 const BLOCKS: usize = 512;
 
-/// Least q/R, over N² (N periods): a walk that adds a hundredth to the slope's variance.
+/// Least q/R, times N² (N periods): a walk that adds a hundredth to the slope's variance.
 const LEAST_RATIO: f64 = 0.1;
 
-/// Largest q/R: a white angle that nothing shows.
+/// Largest q/R: white angle noise is negligible.
 const LARGEST_RATIO: f64 = 1e3;
 
-/// Step of the logarithm of q/R: a fraction of the width that the likelihood ever has.
+/// Step of ln(q/R): a fraction of the least width of the likelihood.
 const STEP: f64 = 0.4;
 
-/// An angle's slope per period.
+/// Slope of an angle per period.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Slope {
-    /// Its value.
+    /// Slope.
     pub value: f64,
-    /// Its standard deviation; `None` where the runs are too short to show their noise.
+    /// Standard deviation; `None` if the runs are too short to estimate their noise.
     pub std: Option<f64>,
 }
 
-/// A sine's coefficient in one run.
+/// Coefficient of a sine in one run.
 struct Line {
-    /// Of the increments.
+    /// Coefficient of the increments.
     data: f64,
-    /// Of a slope of 1 per period.
+    /// Coefficient of a slope of 1 per period.
     unit: f64,
     /// Variance for R = 1, q = 0.
     white: f64,
@@ -57,7 +56,7 @@ struct Line {
 }
 
 impl Line {
-    /// Variance at a ratio q/R, of noise of a fixed sum of q and R.
+    /// Variance at a ratio q/R, for a fixed sum of q and R.
     fn variance(&self, ratio: f64) -> f64 {
         (self.white + ratio * self.walk) / (1.0 + ratio)
     }
@@ -74,7 +73,7 @@ struct Fit {
 pub fn slope<'a>(runs: impl IntoIterator<Item = &'a [f64]>) -> Option<Slope> {
     let mut lines = Vec::new();
     let (mut periods, mut sum) = (0, 0.0);
-    // A planner keeps what it has planned: most runs have one length.
+    // The planner caches its plans: most runs have one length.
     let mut planner = RealFftPlanner::new();
     for run in runs {
         periods += run.len();
@@ -113,7 +112,7 @@ pub fn slope<'a>(runs: impl IntoIterator<Item = &'a [f64]>) -> Option<Slope> {
     })
 }
 
-/// The sines' coefficients of the increments between the angle's means over blocks.
+/// Sine coefficients of the increments between the angle's means over blocks.
 fn transform(increments: &[f64], planner: &mut RealFftPlanner<f64>) -> Vec<Line> {
     let readings = increments.len() + 1;
     let block = readings.div_ceil(BLOCKS);
@@ -150,7 +149,7 @@ fn transform(increments: &[f64], planner: &mut RealFftPlanner<f64>) -> Vec<Line>
         .collect()
 }
 
-/// The orthonormal sine transform (DST-I): the Fourier transform of the values and their mirror image with the other sign.
+/// Orthonormal sine transform (DST-I): the Fourier transform of the values and their mirror image with opposite sign.
 fn sines(values: &[f64], planner: &mut RealFftPlanner<f64>) -> Vec<f64> {
     let length = 2 * (values.len() + 1);
     let fourier = planner.plan_fft_forward(length);
@@ -168,7 +167,7 @@ fn sines(values: &[f64], planner: &mut RealFftPlanner<f64>) -> Vec<f64> {
     lines.map(|value| scale * value.im).collect()
 }
 
-/// Generalised least squares at a ratio q/R; `None` where too few lines leave no variance.
+/// Generalised least squares at a ratio q/R; `None` if the lines are too few for a variance.
 fn fit(lines: &[Line], ratio: f64) -> Option<Fit> {
     // Slope, sum of q and R, and their ratio are estimated.
     let free = lines.len().checked_sub(3).filter(|free| *free > 0)? as f64;

@@ -1,8 +1,8 @@
-//! Brings what a recording measures slowly to the chain's output periods, as the main loop of a unit would read it.
+//! Slowly sampled quantities at the chain's output periods, as the main loop of a unit would read them.
 //!
-//! From `temperature` channels \[K\] and `magnetic_field` channels \[T\] of axes x, y, z it gives a row per output period,
-//! of what was measured before the period begins: the last field, and a [`Warming`]'s temperature and derivative \[K/s\]
-//! in the middle of the period.
+//! `temperature` channels \[K\] and `magnetic_field` channels \[T\] of axes x, y, z give a row per output period, from
+//! samples before the period starts: the last field, and a [`Warming`]'s temperature and derivative \[K/s\] in the middle
+//! of the period.
 
 use rlg_recording::{Axis, Clock, Quantity, Recording};
 use trueaxis::SlowReadings;
@@ -15,15 +15,15 @@ type Rows = Vec<[f64; 3]>;
 /// Output periods.
 #[derive(Debug, Clone, Copy)]
 pub struct Outputs {
-    /// Beginning of the first \[s\].
+    /// Start of the first \[s\].
     pub start_s: f64,
     /// Length of each \[s\].
     pub period_s: f64,
-    /// How many.
+    /// Number of periods.
     pub count: usize,
 }
 
-/// What is measured slowly, where the recording has it for all three axes.
+/// Slowly sampled quantities that the recording has for all three axes.
 #[derive(Debug, Clone, PartialEq, Default)]
 pub struct Slow {
     temperature_k: Option<Rows>,
@@ -32,7 +32,7 @@ pub struct Slow {
 }
 
 impl Slow {
-    /// What was measured before each output period begins; before the first reading, that one.
+    /// Values known as each output period starts; before the first sample, that sample.
     pub fn at(recording: &Recording, outputs: Outputs) -> Self {
         let mut slow = Self::default();
         if let Some(channels) = measured(recording, &Quantity::Temperature) {
@@ -61,8 +61,8 @@ impl Slow {
         slow
     }
 
-    /// The readings of each output period; none where nothing is measured. A field that is not measured is
-    /// 0, a temperature 0 K, which the chain does not take for one.
+    /// Values of each output period; empty without any channel. A missing field is 0, a missing temperature 0 K, which the
+    /// chain ignores.
     pub fn readings(&self) -> impl Iterator<Item = SlowReadings> + '_ {
         let count = |rows: &Option<Rows>| rows.as_ref().map_or(0, Vec::len);
         let most = count(&self.temperature_k).max(count(&self.magnetic_field_t));
@@ -81,7 +81,7 @@ impl Slow {
     }
 }
 
-/// Instants \[s\] and values of what was measured of x, y, z; `None` where an axis has nothing.
+/// Instants \[s\] and values of the samples of x, y, z; `None` if an axis has none.
 fn measured(recording: &Recording, quantity: &Quantity) -> Option<Vec<Vec<(f64, f64)>>> {
     let of_axis = |axis: Axis| {
         let (table, channel) = recording.channel(quantity, axis.label())?;
@@ -99,7 +99,7 @@ fn measured(recording: &Recording, quantity: &Quantity) -> Option<Vec<Vec<(f64, 
     Axis::ALL.into_iter().map(of_axis).collect()
 }
 
-/// Calls `take` for each output period with the readings that are known as it begins, the first one at least.
+/// Calls `take` for each output period with the samples known at its start, at least the first.
 fn before_outputs(
     readings: &[(f64, f64)],
     outputs: Outputs,

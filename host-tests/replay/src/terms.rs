@@ -5,7 +5,7 @@ use rlg_reference::flexure::{FlexureCalibration, ModeCalibration};
 use rlg_reference::terms::{ByTemperature, TermCalibration};
 use trueaxis::{CrossAxis, Parameters, TermKind, TermRecords};
 
-/// What the records say, each kind in the order of values that [`TermKind`] documents.
+/// Converts the records, each kind in the order of values documented in [`TermKind`].
 pub fn term_calibration(records: &TermRecords) -> TermCalibration {
     let installation: [f64; 15] = records.values(TermKind::InstallationTemperature);
     let [t0, t1, t2, xy, xz, yx, yz, zx, zy, second @ ..] = installation;
@@ -40,7 +40,7 @@ pub fn term_calibration(records: &TermRecords) -> TermCalibration {
     }
 }
 
-/// Every flexure.
+/// Flexure in all its forms.
 pub fn flexure_calibration(parameters: &Parameters) -> FlexureCalibration {
     let records = &parameters.terms;
     let [k @ .., frequency_hz, damping] = records.values::<8>(TermKind::AxisFlexureMode);

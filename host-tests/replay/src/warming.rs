@@ -1,33 +1,33 @@
-//! Fits a temperature and its derivative to the last readings of a thermometer.
+//! Temperature and its derivative from a least-squares fit to the last samples of a thermometer.
 //!
-//! From readings \[s, K\] of the last `SPAN_S`, three at least, it gives T \[K\] and dT/dt \[K/s\] at an instant: least squares with a
-//! parabola, which has no lag while the curvature holds. A difference over the span is as noisy and lags by half of it: a unit
-//! that warms with 30 s would be told 18 % too much. At the span's end the fit's noise is 3 σ/√n of T and
-//! √192 σ/(h √n) of dT/dt, of n readings in h.
+//! The samples \[s, K\] of the last `SPAN_S`, three at least, give T \[K\] and dT/dt \[K/s\] at an instant: least squares
+//! with a parabola, which has no lag for constant curvature. A difference over the span is as noisy and lags by half of it:
+//! 18 % too much for a unit that warms with a time constant of 30 s. At the span's end the fit's noise is 3 σ/√n of T and
+//! √192 σ/(h √n) of dT/dt, for n samples in h.
 
 use nalgebra::{DMatrix, DVector};
 
-/// Readings that are fitted \[s\]: a unit's temperature changes within minutes.
+/// Span of the fit \[s\]: a unit's temperature changes within minutes.
 const SPAN_S: f64 = 10.0;
 
-/// Shortest span that a curvature is fitted to \[s\]: with readings of 5 mK ten times a second the derivative's noise is 8 mK/s there, the
-/// lag that a straight line has as much of a unit that warms by 10 K with 30 s.
+/// Shortest span for a fitted curvature \[s\]: with samples of 5 mK at 10 Hz the derivative's noise is 8 mK/s, equal to the
+/// lag of a straight line for a unit that warms by 10 K with 30 s.
 const CURVED_FROM_S: f64 = 2.0;
 
-/// Fewest readings that are fitted, where there are as many.
+/// Least number of fitted samples, if there are as many.
 const FEWEST: usize = 3;
 
 /// Shortest time between fits \[s\].
 const REFIT_S: f64 = 0.05;
 
-/// The fit in force: T = T₀ + r (t − t₀) + c (t − t₀)².
+/// Current fit: T = T₀ + r (t − t₀) + c (t − t₀)².
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Warming {
-    /// t₀, the last reading that was fitted \[s\].
+    /// t₀, time of the last fitted sample \[s\].
     fitted_s: Option<f64>,
     /// T₀, r, c \[K, K/s, K/s²\].
     coefficients: [f64; 3],
-    /// How far it is extrapolated \[s\]: until the next reading is due. Of a thermometer that stopped the last values hold.
+    /// Limit of the extrapolation \[s\]: until the next sample is due. If the thermometer stops, the last values hold.
     reach_s: f64,
 }
 
@@ -52,7 +52,7 @@ impl Warming {
             (recent[row].0 - last_s).powi(power as i32)
         });
         let values = DVector::from_iterator(recent.len(), recent.iter().map(|one| one.1 - last_k));
-        // Readings at one instant tell no derivative.
+        // Samples at one instant determine no derivative.
         let normal = powers.tr_mul(&powers).cholesky();
         let fit = normal.map(|normal| normal.solve(&powers.tr_mul(&values)));
         self.coefficients = [last_k, 0.0, 0.0];
@@ -68,7 +68,7 @@ impl Warming {
         self.reach_s = REFIT_S.max(span_s / intervals as f64);
     }
 
-    /// T \[K\] and dT/dt \[K/s\] at an instant; 0 before the first reading is taken.
+    /// T \[K\] and dT/dt \[K/s\] at an instant; 0 before the first sample.
     pub fn at(&self, time_s: f64) -> [f64; 2] {
         let [value, rate, curvature] = self.coefficients;
         let after_s = (time_s - self.fitted_s.unwrap_or(time_s)).min(self.reach_s);

@@ -1,15 +1,15 @@
-//! Finds out in which codes a channel was recorded, so that a replay gives the chain the same ones.
+//! Detection of the integer codes of a recorded channel, so that a replay gives the chain the same codes.
 
 use std::ops::Range;
 
 use rlg_recording::Channel;
 
-/// How far a value may be from a whole number of codes \[1\]: what f64 leaves of code · scale / scale at 2³¹ codes is a
+/// Largest distance from a whole number of codes \[1\]: the f64 rounding of code · scale / scale at 2³¹ codes is a
 /// millionth.
 const TOLERANCE: f64 = 1e-6;
 
-/// The channel's own scale, if it lies in `allowed` and every value of the rows is a whole number of it that an `i32` holds.
-/// Values that were not measured say nothing.
+/// Channel's own scale, if it lies in `allowed` and every value of the rows is an `i32` multiple of it. Missing values are
+/// ignored.
 pub fn own_scale(channel: &Channel, rows: Range<usize>, allowed: (f64, f64)) -> Option<f64> {
     let (least, most) = allowed;
     let possible = channel.offset == 0.0 && (least..=most).contains(&channel.scale);

@@ -1,4 +1,4 @@
-//! Computes the overlapping Allan deviation of a rate \[rad/s\] from its integrated angle, and that of a noise model.
+//! Overlapping Allan deviation of a rate \[rad/s\] from its integrated angle, and that of a noise model.
 //!
 //! IEEE Std 952-1997, Annex C: σ²(τ) = ⟨(θ(t+2τ) − 2 θ(t+τ) + θ(t))²⟩ / 2τ², and Eq. (C.21) for the sum of the terms.
 
@@ -6,19 +6,18 @@ use std::f64::consts::{LN_2, PI};
 
 use rlg_findings::result::NoiseEntry;
 
-/// Averaging times in a decade.
+/// Number of averaging times in a decade.
 const PER_DECADE: f64 = 8.0;
 
-/// Averages that a deviation must rest on; of fewer it is mostly chance.
+/// Least number of averages of a deviation; with fewer its uncertainty is too large.
 const LEAST_AVERAGES: usize = 8;
 
-/// How far a period may stray from the mean for angles to count as equally spaced.
+/// Largest relative deviation of a period from the mean for equally spaced angles.
 const UNEVEN: f64 = 1e-3;
 
-/// The overlapping Allan deviation \[rad/s\] by averaging time \[s\] of angles \[rad\] taken every `period_s`.
+/// Overlapping Allan deviation \[rad/s\] by averaging time \[s\] of angles \[rad\] sampled every `period_s`.
 ///
-/// `runs`: angles without a gap; from one run to the next the angle is not known. Where an angle is not finite, the
-/// differences that need it are left out.
+/// `runs`: angles without a gap; the angle between runs is unknown. Differences with a non-finite angle are left out.
 pub fn deviation(runs: &[Vec<f64>], period_s: f64) -> Vec<(f64, f64)> {
     let most = runs.iter().map(Vec::len).sum::<usize>() / LEAST_AVERAGES;
     let steps = 0..=(PER_DECADE * (most.max(1) as f64).log10()) as i32;
@@ -42,7 +41,7 @@ pub fn deviation(runs: &[Vec<f64>], period_s: f64) -> Vec<(f64, f64)> {
     rows.iter().filter_map(of).collect()
 }
 
-/// The spacing \[s\] of equally spaced times.
+/// Spacing \[s\] of equally spaced times; `None` if they are not.
 pub fn period_s(times_s: &[f64]) -> Option<f64> {
     let (first, last) = (times_s.first()?, times_s.last()?);
     let mean = (last - first) / (times_s.len().checked_sub(1)? as f64);
@@ -50,7 +49,7 @@ pub fn period_s(times_s: &[f64]) -> Option<f64> {
     (mean > 0.0 && times_s.windows(2).all(even)).then_some(mean)
 }
 
-/// The Allan deviation \[rad/s\] that a gyro's noise model gives at `tau_s`.
+/// Allan deviation \[rad/s\] of a gyro's noise model at `tau_s`.
 pub fn of_model(noise: &NoiseEntry, tau_s: f64) -> f64 {
     let [white, angle, flicker, walk] = match &noise.terms {
         Some(terms) => [

@@ -1,26 +1,26 @@
-//! What a page shows beside the diagnosis: where the recording and the model come from, and the rates as recorded.
+//! Additional content of a page: provenance of the recording and the model, and the rates as recorded.
 
 use rlg_recording::{AXES, Clock, Quantity, Recording};
 
 use super::allan;
 
-/// Columns in which a rate is drawn: one a pixel of the widest plot.
+/// Number of columns of a drawn rate: one per pixel of the widest plot.
 const COLUMNS: usize = 800;
 
-/// Provenance, what the model declares, and the rates; what is not known is empty.
+/// Provenance, noise declared by the model, and the rates; unknown ones are empty.
 #[derive(Debug, Clone, Default)]
 pub struct Beside {
     /// Label and text of each line of provenance, in order.
     pub provenance: Vec<(&'static str, String)>,
-    /// What must be known beside the verdict, as a model that was assumed.
+    /// Additional information to the verdict, such as an assumed model.
     pub note: Option<String>,
-    /// Noise that the model declares.
+    /// Noise declared by the model.
     pub declared: Declared,
     /// Rates as recorded, one a gyro.
     pub rates: Vec<Rate>,
 }
 
-/// Noise that a model declares, x, y, z; absent: unknown.
+/// Noise declared by a model, x, y, z; `None`: unknown.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Declared {
     /// N \[rad/√s\].
@@ -31,22 +31,22 @@ pub struct Declared {
     pub rate_random_walk_rad_s_sqrt_s: Option<[f64; 3]>,
 }
 
-/// The rate of one gyro as recorded, dither included, thinned for a plot.
+/// Recorded rate of one gyro, dither included, decimated for a plot.
 #[derive(Debug, Clone)]
 pub struct Rate {
     /// Its axis.
     pub axis: &'static str,
     /// Middle of each column \[s\].
     pub time_s: Vec<f64>,
-    /// Least rate in it \[rad/s\].
+    /// Smallest rate in each column \[rad/s\].
     pub least_rad_s: Vec<f64>,
-    /// Largest rate in it \[rad/s\].
+    /// Largest rate in each column \[rad/s\].
     pub most_rad_s: Vec<f64>,
-    /// Allan deviation \[rad/s\] by averaging time \[s\]; empty where rows are not equally spaced.
+    /// Allan deviation \[rad/s\] by averaging time \[s\]; empty if rows are not equally spaced.
     pub allan: Vec<(f64, f64)>,
 }
 
-/// The rates of the gyros of a recording; none where a gyro is missing or `pulse_weight_rad` must be known and is not.
+/// Rates of the gyros of a recording; empty if a gyro is missing, or a required `pulse_weight_rad` is unknown.
 pub fn rates(recording: &Recording, pulse_weight_rad: [f64; 3]) -> Vec<Rate> {
     let each = AXES.iter().zip(pulse_weight_rad);
     let rates: Option<Vec<Rate>> = each
@@ -101,7 +101,7 @@ fn rate(recording: &Recording, axis: &'static str, weight_rad: f64) -> Option<Ra
     Some(rate)
 }
 
-/// The running angle \[rad\] of readings of `rad` each, a run from gap to gap.
+/// Running angle \[rad\] of samples of `rad` each, a run from gap to gap.
 fn angles(values: &[f64], rad: f64) -> Vec<Vec<f64>> {
     let runs = values.split(|value| !value.is_finite());
     let summed = |run: &[f64]| {

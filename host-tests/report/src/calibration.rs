@@ -1,9 +1,9 @@
-//! Writes `report.html` of a calibration: what is known of each gyro's two coefficients, drawn as ellipses.
+//! Page `report.html` of a calibration: estimates of each gyro's two coefficients, drawn as ellipses.
 //!
-//! It is one HTML file without scripts, with K in 1e-8 s².
+//! One HTML file without scripts, with K in 1e-8 s².
 //!
-//! An ellipse holds a pair K_ij, K_ik with 95 %: thin for each recording, thick for all together. Coning alone
-//! draws a band along which the difference is free; a spin-synchronous run closes it.
+//! Each ellipse is a 95 % confidence region of a pair K_ij, K_ik: thin for each recording, thick for all together. Coning
+//! alone gives a band along which the difference is free; a spin-synchronous run closes it.
 
 use maud::{Markup, html};
 use plotters::prelude::*;
@@ -17,13 +17,13 @@ use rlg_recording::AXES;
 /// Height of a plot \[page pixels\].
 const HEIGHT: u32 = 320;
 
-/// √χ²: 95 % of a normal law in two dimensions lie within.
+/// √χ²: radius of the 95 % region of a two-dimensional normal distribution.
 const WITHIN_95: f64 = 2.448;
 
-/// Half the width of a plot in K \[1e-8 s²\]: real blocks lie well inside.
+/// Half the width of a plot in K \[1e-8 s²\]: real blocks are well inside.
 const SHOWN_E8: f64 = 15.0;
 
-/// The whole page.
+/// Complete page.
 pub fn page(calibration: &Calibration) -> String {
     let main = html! {
             header {
@@ -81,7 +81,7 @@ fn ellipses(calibration: &Calibration, gyro: usize) -> Markup {
             [covariance[a][a], covariance[a][b], covariance[b][b]].map(|v| v * 1e16)
         };
         let inside = |points: Vec<(f64, f64)>| {
-            // Beyond the frame the line is held at the frame's edge.
+            // Outside the frame the line is clamped to its edge.
             points
                 .into_iter()
                 .map(|(px, py)| (px.clamp(x.start, x.end), py.clamp(y.start, y.end)))
@@ -98,7 +98,7 @@ fn ellipses(calibration: &Calibration, gyro: usize) -> Markup {
 
 /// Points on the 95 % ellipse of a covariance (aa, ab, bb).
 fn ellipse(centre: (f64, f64), [aa, ab, bb]: [f64; 3]) -> Vec<(f64, f64)> {
-    // Lower Cholesky factor of the covariance turns a circle into the ellipse.
+    // The lower Cholesky factor of the covariance maps a circle to the ellipse.
     let l11 = aa.max(0.0).sqrt();
     let l21 = if l11 > 0.0 { ab / l11 } else { 0.0 };
     let l22 = (bb - l21 * l21).max(0.0).sqrt();

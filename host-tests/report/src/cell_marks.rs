@@ -1,7 +1,7 @@
-//! Draws small marks in table rows: an amplitude with its error bar, a length on a logarithmic scale.
+//! Small marks in table rows: an amplitude with its error bar, a length on a logarithmic scale.
 //!
-//! Each is inline SVG as wide as its cell. It is written by hand, because the names beside it are untrusted text and
-//! belong into the table, where they wrap and can be copied.
+//! Each is inline SVG as wide as its cell, without text: the names in the row are untrusted and belong in the table, where
+//! they wrap and can be copied.
 
 use maud::{Markup, html};
 
@@ -42,7 +42,7 @@ fn view_box() -> String {
     format!("0 0 {} {}", SIZE.0, SIZE.1)
 }
 
-/// Tenths of a unit are finer than any screen shows, and keep the page small.
+/// Formats a coordinate to a tenth of a unit, finer than any screen, which keeps the page small.
 fn place(value: f64, low: f64, high: f64) -> String {
     let margin = 5.0;
     let share = if high > low {

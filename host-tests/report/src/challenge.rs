@@ -1,10 +1,10 @@
-//! Writes `report.html` of a challenge: the marks, and the curves behind them.
+//! Page `report.html` of a challenge: the marks and their curves.
 //!
-//! It is one HTML file without scripts and without anything from outside.
+//! One HTML file without scripts or external content.
 //!
-//! marks → detection against theory → intervals → false alarms → by kind → confusion → what to repeat → all numbers.
+//! marks → detection against theory → intervals → false alarms → by kind → confusion → trials to repeat → all numbers.
 //!
-//! Out of scope: any judgement that `challenge.json` does not contain.
+//! Out of scope: any judgement not contained in `challenge.json`.
 
 use std::collections::BTreeMap;
 
@@ -21,7 +21,7 @@ use rlg_challenge::score::{Counts, Scores, Strength};
 /// Height of a plot \[page pixels\].
 const HEIGHT: u32 = 290;
 
-/// The whole page; `json` is `challenge.json` word for word.
+/// Complete page; `json` is `challenge.json` verbatim.
 pub fn page(scores: &Scores, json: &str) -> String {
     let judged: Vec<&Mark> = scores
         .marks
@@ -190,7 +190,7 @@ fn agreement(chances: &[f64]) -> Markup {
                 .enumerate()
                 .map(|(rank, chance)| (*chance, (rank as f64 + 0.5) / count));
             chart.draw_series(LineSeries::new(steps, AFTER.stroke_width(2 * FINE)))?;
-            // Kolmogorov's band: a true law leaves it once in twenty times.
+            // Kolmogorov–Smirnov band, 95 %: a correct distribution leaves it once in twenty times.
             for side in [-1.0, 1.0] {
                 let band = side * 1.358 / count.sqrt();
                 let line = [(0.0, band), (1.0, 1.0 + band)];

@@ -1,6 +1,6 @@
-//! One plot as data: lines over a common x, drawn as SVG here and again by the page's script where scripts run.
+//! Plot as data: lines over a common x, drawn as SVG here and redrawn by the page's script if scripts run.
 //!
-//! A [`Chart`] holds our own words and numbers, no text of a recording.
+//! A [`Chart`] contains our own words and numbers, no text of a recording.
 
 use maud::{Markup, html};
 use plotters::coord::ranged1d::ValueFormatter;
@@ -16,13 +16,13 @@ use super::words::{number, superscript};
 /// Height of a drawn chart \[page pixels\].
 const HEIGHT: u32 = 290;
 
-/// Points of a drawn line: more are not seen on paper; the script draws all.
+/// Largest number of points of a drawn line: more are not visible on paper; the script draws all.
 const MOST_DRAWN: usize = 700;
 
-/// Decimal digits behind the first of a number in the page's data.
+/// Number of digits after the first of a number in the page's data.
 const DIGITS: usize = 6;
 
-/// What a line shows, which gives it its colour.
+/// Role of a line, which determines its colour.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Ink {
     /// Before: the model as it was.
@@ -42,7 +42,7 @@ impl Ink {
         }
     }
 
-    /// The name of its colour in `style.css`.
+    /// Name of its colour in `style.css`.
     fn variable(self) -> &'static str {
         match self {
             Self::Before => "--before",
@@ -52,13 +52,13 @@ impl Ink {
     }
 }
 
-/// One line of a chart.
+/// Line of a chart.
 pub struct Line {
-    /// What the legend and the CSV's header call it.
+    /// Name in the legend and in the CSV's header.
     pub name: &'static str,
-    /// What it shows.
+    /// Role of the line.
     pub ink: Ink,
-    /// A value for each x; NaN where there is none.
+    /// A value for each x; NaN if missing.
     pub values: Vec<f64>,
 }
 
@@ -74,20 +74,20 @@ pub struct Chart {
     pub x_title: &'static str,
     /// Title of the y axis with its unit.
     pub y_title: &'static str,
-    /// Whether both axes are logarithmic.
+    /// Both axes are logarithmic.
     pub logarithmic: bool,
-    /// Values of x, rising.
+    /// Values of x, ascending.
     pub x: Vec<f64>,
-    /// The lines.
+    /// Lines.
     pub lines: Vec<Line>,
-    /// Stretches of x with a ground of their own: held-out time.
+    /// Stretches of x with a separate background: held-out time.
     pub stretches: Vec<[f64; 2]>,
-    /// Whether the lines are the least and the most of what lies between them.
+    /// The two lines are the minimum and the maximum of an envelope.
     pub envelope: bool,
 }
 
 impl Chart {
-    /// The figure: heading, button for the data, and the drawing for paper and for pages without scripts.
+    /// Figure: heading, button for the data, and the drawing for paper and for pages without scripts.
     pub fn figure(&self) -> Markup {
         html! {
             figure.chart data-chart=(self.id) {
@@ -99,7 +99,7 @@ impl Chart {
         }
     }
 
-    /// The numbers for the script.
+    /// Data for the script.
     pub fn data(&self) -> Value {
         let lines = self.lines.iter();
         json!({
@@ -142,7 +142,7 @@ impl Chart {
                 self.draw(&mut chart, &power_of_ten)
             } else {
                 let y = range(values());
-                // A row dropped before the first must not cost the axis its first number.
+                // An excluded first row should not remove the axis' first tick label.
                 let near = (low - low.round()).abs() < 0.01 * (high - low);
                 let first = if near { low.round() } else { low };
                 let mut chart = builder.build_cartesian_2d(first..high, y.clone())?;
@@ -203,24 +203,24 @@ impl Chart {
     }
 }
 
-/// Numbers of a drawing that the script does not draw again: for saving.
+/// Data of a drawing that the script does not redraw, for saving.
 pub struct Numbers {
     /// Name of the drawing and of its CSV file.
     pub id: String,
-    /// Head of each column, with its unit.
+    /// Heading of each column, with its unit.
     pub columns: &'static [&'static str],
-    /// The columns.
+    /// Columns.
     pub data: Vec<Vec<f64>>,
 }
 
 impl Numbers {
-    /// The numbers for the script.
+    /// Data for the script.
     pub fn data(&self) -> Value {
         json!({ "id": self.id, "columns": self.columns, "data": rounded(self.data.iter()) })
     }
 }
 
-/// A figure with a drawing and a button for its numbers.
+/// Figure with a drawing and a button for its data.
 pub fn drawn(id: &str, title: &str, drawing: &Markup) -> Markup {
     html! {
         figure.chart data-chart=(id) {
@@ -232,7 +232,7 @@ pub fn drawn(id: &str, title: &str, drawing: &Markup) -> Markup {
     }
 }
 
-/// Charts side by side with the legend that they share; nothing where there is none.
+/// Charts side by side with their common legend; empty without a chart.
 pub fn row(charts: &[Chart]) -> Markup {
     let Some(first) = charts.first() else {
         return html! {};
@@ -262,13 +262,13 @@ pub fn row(charts: &[Chart]) -> Markup {
     }
 }
 
-/// Columns of numbers with as many digits as a plot and a table need.
+/// Rounds columns of numbers to the digits needed in a plot and a table.
 fn rounded<'a>(columns: impl Iterator<Item = &'a Vec<f64>>) -> Vec<Vec<Option<f64>>> {
     let column = |column: &Vec<f64>| column.iter().map(|value| short(*value)).collect();
     columns.map(column).collect()
 }
 
-/// A number with as many digits as a plot and a table need; absent where it is not finite.
+/// Rounds a number to the digits needed in a plot and a table; `None` if not finite.
 fn short(value: f64) -> Option<f64> {
     let text = format!("{value:.DIGITS$e}");
     text.parse().ok().filter(|value: &f64| value.is_finite())

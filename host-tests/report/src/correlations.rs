@@ -1,16 +1,16 @@
-//! Writes how the numbers of one effect correlate, from their covariance.
+//! Correlations of the parameters of one effect, from their covariance.
 
 use maud::{Markup, html};
 
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 
-/// Numbers of which all pairs are written out; more are in the data.
+/// Largest number of parameters for which all pairs are written out; more are in the data.
 const MOST: usize = 12;
 
-/// Correlation from which a pair is set apart.
+/// Least absolute correlation for which a pair is highlighted.
 const STRONG: f64 = 0.9;
 
-/// The correlations of the numbers of one effect \[1\], folded away; nothing where there is one number.
+/// Table of the correlations of one effect's parameters \[1\], folded; empty for a single parameter.
 pub fn table(effect: &EffectEntry) -> Markup {
     let names = effect.parameters.iter().filter_map(|one| match one {
         ParameterEntry::Number { name, .. } => Some(name.as_str()),

@@ -1,4 +1,4 @@
-//! Makes the charts of a page: residual against time and frequency, Allan deviation, rates as recorded.
+//! Charts of a page: residual against time and frequency, Allan deviation, rates as recorded.
 //!
 //! [`Pictures`] hold the integrated residual \[rad\] and the one-sided power of the residual rate \[(rad/s)²/Hz\];
 //! plots show arcsec over s, and °/h/√Hz over Hz.
@@ -11,10 +11,10 @@ use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::Diagnosis;
 use rlg_recording::AXES;
 
-/// Points of a line on the page: two a pixel of the widest plot.
+/// Largest number of points of a line on the page: two per pixel of the widest plot.
 const MOST_POINTS: usize = 1500;
 
-/// The line of the residual after, where there is also one before, and where not.
+/// Name of the line after the correction, with or without one before it.
 fn after(both: bool) -> &'static str {
     if both {
         "after: with what was found"
@@ -38,7 +38,7 @@ fn before_and_after(before: Vec<f64>, values: Vec<f64>, both: bool) -> Vec<Line>
     both.then_some(before).into_iter().chain([after]).collect()
 }
 
-/// The integrated residual of each gyro \[″\]; `both` also shows it without the found effects.
+/// Integrated residual of each gyro \[″\]; `both` also shows it without the found effects.
 pub fn angles(pictures: &Pictures, both: bool) -> Vec<Chart> {
     let step = pictures.time_s.len().div_ceil(MOST_POINTS).max(1);
     let thinned = |values: &[f64]| values.iter().step_by(step).copied().collect::<Vec<f64>>();
@@ -61,7 +61,7 @@ pub fn angles(pictures: &Pictures, both: bool) -> Vec<Chart> {
     each.collect()
 }
 
-/// The spectrum of each gyro's residual \[°/h/√Hz\] against its noise model.
+/// Spectrum of each gyro's residual \[°/h/√Hz\] against its noise model.
 pub fn spectra(pictures: &Pictures, both: bool) -> Vec<Chart> {
     let first = pictures.frequency_hz.iter().position(|f| *f > 0.0);
     let first = first.unwrap_or(pictures.frequency_hz.len());
@@ -93,7 +93,7 @@ pub fn spectra(pictures: &Pictures, both: bool) -> Vec<Chart> {
     each.collect()
 }
 
-/// The Allan deviation of each gyro \[°/h\]: of the recorded rate, of the residual, and of the noise it is judged with.
+/// Allan deviation of each gyro \[°/h\]: of the recorded rate, of the residual, and of the estimated noise.
 pub fn allan_deviations(
     diagnosis: &Diagnosis,
     pictures: Option<&Pictures>,
@@ -161,7 +161,7 @@ pub fn allan_deviations(
     each.collect()
 }
 
-/// The values of a curve \[°/h\] at `x`, NaN where it has no point.
+/// Values of a curve \[°/h\] at `x`, NaN without a point.
 fn at(curve: &[(f64, f64)], x: &[f64]) -> Vec<f64> {
     let value = |x: &f64| {
         let place = curve.binary_search_by(|point| point.0.total_cmp(x)).ok();
@@ -170,7 +170,7 @@ fn at(curve: &[(f64, f64)], x: &[f64]) -> Vec<f64> {
     x.iter().map(value).collect()
 }
 
-/// The rates as recorded \[°/s\], the least and the most of each column of pixels.
+/// Recorded rates \[°/s\], smallest and largest in each pixel column.
 pub fn rates(pictures: Option<&Pictures>, beside: &Beside) -> Vec<Chart> {
     let each = beside.rates.iter().map(|rate| {
         let line = |name, values: &[f64]| Line {
@@ -197,11 +197,11 @@ pub fn rates(pictures: Option<&Pictures>, beside: &Beside) -> Vec<Chart> {
     each.collect()
 }
 
-/// From the first to the last moment drawn \[s\].
+/// Range of the drawn time \[s\].
 pub fn time_range(pictures: &Pictures) -> std::ops::Range<f64> {
     match (pictures.time_s.first(), pictures.time_s.last()) {
         (Some(first), Some(last)) if last > first => {
-            // A row dropped before the first must not cost the axis its first number.
+            // An excluded first row should not remove the axis' first tick label.
             let near = (first - first.round()).abs() < 0.01 * (last - first);
             (if near { first.round() } else { *first })..*last
         }
@@ -209,7 +209,7 @@ pub fn time_range(pictures: &Pictures) -> std::ops::Range<f64> {
     }
 }
 
-/// Angles in arcseconds.
+/// Converts angles to arcseconds.
 pub fn arcsec(angle_rad: &[f64]) -> Vec<f64> {
     angle_rad
         .iter()

@@ -1,14 +1,14 @@
-//! Writes the page's last two sections: what the diagnosis rests on (times, trials), and all numbers.
+//! Last two sections of the page: basis of the diagnosis (times, trials), and all numbers.
 
 use maud::{Markup, html};
 
 use super::words::{number, rounded, seconds};
 use rlg_findings::result::{Diagnosis, RecordingEntry};
 
-/// Most intervals of time that are written out; a longer list is in the data.
+/// Largest number of intervals that are written out; a longer list is in the data.
 const MOST_INTERVALS: usize = 20;
 
-/// Writes the section on times and trials.
+/// Section on times and trials.
 pub fn facts(diagnosis: &Diagnosis) -> Markup {
     html! {
         section {
@@ -37,7 +37,7 @@ pub fn facts(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// Of several recordings: how much of each was fitted and held out, and what is left there of each gyro.
+/// Table of several recordings: fitted and held-out time of each, and residual power of each gyro.
 fn recordings(several: &[RecordingEntry]) -> Markup {
     let seconds_of =
         |intervals: &[[f64; 2]]| seconds(intervals.iter().map(|[begin, end]| end - begin).sum());
@@ -71,7 +71,7 @@ fn intervals(intervals: &[[f64; 2]]) -> String {
     words.join(", ")
 }
 
-/// `diagnosis.json` itself, so that a forwarded page loses nothing.
+/// `diagnosis.json` itself, so that a forwarded page is complete.
 pub fn everything(diagnosis: &Diagnosis) -> Markup {
     let text = serde_json::to_string_pretty(diagnosis)
         .unwrap_or_else(|error| format!("The result has no JSON form ({error})."));

@@ -1,13 +1,13 @@
 //! `residual.svg`: the integrated residual of the three gyros as one picture for a document.
 //!
 //! # Inputs
-//! [`Diagnosis`] and, where there is a residual, [`Pictures`]; rad, s.
+//! [`Diagnosis`] and, if there is a residual, [`Pictures`]; rad, s.
 //!
 //! # Returns
-//! One SVG file with its own white background, so that it can be read on a light and on a dark page; arcsec over s,
-//! mean residual rates in °/h.
+//! One SVG file with its own white background, readable on a light and on a dark page; arcsec over s, mean residual rates
+//! in °/h.
 //!
-//! Names of catalogue kinds and of the axes are its only words from a diagnosis: no text of a recording enters.
+//! Its only words from a diagnosis are names of catalogue kinds and of the axes: it contains no text of a recording.
 
 use maud::{PreEscaped, html};
 use plotters::prelude::*;
@@ -28,7 +28,7 @@ const WIDTH: u32 = 860;
 /// Height of title and legend \[page pixels\].
 const HEAD: u32 = 64;
 
-/// Height of one gyro's panel, its heading and the numbers under it \[page pixels\].
+/// Height of one gyro's panel with its heading and tick labels \[page pixels\].
 const PANEL: u32 = 206;
 
 /// Height of the title of the time axis, under the last panel \[page pixels\].
@@ -43,13 +43,13 @@ const WORDS: u32 = 16;
 /// Margin on the left of the panels \[page pixels\].
 const LEFT: i32 = 8;
 
-/// Points of one line: more than the panel has pixels would only make the file larger.
+/// Largest number of points of one line: more than the panel's pixels would only make the file larger.
 const MOST_POINTS: usize = 500;
 
-/// Kinds that the legend names; more are counted.
+/// Number of kinds named in the legend; more are counted.
 const NAMED: usize = 3;
 
-/// Draws the picture; where there is no residual, it says so.
+/// Draws the picture; without a residual, it states so.
 pub fn residuals(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> String {
     let height = if pictures.is_some() {
         HEAD + 3 * PANEL + FOOT
@@ -130,7 +130,7 @@ fn head(area: &Area, diagnosis: &Diagnosis, both: bool) -> Drawn {
     key("held out of the fit", None)
 }
 
-/// The kinds found, each once, or how many they are.
+/// Names of the kinds found, each once, or their number.
 fn found(diagnosis: &Diagnosis) -> String {
     let mut kinds: Vec<String> = Vec::new();
     for effect in &diagnosis.effects {
@@ -166,7 +166,7 @@ fn heading(diagnosis: &Diagnosis, axis: usize, both: bool) -> String {
     }
 }
 
-/// The integrated residual of one gyro; `both` also draws it without the found effects.
+/// Draws the integrated residual of one gyro; `both` also draws it without the found effects.
 fn residual(area: &Area, pictures: &Pictures, axis: usize, both: bool) -> Drawn {
     let before = arcsec(&pictures.angle_before_rad[axis]);
     let after = arcsec(&pictures.angle_after_rad[axis]);

@@ -1,4 +1,4 @@
-//! Writes the section on what was left out: how large, how sure, and what is known of the single numbers.
+//! Section on the effects missing in the model: their size, significance, and the identifiability of the parameters.
 
 use maud::{Markup, html};
 
@@ -15,14 +15,13 @@ use rlg_findings::result::{
 };
 use rlg_findings::sentences::combination;
 
-/// Effects and rows that the page shows: more are not read; all of them are in the data at its end.
+/// Largest number of effects and rows on the page; all of them are in the data at its end.
 const MOST_ROWS: usize = 24;
 
-/// Effects that stand open; of more, each is folded away under its name.
+/// Largest number of unfolded effects; if there are more, each is folded under its name.
 const OPEN: usize = 2;
 
-/// Where a combination is known so much better than its single values, it is the combination that counts:
-/// beyond this ratio of standard deviations the page says so.
+/// Ratio of standard deviations above which the page states that a combination is known much better than its single values.
 const BETTER_KNOWN_RATIO: f64 = 1.5;
 
 fn and_more(rows: usize) -> Markup {
@@ -31,7 +30,7 @@ fn and_more(rows: usize) -> Markup {
     }
 }
 
-/// What was left out, effect by effect.
+/// Section with all effects.
 pub fn effects(diagnosis: &Diagnosis) -> Markup {
     html! {
         @if !diagnosis.effects.is_empty() {
@@ -50,7 +49,7 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// What tells an effect from others of its kind: its axis or channel, then its expression or the first sentence on it.
+/// Distinguishing feature of an effect: its axis or channel, then its expression or the first sentence on it.
 fn gist(effect: &EffectEntry) -> String {
     let place = effect.text("axis").or(effect.text("channel"));
     let (first, _) = effect
@@ -63,7 +62,7 @@ fn gist(effect: &EffectEntry) -> String {
         .to_owned()
 }
 
-/// Kinds that the recording cannot tell from a found one.
+/// Kinds that are not distinguishable from a found one.
 fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
     let alike = effect.indistinguishable_from.iter();
     alike
@@ -85,7 +84,7 @@ fn one(effect: &EffectEntry, fit: &FitEntry) -> Markup {
     }
 }
 
-/// What it is, what it cannot be told from, and how sure it is.
+/// Description of an effect, its equivalence class and significance.
 fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
     let alike = not_told_apart(effect);
     html! {
@@ -129,7 +128,7 @@ fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
     }
 }
 
-/// Which rows a share of power is of: an effect is told with the first rows that hold it.
+/// Rows of a share of power: an effect is reported with the first rows that contain it.
 fn share_is_of(fit: &FitEntry) -> &'static str {
     if fit.whole.is_some() {
         " in the first stretch that shows it"
@@ -140,7 +139,7 @@ fn share_is_of(fit: &FitEntry) -> &'static str {
     }
 }
 
-/// What other rows and re-enactments say of an effect.
+/// Cross-validation and parametric bootstrap of an effect.
 fn held_against(evidence: &EvidenceEntry, of: &str) -> Markup {
     html! {
         p.note {
@@ -160,7 +159,7 @@ fn held_against(evidence: &EvidenceEntry, of: &str) -> Markup {
     }
 }
 
-/// A numeric parameter.
+/// Numeric parameter.
 struct Parameter<'a> {
     name: &'a str,
     value: f64,
@@ -186,7 +185,7 @@ fn numbers(effect: &EffectEntry) -> Vec<Parameter<'_>> {
     effect.parameters.iter().filter_map(number).collect()
 }
 
-/// The combinations that the recording fixes, then the single values.
+/// Table of the identifiable combinations, then of the single values.
 fn known(effect: &EffectEntry) -> Markup {
     let parameters = numbers(effect);
     let texts = effect
@@ -235,7 +234,7 @@ fn known(effect: &EffectEntry) -> Markup {
     }
 }
 
-/// Whether combinations count and not the single values.
+/// Note if combinations are known much better than the single values.
 fn caution(effect: &EffectEntry) -> Markup {
     let parameters = numbers(effect);
     if effect
@@ -263,8 +262,8 @@ fn caution(effect: &EffectEntry) -> Markup {
     }
 }
 
-/// The combination that is known best against the single values in it, with by how much: the standard
-/// deviation that its parameters' own spreads alone would give it, over its own.
+/// Best determined combination against its single values, with the ratio of the standard deviation from its parameters' own
+/// (as if uncorrelated) to its actual one.
 fn confidence(effect: &EffectEntry, parameters: &[Parameter]) -> (String, f64) {
     let ratio = |fixed: &Identifiable| {
         let parts = fixed.combination.iter().filter_map(|(name, weight)| {
@@ -310,7 +309,7 @@ fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, 
     }
 }
 
-/// Whether the coefficients are the same in every regime.
+/// Consistency of the coefficients over the regimes.
 fn regimes(regimes: &[RegimeEntry]) -> Markup {
     let mut shown: Vec<&RegimeEntry> = regimes.iter().collect();
     if shown.len() > MOST_ROWS {

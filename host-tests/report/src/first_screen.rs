@@ -1,4 +1,4 @@
-//! Writes what must be seen first: verdict, findings with their sizes, where it all comes from, what to do next.
+//! First screen of the page: verdict, findings with their sizes, provenance, next experiment.
 
 use maud::{Markup, html};
 
@@ -6,10 +6,10 @@ use super::beside::Beside;
 use super::{terminal, word};
 use rlg_findings::result::Diagnosis;
 
-/// Findings of the first screen; more are below.
+/// Largest number of findings on the first screen; more are below.
 const MOST_FINDINGS: usize = 8;
 
-/// Writes the recording's name, the verdict, and what it means.
+/// Header with the recording's name, the verdict and its sentence.
 pub fn header(diagnosis: &Diagnosis, beside: &Beside) -> Markup {
     let findings = terminal::findings(diagnosis);
     html! {
@@ -19,7 +19,7 @@ pub fn header(diagnosis: &Diagnosis, beside: &Beside) -> Markup {
                     h1 { (diagnosis.recording) }
                     p.verdict data-verdict=(word(diagnosis.verdict)) { (word(diagnosis.verdict)) }
                 }
-                // The first line of the summary is the verdict in a sentence; the others are told below.
+                // The first line of the summary is the verdict in a sentence; the others follow below.
                 @if let Some(sentence) = diagnosis.summary.first() { p.lead { (sentence) } }
                 @if let Some(note) = &beside.note { p.note { (note) } }
                 @if !findings.is_empty() {
@@ -42,7 +42,7 @@ pub fn header(diagnosis: &Diagnosis, beside: &Beside) -> Markup {
     }
 }
 
-/// Where the numbers come from.
+/// Provenance of the numbers.
 fn provenance(diagnosis: &Diagnosis, beside: &Beside) -> Markup {
     html! {
         dl.provenance {

@@ -1,7 +1,7 @@
-//! Writes the section that compares before and after on time that was not fitted.
+//! Section on the comparison of before and after on held-out time.
 //!
-//! It has a table (drift \[°/h\], of accelerometers \[µg\], power over noise, probability of being white) and, for each
-//! gyro, the spectrum of its residual.
+//! A table (drift \[°/h\], of accelerometers \[µg\], power over noise, p-value of whiteness) and, for each gyro, the
+//! spectrum of its residual.
 
 use maud::{Markup, html};
 
@@ -10,10 +10,10 @@ use super::corrected;
 use super::words::{Scale, chance, number, rounded, spaced};
 use rlg_findings::result::{ChannelEntry, Diagnosis, FiguresEntry};
 
-/// Power over noise from which on three digits say enough.
+/// Power over noise above which three digits suffice.
 const MOST_WRITTEN_OUT: f64 = 100.0;
 
-/// Writes the section: table, with the section on places beside it, and spectra.
+/// Section: table, with the section on locations next to it, and spectra.
 pub fn held_out(diagnosis: &Diagnosis, spectra: &[Chart], places: &Markup) -> Markup {
     let both = corrected(diagnosis);
     let channels = &diagnosis.fit.channels;
@@ -32,7 +32,7 @@ pub fn held_out(diagnosis: &Diagnosis, spectra: &[Chart], places: &Markup) -> Ma
 }
 
 fn table(channels: &[ChannelEntry], both: bool) -> Markup {
-    // Channels of one unit are read in the unit that suits the largest of them.
+    // Channels of one unit are displayed in the unit suitable for the largest of them.
     let scale = |channel: &ChannelEntry| {
         let alike = channels.iter().filter(|one| one.unit == channel.unit);
         let drifts = alike.flat_map(|one| {

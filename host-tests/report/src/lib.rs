@@ -1,15 +1,15 @@
-//! Writes `report.html`: a diagnosis as one page that a navigation engineer can forward.
+//! Page `report.html`: a diagnosis that a navigation engineer can forward.
 //!
-//! It takes a [`Diagnosis`], [`Pictures`] where the recording was long enough to draw anything, and what stands
-//! [`Beside`] it; SI units, body axes. The page is one HTML file with nothing from outside, in °/h and arcsec. Its one
-//! script draws the plots again so that they can be zoomed; without scripts and on paper the drawings stay.
+//! Takes a [`Diagnosis`], [`Pictures`] if the recording was long enough for a drawing, and additional content in
+//! [`Beside`]; SI units, body axes. The page is one HTML file without external content, in °/h and arcsec. Its one script
+//! redraws the plots for zooming; without scripts and on paper the static drawings remain.
 //!
-//! first screen (verdict, findings, provenance, residual) → held-out time → where → what was left out → noise → rates →
-//! limits (what else was considered, what could not be seen) → facts
+//! first screen (verdict, findings, provenance, residual) → held-out time → locations → missing effects → noise → rates →
+//! limits (alternatives considered, undetectable effects) → facts
 //!
-//! Names in a recording are untrusted text and are escaped, every one, by the template; the page's policy lets no other
-//! script run. The same diagnosis gives the same bytes. Out of scope: any judgement that `diagnosis.json` does not
-//! contain; the page ends with that file word for word.
+//! Names in a recording are untrusted text and are all escaped by the template; the page's policy permits no other script.
+//! The same diagnosis gives the same bytes. Out of scope: any judgement not contained in `diagnosis.json`; the page ends
+//! with that file verbatim.
 
 mod allan;
 pub mod beside;
@@ -44,12 +44,12 @@ use chart::{Chart, Numbers};
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::{Diagnosis, Verdict};
 
-/// The whole page of a diagnosis alone.
+/// Complete page of a diagnosis alone.
 pub fn page(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> String {
     page_beside(diagnosis, pictures, &Beside::default())
 }
 
-/// The whole page, with what is known beside the diagnosis.
+/// Complete page, with additional content.
 pub fn page_beside(diagnosis: &Diagnosis, pictures: Option<&Pictures>, beside: &Beside) -> String {
     let both = corrected(diagnosis);
     let angles = pictures.map_or_else(Vec::new, |pictures| curves::angles(pictures, both));
@@ -87,7 +87,7 @@ pub fn page_beside(diagnosis: &Diagnosis, pictures: Option<&Pictures>, beside: &
     written(&title, &main, Some(&policy), &scripts)
 }
 
-/// A page of this tool without scripts: needs no network, and follows the reader's colours and width.
+/// Page of this tool without scripts, without network access, in the reader's colours and width.
 pub fn document(title: &str, main: &Markup) -> String {
     written(title, main, None, &html! {})
 }
@@ -115,7 +115,7 @@ fn written(title: &str, main: &Markup, policy: Option<&str>, scripts: &Markup) -
     page.into_string()
 }
 
-/// The verdict in words.
+/// Verdict in words.
 pub fn word(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Matches => "Matches",
@@ -126,7 +126,7 @@ pub fn word(verdict: Verdict) -> &'static str {
     }
 }
 
-/// Whether any effect was corrected, so that "after" differs from "before".
+/// True if any effect was corrected, so that "after" differs from "before".
 fn corrected(diagnosis: &Diagnosis) -> bool {
     diagnosis
         .effects

@@ -1,4 +1,4 @@
-//! Writes the sections on what else was considered, and what this recording could not have shown.
+//! Sections on the alternatives considered, and on the effects undetectable in this recording.
 
 use maud::{Markup, html};
 
@@ -8,17 +8,17 @@ use super::words::{Scale, number, plain, raised};
 use rlg_findings::result::{Diagnosis, RunnerUp, SelfTestEntry, Sensitivity, Verdict};
 use rlg_findings::sentences::NEEDED_SNR;
 
-/// Evidence (ln) behind the winner below which another name is not ruled out: odds of 150 to 1, "very
-/// strong" on Kass and Raftery's scale.
+/// Difference of ln evidence below which another name is not ruled out: odds of 150 to 1, "very strong" on Kass and
+/// Raftery's scale.
 const DECISIVE_GAIN: f64 = 5.0;
 
-/// Beginning of a summary line about a name that was refused.
+/// Start of a summary line about a rejected name.
 const NOT_NAMED_PREFIX: &str = "Not named: ";
 
-/// Beginning of a summary line about noise that drifts.
+/// Start of a summary line about noise that drifts.
 const DRIFTS: &str = "Drift: ";
 
-/// Lists what else was considered: what is not ruled out, what the recording speaks against, and why names were refused.
+/// Lists the alternatives: those not ruled out, those the evidence disfavours, and the reasons for rejected names.
 pub fn considered(diagnosis: &Diagnosis) -> Markup {
     let summary = diagnosis.summary.iter();
     let refused = summary
@@ -31,7 +31,7 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
     } else {
         &diagnosis.runners_up[..]
     };
-    // Evidence against a kind that the recording does not excite is no evidence.
+    // A kind that the recording does not excite is not testable.
     let excited = behind
         .iter()
         .filter(|rival| is_excited(diagnosis, &rival.kind));
@@ -60,7 +60,7 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// Whether a kind of its typical size would have shown in this recording; a kind of no known reach would.
+/// True if a kind of its typical size is detectable in this recording, or its sensitivity is unknown.
 fn is_excited(diagnosis: &Diagnosis, kind: &str) -> bool {
     let own = diagnosis
         .sensitivity
@@ -69,7 +69,7 @@ fn is_excited(diagnosis: &Diagnosis, kind: &str) -> bool {
     own.is_none_or(|entry| entry.snr >= NEEDED_SNR)
 }
 
-/// Kinds with their evidence, as "gyro bias (1484), gyro scale (2009)".
+/// Formats kinds with their evidence, as "gyro bias (1484), gyro scale (2009)".
 fn rivals(of: &[&RunnerUp]) -> String {
     let each = of.iter().map(|rival| {
         let behind = (rival.behind * 10.0).round() / 10.0;
@@ -78,13 +78,13 @@ fn rivals(of: &[&RunnerUp]) -> String {
     each.collect::<Vec<_>>().join(", ")
 }
 
-/// The self-test of a recording that had one.
+/// Self-test of a recording; `None` if it had none.
 pub fn self_test_shown(diagnosis: &Diagnosis) -> Option<&SelfTestEntry> {
     let test = diagnosis.self_test.as_ref();
     test.filter(|test| test.slides > 0 && !diagnosis.sensitivity.is_empty())
 }
 
-/// Lists how large each kind would have had to be to be found.
+/// Table of the smallest detectable size of each kind.
 pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
     let mut reach: Vec<_> = diagnosis.sensitivity.iter().collect();
     reach.sort_by(|a, b| b.snr.total_cmp(&a.snr));
@@ -126,7 +126,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// Sizes from which the numbers of a kind are found, best to worst.
+/// Smallest detectable sizes of a kind's parameters, best to worst.
 fn found_from(entry: &Sensitivity) -> String {
     let from = |snr: f64| entry.typical * NEEDED_SNR / snr;
     let best = from(entry.snr);
@@ -137,7 +137,7 @@ fn found_from(entry: &Sensitivity) -> String {
     }
 }
 
-/// Sizes of a kind with their unit, equal ones once.
+/// Formats sizes of a kind with their unit, equal ones once.
 fn sized(entry: &Sensitivity, sizes: &[f64]) -> String {
     let largest = sizes.iter().copied().fold(0.0, f64::max);
     let scale = Scale::of("x", &entry.unit, largest);
@@ -153,7 +153,7 @@ fn two_digits(value: f64) -> String {
     number(format!("{value:.1e}").parse().unwrap_or(value))
 }
 
-/// Lists the kinds that could not have been found, by reason: too weak here, no channel, not tried.
+/// Lists the undetectable kinds by reason: too weak here, no channel, not tested.
 pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
     let weak = diagnosis
         .sensitivity

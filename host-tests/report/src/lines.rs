@@ -1,21 +1,21 @@
-//! Writes steady spectral lines as one table, since a section for each would hide everything else.
+//! Table of steady spectral lines, since a section for each would hide everything else.
 
 use maud::{Markup, html};
 
 use super::words::{display_unit, number, with_spread};
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry};
 
-/// Whether an effect is a steady line on several gyros.
+/// True if an effect is a steady line on several gyros.
 pub fn is_line(effect: &EffectEntry) -> bool {
     let expression = effect.expression.as_deref();
     expression.is_some_and(|text| text.starts_with("sine(") || text.starts_with("line("))
         && effect.equation.starts_with("omega_i")
 }
 
-/// Lines that stand open; weaker ones are folded away.
+/// Number of unfolded lines; weaker ones are folded.
 const OPEN: usize = 6;
 
-/// All lines, the strongest first.
+/// Table of all lines, the strongest first.
 pub fn table(diagnosis: &Diagnosis) -> Markup {
     let lines: Vec<&EffectEntry> = diagnosis.effects.iter().filter(|e| is_line(e)).collect();
     let (strong, weak) = lines.split_at(lines.len().min(OPEN));
@@ -52,7 +52,7 @@ fn rows(lines: &[&EffectEntry]) -> Markup {
     }
 }
 
-/// Frequency of a line \[Hz\], as it is written where there is no number of that name.
+/// Frequency of a line \[Hz\], from its expression if there is no such parameter.
 pub fn frequency(line: &EffectEntry) -> String {
     let number = line
         .parameters

@@ -1,9 +1,9 @@
-//! Draws where the residual stands above its noise: time × band, one map a gyro.
+//! Maps of the significant residual: time × band, one map a gyro.
 //!
-//! From [`Tile`]s with their probability it draws a plot whose colour is the probability times the number of tiles.
-//! Held-out time is marked by a bar along the top.
+//! Each [`Tile`] is coloured by its p-value times the number of tiles (Bonferroni). Held-out time is marked by a bar along
+//! the top.
 //!
-//! A recording of many tiles is drawn in [`COLUMNS`] columns, each showing the least chance that falls in it.
+//! A recording of many tiles is drawn in [`COLUMNS`] columns, each with its smallest p-value.
 
 use maud::{Markup, html};
 use plotters::prelude::*;
@@ -20,14 +20,14 @@ use rlg_recording::AXES;
 /// Height of a map \[page pixels\].
 const HEIGHT: u32 = 230;
 
-/// Most columns of a map: narrower ones would not be seen, and the page would grow with the recording.
+/// Largest number of columns: narrower ones would not be visible, and the page would grow with the recording.
 const COLUMNS: usize = 150;
 
-/// Share of a row's height that the bar of held-out time takes.
+/// Height of the held-out bar, as a share of a row's height.
 const BAR: f64 = 0.35;
 
-/// Probability below which a tile has this colour, and its text in the legend; the first is the threshold of the
-/// diagnosis. One hue from light to dark, readable without colour.
+/// p-values below which a tile has a colour, with the text in the legend; the first is the threshold of the diagnosis. One
+/// hue from light to dark, readable without colour.
 const LEVELS: [(f64, RGBColor, &str); 5] = [
     (f64::INFINITY, RGBColor(0xEE, 0xEE, 0xEE), "noise"),
     (TILE_SIGNIFICANCE, RGBColor(0xF6, 0xC9, 0x8B), "< 10⁻⁴"),
@@ -36,7 +36,7 @@ const LEVELS: [(f64, RGBColor, &str); 5] = [
     (1e-32, RGBColor(0x6B, 0x22, 0x00), "< 10⁻³²"),
 ];
 
-/// A rectangle of the map.
+/// Rectangle of the map.
 struct Cell {
     begin_s: f64,
     end_s: f64,
@@ -44,7 +44,7 @@ struct Cell {
     chance: f64,
 }
 
-/// The map of one gyro before (`tiles_before`) or after the found effects are taken out.
+/// Map of one gyro before (`tiles_before`) or after the correction of the found effects.
 pub fn map(pictures: &Pictures, axis: usize, after: bool) -> Markup {
     let (tiles, when) = if after {
         (&pictures.tiles_after, "after")
@@ -59,7 +59,7 @@ pub fn map(pictures: &Pictures, axis: usize, after: bool) -> Markup {
     plot(&label, HEIGHT, |area| {
         let rows = bands.len().max(1) as f64;
         let x = time_range(pictures);
-        // Labels stand at the edges between bands.
+        // Labels are at the edges between bands.
         let mut chart = builder(area).build_cartesian_2d(x, 0.0..rows + BAR)?;
         let edge = |place: &f64| match (place.fract() == 0.0, bands.get(*place as usize)) {
             (true, Some((low, _))) => number(*low),
@@ -107,7 +107,7 @@ pub fn id(axis: usize, after: bool) -> String {
     format!("map-{}-{when}", AXES[axis])
 }
 
-/// The numbers of a map as it is drawn.
+/// Data of a map as drawn.
 pub fn numbers(pictures: &Pictures, axis: usize, after: bool) -> Numbers {
     let tiles = if after {
         &pictures.tiles_after
@@ -136,7 +136,7 @@ pub fn numbers(pictures: &Pictures, axis: usize, after: bool) -> Numbers {
     }
 }
 
-/// Whether any tile of a gyro stands above its noise, before or after.
+/// True if any tile of a gyro is significant, before or after.
 pub fn stands_out(pictures: &Pictures, axis: usize) -> bool {
     let tiles = [&pictures.tiles_before, &pictures.tiles_after];
     tiles.into_iter().any(|tiles| {
@@ -172,7 +172,7 @@ fn colour(chance: f64) -> RGBColor {
     level.map_or(LEVELS[0].1, |(_, colour, _)| *colour)
 }
 
-/// The bands in rising order.
+/// Bands in rising order.
 fn bands(tiles: &[Tile]) -> Vec<(f64, f64)> {
     let mut bands: Vec<(f64, f64)> = tiles.iter().map(|tile| tile.band_hz).collect();
     bands.sort_by(|a, b| a.0.total_cmp(&b.0).then(a.1.total_cmp(&b.1)));

@@ -1,9 +1,9 @@
-//! Writes `navigation.html`: attitude and velocity of a navigator, before and after, on the same axes.
+//! Page `navigation.html`: attitude and velocity of a navigator, before and after, on the same axes.
 //!
-//! From [`Navigation`], trajectories in rad and m/s, it makes one HTML file without scripts and without anything from
-//! outside, in degrees, arcsec and m/s: the paper's Fig. 6 to 9.
+//! From [`Navigation`], trajectories in rad and m/s, one HTML file without scripts or external content, in degrees, arcsec
+//! and m/s: the paper's Fig. 6 to 9.
 //!
-//! Curves are smoothed by a window of a second or more, so that a vibration does not hide what remains of it.
+//! Curves are smoothed by a window of a second or more, so that a vibration does not hide the remaining drift.
 
 use maud::{Markup, html};
 use plotters::prelude::*;
@@ -16,23 +16,23 @@ use rlg_replay::navigate::{Readings, Trajectory};
 /// Height of a curve \[page pixels\].
 const HEIGHT: u32 = 250;
 
-/// Most points of a curve: a plot has no more pixels across.
+/// Largest number of points of a curve: a plot has no more pixels across.
 const POINTS: usize = 460;
 
-/// Least width of the window \[s\]: Hann's leaves 3e-4 of a vibration of 15 Hz, the paper's.
+/// Least width of the window \[s\]: a Hann window attenuates the paper's vibration of 15 Hz to 3e-4.
 const WINDOW_S: f64 = 1.0;
 
 /// Content of the page.
 pub struct Navigation<'a> {
-    /// The recording's name.
+    /// Name of the recording.
     pub recording: &'a str,
-    /// The increments that were navigated.
+    /// Increments of the navigation.
     pub readings: &'a Readings,
     /// Navigation without the dynamic terms, if the model has any.
     pub before: Option<(&'a Trajectory, &'a TrajectoryFigures)>,
-    /// Navigation with them.
+    /// Navigation with the dynamic terms.
     pub after: (&'a Trajectory, &'a TrajectoryFigures),
-    /// `navigation.json` word for word.
+    /// `navigation.json` verbatim.
     pub json: &'a str,
 }
 
@@ -142,17 +142,17 @@ fn velocity(navigation: &Navigation, name: &str, axis: usize) -> Markup {
 }
 
 impl Navigation<'_> {
-    /// Periods between two points.
+    /// Number of periods between two points.
     fn interval(&self) -> usize {
         self.after.0.solutions.len().div_ceil(POINTS).max(1)
     }
 
-    /// Width of the window: no narrower than two intervals, so that nothing falls between points.
+    /// Width of the window: at least two intervals, so that every sample contributes.
     fn window_s(&self) -> f64 {
         WINDOW_S.max(2.0 * self.interval() as f64 * self.readings.period_s)
     }
 
-    /// Times \[s\] and smoothed values; where a value in the window is not finite there is no point.
+    /// Times \[s\] and smoothed values; no point if a value in the window is not finite.
     fn smoothed(&self, values: &[f64]) -> Vec<(f64, f64)> {
         let period_s = self.readings.period_s;
         let begin_s = self.readings.start_s + self.after.0.first_period as f64 * period_s;
@@ -191,7 +191,7 @@ fn curve(
         let both = || before.iter().chain(&after);
         let y = range(both().map(|(_, value)| *value));
         let x = range(both().map(|(time_s, _)| *time_s));
-        // a tick at zero is 1e-17 by the plotter's arithmetic
+        // the plotter computes a tick at zero as 1e-17
         let nothing = 1e-9 * (y.end - y.start);
         let mut chart = builder(area).build_cartesian_2d(x, y)?;
         let axes = Axes {

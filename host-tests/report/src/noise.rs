@@ -1,4 +1,4 @@
-//! Writes the noise of the unit: the terms of IEEE 952 as measured beside those of the model, and Allan deviations.
+//! Section on the noise of the unit: the terms of IEEE 952, measured and declared by the model, and Allan deviations.
 
 use maud::{Markup, html};
 
@@ -14,7 +14,7 @@ use rlg_recording::AXES;
 /// °/h/√h in one rad/s/√s.
 const DEG_H_SQRT_H_PER_RAD_S_SQRT_S: f64 = 60.0 * DEG_H_PER_RAD_S;
 
-/// One term of a noise: heading, factor to the unit of the heading, as measured, as the model declares it.
+/// Noise term: heading, factor to the heading's unit, measured value, value declared by the model.
 struct Term {
     heading: &'static str,
     factor: f64,
@@ -22,12 +22,12 @@ struct Term {
     declared: fn(&Declared) -> Option<[f64; 3]>,
 }
 
-/// A level without a standard deviation: what the rows were judged with.
+/// Level without a standard deviation, as used for the whitening.
 fn judged(value: f64) -> LevelEntry {
     LevelEntry { value, std: 0.0 }
 }
 
-/// The terms in the order of their slopes.
+/// Terms in the order of their slopes.
 const TERMS: [Term; 4] = [
     Term {
         heading: "Q [″]",
@@ -66,7 +66,7 @@ const TERMS: [Term; 4] = [
     },
 ];
 
-/// The section; nothing where no noise is known.
+/// Section; empty if no noise is known.
 pub fn section(diagnosis: &Diagnosis, beside: &Beside, allan: &[Chart]) -> Markup {
     if diagnosis.noise.is_empty() {
         return html! {};

@@ -1,4 +1,4 @@
-//! Writes where recording and model differ: stretches that go the same way as one row, and maps of time and band.
+//! Section on the differences between recording and model: grouped stretches as rows, and maps of time and band.
 
 use maud::{Markup, html};
 
@@ -10,19 +10,19 @@ use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::{Diagnosis, LocationEntry, Verdict};
 use rlg_recording::AXES;
 
-/// Rows of the table: more are not read; all of them are in the data at the end of the page.
+/// Largest number of table rows; all stretches are in the data at the end of the page.
 const MOST_ROWS: usize = 12;
 
-/// Stretches of one channel that go the same way.
+/// Stretches of one channel with the same coherence.
 struct Place<'a> {
     channel: &'a str,
     recording: Option<&'a str>,
-    /// What they go with: the channel or product of the strongest coherence, else how they go with the motion.
+    /// Channel or product with the strongest coherence, else the relation to the motion.
     with: &'a str,
     members: Vec<&'a LocationEntry>,
 }
 
-/// Groups the stretches by channel and by what they go with, in the order of the first of each.
+/// Groups the stretches by channel and coherence, in the order of the first of each.
 fn places(locations: &[LocationEntry]) -> Vec<Place<'_>> {
     let mut places: Vec<Place<'_>> = Vec::new();
     for location in locations {
@@ -48,7 +48,7 @@ fn places(locations: &[LocationEntry]) -> Vec<Place<'_>> {
     places
 }
 
-/// The section: table of stretches, and maps of the gyros that show something.
+/// Section: table of stretches, and maps of the gyros with significant tiles.
 pub fn section(diagnosis: &Diagnosis, pictures: Option<&Pictures>) -> Markup {
     if diagnosis.verdict == Verdict::Unusable || diagnosis.locations.is_empty() {
         return html! {};
@@ -108,7 +108,7 @@ fn row(place: &Place<'_>) -> Markup {
     }
 }
 
-/// Which maps are drawn, by gyro and whether what was found is taken out: of each gyro that stands above its noise.
+/// Maps to draw, by gyro and before or after the correction of the found effects: of each gyro with significant tiles.
 fn drawn(diagnosis: &Diagnosis, pictures: &Pictures) -> Vec<(usize, bool)> {
     if diagnosis.verdict == Verdict::Unusable || diagnosis.locations.is_empty() {
         return Vec::new();
@@ -123,7 +123,7 @@ fn drawn(diagnosis: &Diagnosis, pictures: &Pictures) -> Vec<(usize, bool)> {
         .collect()
 }
 
-/// The numbers of all maps.
+/// Data of all maps.
 pub fn numbers(diagnosis: &Diagnosis, pictures: &Pictures) -> Vec<Numbers> {
     let maps = drawn(diagnosis, pictures).into_iter();
     maps.map(|(axis, after)| map::numbers(pictures, axis, after))

@@ -1,10 +1,10 @@
-//! Holds what all plots share: size, ink, frame.
+//! Common parts of all plots: size, colours, frame.
 //!
-//! From ranges and axis titles it makes inline SVG without a fixed width, transparent, its colours the tokens below;
-//! `style.css` turns the same tokens into those of a dark page.
+//! From ranges and axis titles, inline SVG without a fixed width, transparent, its colours the tokens below; `style.css`
+//! changes the same tokens for a dark page.
 //!
-//! The backend's coordinates are whole numbers, so everything is drawn [`FINE`] times too large and the
-//! `viewBox` brings it back. Out of scope: text from recordings; plots hold only our own words.
+//! The backend's coordinates are integers, so everything is drawn [`FINE`] times too large and scaled back by the
+//! `viewBox`. Out of scope: text from recordings; plots contain only our own words.
 
 use std::error::Error;
 use std::ops::Range;
@@ -16,8 +16,8 @@ use plotters::prelude::*;
 /// Units of the drawing in one pixel of the page.
 pub const FINE: u32 = 4;
 
-/// Width of a plot \[page pixels\]: two stand side by side on a desk, one fills a phone, and the labels
-/// stay readable on both.
+/// Width of a plot \[page pixels\]: two fit side by side on a desktop, one fills a phone, and the labels are readable on
+/// both.
 const WIDTH: u32 = 460;
 
 /// Height of tick labels and axis titles \[page pixels\].
@@ -38,13 +38,13 @@ pub const BEFORE: RGBColor = RGBColor(0xD5, 0x5E, 0x00);
 /// Colour of curves with the found effects (Okabe–Ito blue).
 pub const AFTER: RGBColor = RGBColor(0x00, 0x72, 0xB2);
 
-/// A surface to draw on.
+/// Drawing surface.
 pub type Area<'a> = DrawingArea<SVGBackend<'a>, Shift>;
 
-/// Result of drawing; on a string in memory it does not fail.
+/// Result of drawing; it does not fail on a string in memory.
 pub type Drawn = Result<(), Box<dyn Error>>;
 
-/// One plot of `height` page pixels; `label` says in words what is seen.
+/// Plot of `height` page pixels; `label` describes it in words.
 pub fn plot(label: &str, height: u32, draw: impl FnOnce(&Area) -> Drawn) -> Markup {
     let size = (WIDTH * FINE, height * FINE);
     match drawing(size, draw) {
@@ -57,11 +57,11 @@ pub fn plot(label: &str, height: u32, draw: impl FnOnce(&Area) -> Drawn) -> Mark
     }
 }
 
-/// Draws on a surface of `size` units and returns the SVG elements without the outer tag, whose size in pixels is
-/// fixed by the backend.
+/// Draws on a surface of `size` units and returns the SVG elements without the outer tag, whose size in pixels the backend
+/// fixes.
 ///
 /// # Errors
-/// Whatever the drawing reports.
+/// Any error of the drawing.
 pub fn drawing(
     size: (u32, u32),
     draw: impl FnOnce(&Area) -> Drawn,
@@ -78,7 +78,7 @@ pub fn drawing(
     }))
 }
 
-/// A short line as a legend shows it.
+/// Line sample for a legend.
 pub fn swatch(colour: &str, dash: &str, width: &str) -> Markup {
     html! {
         svg.swatch viewBox="0 0 22 14" aria-hidden="true" {
@@ -87,17 +87,17 @@ pub fn swatch(colour: &str, dash: &str, width: &str) -> Markup {
     }
 }
 
-/// Titles and numbers of the axes.
+/// Titles and tick labels of the axes.
 pub struct Axes<'a> {
     /// Title of the x axis.
     pub x_title: &'a str,
     /// Title of the y axis.
     pub y_title: &'a str,
-    /// Text of a number on x.
+    /// Format of a tick label on x.
     pub x_number: &'a dyn Fn(&f64) -> String,
-    /// Text of a number on y.
+    /// Format of a tick label on y.
     pub y_number: &'a dyn Fn(&f64) -> String,
-    /// About how many numbers stand along y.
+    /// Approximate number of tick labels along y.
     pub y_count: usize,
 }
 
@@ -128,7 +128,7 @@ where
     Ok(())
 }
 
-/// A chart with room for the labels.
+/// Chart builder with room for the labels.
 pub fn builder<'a, 'b>(area: &'a Area<'b>) -> ChartBuilder<'a, 'b, SVGBackend<'b>> {
     let mut builder = ChartBuilder::on(area);
     builder
@@ -139,7 +139,7 @@ pub fn builder<'a, 'b>(area: &'a Area<'b>) -> ChartBuilder<'a, 'b, SVGBackend<'b
     builder
 }
 
-/// The least range that holds the finite `values` with a little air; never empty.
+/// Smallest range of the finite `values` with a margin; never empty.
 pub fn range(values: impl Iterator<Item = f64>) -> Range<f64> {
     let (low, high) = ends(values).unwrap_or((0.0, 1.0));
     let air = 0.05 * (high - low);
@@ -158,7 +158,7 @@ pub fn decades(values: impl Iterator<Item = f64>) -> Range<f64> {
     10f64.powf(low)..10f64.powf(high.max(low + 1.0))
 }
 
-/// Smallest and largest of the finite values.
+/// Smallest and largest finite value.
 pub fn ends(values: impl Iterator<Item = f64>) -> Option<(f64, f64)> {
     values
         .filter(|value| value.is_finite())

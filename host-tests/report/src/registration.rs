@@ -1,11 +1,11 @@
-//! Writes the section on what aligns a reference of attitudes with the gyros.
+//! Section on the alignment of an attitude reference with the gyros.
 
 use maud::{Markup, html};
 
 use super::words::{SIGNIFICANT_SIGMAS, Scale, plain};
 use rlg_findings::result::{Diagnosis, ParameterEntry, RegistrationEntry};
 
-/// Every number of the registration, and whether the recording supports it.
+/// Table of all alignment parameters, with the support of each by the recording.
 pub fn section(diagnosis: &Diagnosis) -> Markup {
     if diagnosis.registration.is_empty() {
         return html! {};
@@ -30,7 +30,8 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
     }
 }
 
-/// Each number in the unit that suits it: what the motion shows and what it does not differ by orders of magnitude.
+/// Formats each parameter ± σ in its own unit, since observable and unobservable ones differ by orders of magnitude;
+/// significant ones in bold.
 fn values(entry: &RegistrationEntry) -> Markup {
     let each = entry.parameters.iter().filter_map(|parameter| {
         let ParameterEntry::Number {

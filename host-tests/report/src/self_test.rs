@@ -1,7 +1,7 @@
-//! Writes how this very recording answered to known patterns, compared with theory.
+//! Section on the self-test: response of the search on this recording to injected effects, compared with theory.
 //!
-//! From [`SelfTestEntry`]s it plots the share found against strength (matched-filter SNR), with the binomial standard
-//! deviation, and says in a sentence what noise alone showed.
+//! From [`SelfTestEntry`]s, a plot of the detected share against strength (matched-filter SNR), with the binomial standard
+//! deviation, and a sentence on the false alarms in noise alone.
 
 use maud::{Markup, html};
 use plotters::prelude::*;
@@ -14,13 +14,13 @@ use rlg_findings::result::{SelfTestEntry, SelfTestPoint};
 /// Height of the plot \[page pixels\].
 const HEIGHT: u32 = 250;
 
-/// Half a step of strength beside the first and last.
+/// Margin below the first and above the last strength: half a step.
 const MARGIN: f64 = 1.0;
 
 /// Name of the plot.
 const ID: &str = "self-test";
 
-/// The numbers of the plot, where there is one.
+/// Data of the plot, if there is one.
 pub fn numbers(test: &SelfTestEntry) -> Option<Numbers> {
     test.curve.iter().find(|point| point.injections > 0)?;
     let column =
@@ -112,7 +112,7 @@ fn curve(points: &[&SelfTestPoint]) -> Markup {
                 .iter()
                 .map(|p| {
                     let count = p.injections as f64;
-                    // Laplace's share, so that none of forty keeps a spread.
+                    // Laplace's rule of succession, so that zero of forty has a nonzero standard deviation.
                     let likely = (p.detected as f64 + 1.0) / (count + 2.0);
                     let std = (likely * (1.0 - likely) / count).sqrt();
                     (p.rho, p.detected as f64 / count, std)

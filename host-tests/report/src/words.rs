@@ -1,9 +1,9 @@
-//! Formats numbers, units and symbols as people read them.
+//! Formatting of numbers, units and symbols.
 //!
-//! SI values, units and names as the contract spells them ("s^2", "delta_ij") become text with the digits that the
-//! spread justifies, °/h for rates, arcsec for angles, typographic symbols.
+//! SI values, units and names in the contract's spelling ("s^2", "delta_ij") become text with the digits justified by the
+//! standard deviation, °/h for rates, arcsec for angles, typographic symbols.
 //!
-//! Out of scope: any judgement; a value is shown, never rounded to what would look better.
+//! Out of scope: any judgement; a value is never rounded to look better.
 
 use maud::{Markup, html};
 
@@ -23,7 +23,7 @@ pub const ARCSEC_PER_RAD: f64 = DEG_H_PER_RAD_S;
 /// °/√h in one rad/√s: 180/π × √3600.
 pub const DEG_SQRT_H_PER_RAD_SQRT_S: f64 = 180.0 / std::f64::consts::PI * 60.0;
 
-/// Greek letters that the contract spells out, and what stands for them.
+/// Greek letters by their spelling in the contract.
 const LETTERS: [(&str, &str); 12] = [
     ("alpha", "α"),
     ("beta", "β"),
@@ -39,7 +39,7 @@ const LETTERS: [(&str, &str); 12] = [
     ("Sum", "Σ"),
 ];
 
-/// The factor and the unit in which a value of the SI unit `unit` is displayed.
+/// Factor and unit in which a value of the SI unit `unit` is displayed.
 pub fn display_unit(unit: &str) -> (f64, String) {
     match unit {
         "rad/s" => (DEG_H_PER_RAD_S, "°/h".to_owned()),
@@ -54,8 +54,8 @@ pub fn display_unit(unit: &str) -> (f64, String) {
 /// m/s² to millionths of standard gravity.
 pub const MICRO_G_PER_M_S2: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
 
-/// An equation of the contract with its letters: "delta_ij = -K_ij alpha_j" as δ with index ij and so on.
-/// Names that are no symbols (channels of a recording) stay as they are.
+/// Formats an equation of the contract with its letters: "delta_ij = -K_ij alpha_j" as δ with index ij and so on. Other
+/// names (channels of a recording) stay unchanged.
 pub fn symbols(text: &str) -> Markup {
     let text = raised(text);
     let mut parts: Vec<String> = Vec::new();
@@ -86,7 +86,7 @@ fn symbol(word: &str) -> Markup {
     }
 }
 
-/// A size rounded to three digits.
+/// Rounds a size to three digits.
 pub fn rounded(value: f64) -> f64 {
     format!("{value:.2e}").parse().unwrap_or(value)
 }

@@ -1,8 +1,8 @@
-//! Carries the attitude of the case over the ground, and computes what the Earth adds: its rotation and gravity.
+//! Attitude of the case relative to the ground, and the Earth's rotation, gravity and field in body axes.
 //!
-//! From the body rates relative to the ground at the quadrature nodes of one period (rad/s, body frame) it gives, at
-//! the same nodes, the Earth's rotation (rad/s), the specific force at rest (m/s²) and the Earth's magnetic field (T),
-//! body frame; and the attitude at the period's end.
+//! From the body rates relative to the ground at the quadrature nodes of one period (rad/s, body frame): at the same nodes
+//! the Earth's rotation (rad/s), the specific force at rest (m/s²) and the Earth's magnetic field (T), body frame; and the
+//! attitude at the period's end.
 //!
 //! Frame: navigation frame n = north, west, up; a body at identity has z up. With latitude L,
 //! ω_ie = ω_E (cos L, 0, sin L) and specific force at rest is (0, 0, +g).
@@ -30,7 +30,7 @@ pub struct Quadrature {
 }
 
 impl Quadrature {
-    /// The rule, from its closed form.
+    /// Computes the rule from its closed form.
     pub fn new() -> Self {
         let root = (6.0_f64 / 5.0).sqrt();
         let inner = (3.0 / 7.0 - 2.0 / 7.0 * root).sqrt();
@@ -54,7 +54,7 @@ impl Quadrature {
         rule
     }
 
-    /// ∫₀^end ℓ_j: the weights of an integral over the first part of a period, `end` in periods.
+    /// ∫₀^end ℓ_j: weights of an integral over the first part of a period, `end` in periods.
     pub fn weights_until(&self, end: f64) -> [f64; 4] {
         let lagrange = |j: usize, x: f64| -> f64 {
             (0..4)
@@ -69,7 +69,7 @@ impl Quadrature {
         })
     }
 
-    /// ∫ over one period of length `period_s` of a vector known at the nodes.
+    /// ∫ over one period of length `period_s` of a vector given at the nodes.
     pub fn integrate(&self, values: &[Vector3<f64>; 4], period_s: f64) -> Vector3<f64> {
         values
             .iter()
@@ -85,7 +85,7 @@ impl Default for Quadrature {
     }
 }
 
-/// What a body at rest on the ground is exposed to, navigation frame; zero where the scenario names no site.
+/// Quantities at rest on the ground, navigation frame; zero if the scenario has no site.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub struct Ground {
     /// ω_ie \[rad/s\].
@@ -94,13 +94,13 @@ pub struct Ground {
     pub specific_force_m_s2: Vector3<f64>,
     /// Magnetic flux density \[T\].
     pub field_t: Vector3<f64>,
-    /// A rotation of the Earth that the reference does not show \[rad/s\].
+    /// Rotation of the Earth that the reference does not contain \[rad/s\].
     pub unreferenced_rate_rad_s: Vector3<f64>,
 }
 
 impl Ground {
-    /// The ground at a latitude and a local gravity, without a magnetic field; `turning` = false leaves the Earth's
-    /// rotation out.
+    /// Ground at a latitude and a local gravity, without a magnetic field; `turning` = false leaves the Earth's rotation
+    /// out.
     pub fn at(latitude_rad: f64, gravity_m_s2: f64, turning: bool) -> Self {
         let rate = if turning { EARTH_RATE_RAD_S } else { 0.0 };
         Self {
@@ -115,7 +115,7 @@ impl Ground {
     }
 }
 
-/// The ground seen from the body at one node, body frame.
+/// Ground quantities at one node, body frame.
 #[derive(Debug, Clone, Copy)]
 pub struct GroundInBody {
     /// ω_ie \[rad/s\].
@@ -124,7 +124,7 @@ pub struct GroundInBody {
     pub specific_force_m_s2: Vector3<f64>,
     /// Magnetic flux density \[T\].
     pub field_t: Vector3<f64>,
-    /// Rotation of the Earth that the reference does not show \[rad/s\].
+    /// Rotation of the Earth that the reference does not contain \[rad/s\].
     pub unreferenced_rate_rad_s: Vector3<f64>,
 }
 
@@ -144,7 +144,7 @@ impl Attitude {
         }
     }
 
-    /// Computes the ground as seen from the body at the nodes of the next period, and advances the attitude to its end.
+    /// Computes the ground quantities at the nodes of the next period, and advances the attitude to its end.
     pub fn advance(
         &mut self,
         quadrature: &Quadrature,

@@ -1,13 +1,13 @@
-//! Computes how the case moves, and what its instruments are exposed to.
+//! Motion of the case, and the input of its instruments.
 //!
-//! From the base's motion at the nodes of one period it forms a [`Period`]: body-frame rates, specific forces and the
-//! rates that the gyros sense, at the same nodes.
+//! From the base's motion at the nodes of one period it forms a [`Period`]: body-frame rates, specific forces and the rates
+//! sensed by the gyros, at the same nodes.
 //!
 //! Data flow: base → isolator → reaction of the dithers → attitude (Earth, gravity, field) → modes of the
 //! suspensions → effects.
 //!
-//! Equation of the reaction: a block and its case exchange angular momentum, so the case turns by −r_j times the
-//! block's angle relative to it, r_j = J_block/(J_block + J_case): three axes, three frequencies.
+//! Reaction: a block and its case exchange angular momentum, so the case rotates by −r_j times the block's angle relative
+//! to it, r_j = J_block/(J_block + J_case): three axes, three frequencies.
 
 use super::attitude::{Attitude, Ground, Quadrature};
 use super::dither::BlockDither;
@@ -18,22 +18,22 @@ use super::motion::{BaseMotion, BodyMotion};
 use super::scenario::Scenario;
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 
-/// What everything is exposed to over one period, at its nodes, body frame.
+/// Input of all instruments over one period, at its nodes, body frame.
 #[derive(Debug, Clone)]
 pub struct Period {
-    /// The case relative to space, the Earth's rotation as the site has it \[rad/s\].
+    /// Rate of the case relative to space, with the Earth's rotation at the site \[rad/s\].
     pub case_rad_s: [Vector3<f64>; 4],
-    /// The base relative to space \[rad/s\].
+    /// Rate of the base relative to space \[rad/s\].
     pub base_rad_s: [Vector3<f64>; 4],
-    /// The base relative to the ground \[rad/s\].
+    /// Rate of the base relative to the ground \[rad/s\].
     pub table_rad_s: [Vector3<f64>; 4],
-    /// What the gyros sense of it: M⁻¹ω + effects \[rad/s\].
+    /// Rate sensed by the gyros: M⁻¹ω + effects \[rad/s\].
     pub sensed_rad_s: [Vector3<f64>; 4],
-    /// Specific force where each accelerometer sits, before its own errors \[m/s²\].
+    /// Specific force at the place of each accelerometer, before its own errors \[m/s²\].
     pub force_m_s2: [Vector3<f64>; 4],
     /// Attitude of the case at the period's end, body to navigation frame.
     pub case_attitude: UnitQuaternion<f64>,
-    /// Attitude of the base there.
+    /// Attitude of the base at the period's end.
     pub base_attitude: UnitQuaternion<f64>,
     /// Warming since the start, at the period's end \[K\].
     pub warming_k: Vector3<f64>,
@@ -42,7 +42,7 @@ pub struct Period {
 }
 
 impl Period {
-    /// A period in which everything stays as it is at this one's beginning.
+    /// Period in which all quantities keep their values at this one's start.
     pub fn held_at_begin(&self) -> Self {
         let held = |nodes: &[Vector3<f64>; 4]| [nodes[0]; 4];
         Self {
@@ -56,7 +56,7 @@ impl Period {
     }
 }
 
-/// The case and its state.
+/// Case and its state.
 pub struct Case<'a> {
     scenario: &'a Scenario,
     effects: &'a Effects,
@@ -71,7 +71,7 @@ pub struct Case<'a> {
 }
 
 impl<'a> Case<'a> {
-    /// The case at rest at the scenario's start.
+    /// Case at rest at the scenario's start.
     pub fn new(scenario: &'a Scenario, quadrature: &Quadrature) -> Self {
         let eps = &scenario.gyro.installation_rad;
         let body_from_gyro = Matrix3::new(
@@ -104,7 +104,7 @@ impl<'a> Case<'a> {
                     [0, 1, 2].map(|_| Mode::new(frequency_hz, damping, quadrature, period_s))
                 })
                 .collect(),
-            // the scenario admits |ε| ≤ 0.1 only, where the matrix is diagonally dominant
+            // the scenario accepts only |ε| ≤ 0.1, where the matrix is diagonally dominant
             gyro_from_body: body_from_gyro
                 .try_inverse()
                 .expect("a diagonally dominant matrix has an inverse"),
@@ -184,7 +184,7 @@ impl<'a> Case<'a> {
                 since_start_s: since_start_s(node, begin),
                 motion: BodyMotion {
                     rate_rad_s: turning + earth,
-                    // the Earth's rotation is fixed in space: seen from the body it turns the other way
+                    // the Earth's rotation is fixed in space: in body axes it rotates the opposite way
                     acceleration_rad_s2: case[node].angular.acceleration_rad_s2
                         - turning.cross(&earth),
                     jerk_rad_s3: case[node].angular.jerk_rad_s3

@@ -1,15 +1,13 @@
-//! Models the mechanical dither of one block, and its pickoff.
+//! Mechanical dither of one block, and its pickoff.
 //!
-//! From frequency, amplitude, spread and time in s it gives the pickoff angle p(t) in rad, block relative to case, and
-//! its reading at a row's end.
+//! Frequency, amplitude, spread and time in s give the pickoff angle p(t) in rad, block relative to case.
 //!
-//! Equation: p(t) = a_n sin ψ, ψ = 2πft + ψ0, with one amplitude a_n for each half-cycle n = ⌊ψ/π⌋. The
-//! amplitude changes where sin ψ = 0, so that the angle is continuous: the drive kicks the block as it
-//! passes through rest position. Amplitudes wander as a first-order Gauss–Markov sequence, which is what a
-//! resonator of finite Q makes of a random drive; without it lock-in would leave dead bands.
+//! Equation: p(t) = a_n sin ψ, ψ = 2πft + ψ0, with one amplitude a_n for each half-cycle n = ⌊ψ/π⌋. The amplitude changes
+//! at sin ψ = 0, so that the angle is continuous: the drive kicks the block at its rest position. Amplitudes are a
+//! first-order Gauss–Markov sequence, the response of a resonator of finite Q to a random drive; without it lock-in would
+//! leave dead bands.
 //!
-//! Out of scope: lock-in itself (`lock_in.rs`), the reaction on the case (`case.rs`), wander of the
-//! frequency.
+//! Out of scope: lock-in (`lock_in.rs`), the reaction on the case (`case.rs`), drift of the frequency.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
@@ -17,17 +15,17 @@ use rand_distr::StandardNormal;
 use std::collections::VecDeque;
 use std::f64::consts::{PI, TAU};
 
-/// Half-cycles over which the amplitude's deviations decay: Q/π for the Q of about 60 that dither springs show.
+/// Correlation length of the amplitude \[half-cycles\]: Q/π for the Q of about 60 of dither springs.
 const AMPLITUDE_MEMORY_HALF_CYCLES: f64 = 20.0;
 
-/// Amplitudes further than this many spreads from the mean are drawn towards it: no block stops or hits its stop.
+/// Limit of the amplitude's deviation in spreads: no block stops or hits its stop.
 pub const AMPLITUDE_LIMIT_SPREADS: f64 = 3.0;
 
-/// Amplitudes are kept this long behind the instant reached \[s\]: pickoffs and gyros may be a tenth of a second
-/// late, and what looks ahead runs a tenth of a second before them.
+/// Time for which past amplitudes are kept \[s\]: pickoffs and gyros may be a tenth of a second late, and early instruments
+/// run a tenth of a second before them.
 const KEPT_S: f64 = 0.5;
 
-/// The angle of one dithered block, as far as [`BlockDither::reach`] was told to go.
+/// Angle of one dithered block, up to the instant of the last [`BlockDither::reach`].
 #[derive(Debug, Clone)]
 pub struct BlockDither {
     frequency_hz: f64,
@@ -39,13 +37,13 @@ pub struct BlockDither {
     deviation: f64,
     /// Half-cycles still to be drawn.
     left: usize,
-    /// Number of the half-cycle that `amplitudes_rad` begins with.
+    /// Number of the first half-cycle in `amplitudes_rad`.
     first: usize,
     amplitudes_rad: VecDeque<f64>,
 }
 
 impl BlockDither {
-    /// From `begin_s` for `duration_s`; `spread` is the amplitude's rms deviation over its mean.
+    /// Dither from `begin_s` for `duration_s`; `spread` is the amplitude's rms deviation over its mean.
     pub fn new(
         frequency_hz: f64,
         amplitude_rad: f64,
@@ -78,11 +76,11 @@ impl BlockDither {
         dither
     }
 
-    /// Draws the amplitudes until `time_s`; those more than `KEPT_S` before it are forgotten.
+    /// Draws the amplitudes until `time_s`; drops those more than `KEPT_S` before it.
     pub fn reach(&mut self, time_s: f64) {
         let keep = (-1.0 / AMPLITUDE_MEMORY_HALF_CYCLES).exp();
         let drive = (1.0 - keep * keep).sqrt();
-        // one more than asked for: rounding may put the instant behind the next crossing
+        // one more than required: rounding may put the instant beyond the next crossing
         let wanted = self.half_cycle(time_s) + 2;
         while self.first + self.amplitudes_rad.len() < wanted && self.left > 0 {
             let draw: f64 = self.rng.sample(StandardNormal);
@@ -101,14 +99,14 @@ impl BlockDither {
         }
     }
 
-    /// p(t) \[rad\], not beyond what was reached; before the begin and after the end the outermost amplitude holds.
+    /// p(t) \[rad\], up to the last reach; before the start and after the end the outermost amplitude holds.
     pub fn angle_rad(&self, time_s: f64) -> f64 {
         let (amplitude_rad, phase) = self.swing(time_s);
         amplitude_rad * phase.sin()
     }
 
-    /// p(t) and its first three derivatives. The rate steps where the amplitude changes, by that change: what
-    /// the derivatives beyond it miss there is the drive's kick.
+    /// p(t) and its first three derivatives. The rate steps with the amplitude; the higher derivatives omit that step, the
+    /// kick of the drive.
     pub fn jet_rad(&self, time_s: f64) -> [f64; 4] {
         let (amplitude_rad, phase) = self.swing(time_s);
         let omega = TAU * self.frequency_hz;

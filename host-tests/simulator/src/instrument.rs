@@ -1,20 +1,20 @@
-//! Turns true angles into what a recorder stores.
+//! Quantisation and noise: from true angles to recorded values.
 //!
-//! From the true increments (rad, rad/s) of one row it makes pulse counts, quantised angles and quantised readings,
-//! each with its noise.
+//! From the true increments (rad, rad/s) of one row: pulse counts, quantised angles and quantised samples, each with its
+//! noise.
 //!
-//! Equations: a counter stores ⌊Φ_k/w⌋ − ⌊Φ_{k−1}/w⌋ of the running angle Φ; an encoder stores
-//! round(Ψ_k/w) − round(Ψ_{k−1}/w) of the running angle and its white noise. Both telescope: a count sums
-//! to the angle within one pulse whatever the length.
+//! Equations: a counter stores ⌊Φ_k/w⌋ − ⌊Φ_{k−1}/w⌋ of the running angle Φ; an encoder stores round(Ψ_k/w) −
+//! round(Ψ_{k−1}/w) of the running angle with its white noise. Both telescope: the sum of counts is the angle within one
+//! pulse at any length.
 //!
-//! Assumes noise that is Gaussian and white; each instrument draws from its own stream, so that switching
-//! one effect on leaves every other draw as it was.
+//! Assumes Gaussian white noise; each instrument draws from its own stream, so that switching one effect on leaves every
+//! other draw unchanged.
 
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use rand_distr::StandardNormal;
 
-/// The independent random streams of a simulation; the number is the ChaCha stream.
+/// Independent random streams of a simulation; the number is the ChaCha stream.
 #[derive(Debug, Clone, Copy)]
 pub enum Stream {
     /// Tones of vibrations.
@@ -39,14 +39,14 @@ pub enum Stream {
     Thermometer = 90,
     /// Noise of magnetometers.
     Magnetometer = 100,
-    /// First place inside a coarser pulse.
+    /// Initial phase inside a coarser pulse.
     Converter = 110,
 }
 
-/// Seeds of a simulation: what moves, and what disturbs the instruments. One number for both, as a rule.
+/// Seeds of a simulation, one for the motion and one for the instrument noise; usually the same number.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Seeds {
-    /// Seed of vibrations, dithers and the phase of the backscatter: of what a recording without noise has, too.
+    /// Seed of vibrations, dithers and the phase of the backscatter, which a noise-free recording contains too.
     pub motion: u64,
     /// Seed of every other stream.
     pub noise: u64,
@@ -61,7 +61,7 @@ impl From<u64> for Seeds {
     }
 }
 
-/// The generator of one stream for one axis.
+/// Generator of one stream for one axis.
 pub fn stream(seeds: impl Into<Seeds>, stream: Stream, axis: usize) -> ChaCha8Rng {
     let seeds = seeds.into();
     let seed = match stream {
@@ -73,16 +73,16 @@ pub fn stream(seeds: impl Into<Seeds>, stream: Stream, axis: usize) -> ChaCha8Rn
     rng
 }
 
-/// One standard normal number.
+/// Draws a standard normal number.
 pub fn normal(rng: &mut ChaCha8Rng) -> f64 {
     rng.sample(StandardNormal)
 }
 
-/// Counts pulses of a running angle.
+/// Pulse counter of a running angle.
 #[derive(Debug, Clone)]
 pub struct PulseCounter {
     weight_rad: f64,
-    /// Angle since the pulse that is under way began: the running angle itself would lose digits.
+    /// Angle since the start of the current pulse: the running angle itself would lose digits.
     angle_rad: f64,
 }
 
@@ -95,7 +95,7 @@ impl PulseCounter {
         }
     }
 
-    /// Pulses completed by `increment_rad`.
+    /// Number of pulses completed by `increment_rad`.
     pub fn count(&mut self, increment_rad: f64) -> f64 {
         self.angle_rad += increment_rad;
         let pulses = (self.angle_rad / self.weight_rad).floor();
@@ -104,21 +104,21 @@ impl PulseCounter {
     }
 }
 
-/// Reads a running angle, with white noise and a random walk, in steps of its weight.
+/// Encoder of a running angle, with white noise and a random walk, in steps of its weight.
 #[derive(Debug, Clone)]
 pub struct AngleEncoder {
     weight_rad: f64,
     noise_rad: f64,
     walk_rad: f64,
-    /// Angle beyond `stored`.
+    /// Running angle less the stored steps \[rad\].
     remainder_rad: f64,
     rng: ChaCha8Rng,
 }
 
 impl AngleEncoder {
-    /// `walk_rad` is the random walk's deviation per row.
+    /// `walk_rad`: standard deviation of the random walk per row.
     pub fn new(weight_rad: f64, noise_rad: f64, walk_rad: f64, mut rng: ChaCha8Rng) -> Self {
-        // the row before the first is read with noise too
+        // the row before the first has noise too
         let first = noise_rad * normal(&mut rng);
         Self {
             weight_rad,
@@ -129,7 +129,7 @@ impl AngleEncoder {
         }
     }
 
-    /// Steps between this reading and the last.
+    /// Steps between this sample and the last.
     pub fn step(&mut self, increment_rad: f64) -> f64 {
         self.remainder_rad += increment_rad + self.walk_rad * normal(&mut self.rng);
         let seen = self.remainder_rad + self.noise_rad * normal(&mut self.rng);

@@ -1,15 +1,15 @@
-//! Models the isolator between base and case: rotation follows through second-order modes, and linear vibration rocks a
-//! case whose centre of mass lies off the mounts' centre.
+//! Isolator between base and case: rotation is transmitted by second-order modes, and linear vibration rocks a case whose
+//! centre of mass is off the mounts' centre.
 //!
-//! From the base's motion at the nodes of one period, body frame, it gives the case's motion at the same nodes.
+//! From the base's motion at the nodes of one period, body frame, the case's motion at the same nodes.
 //!
 //! Equations, an axis at a time:
-//! - followed: H = (ω₀² + 2ζω₀ s)/(s² + 2ζω₀ s + ω₀²), for body rate and for linear acceleration alike;
-//! - rocking: φ'' + 2ζω₀ φ' + ω₀² φ = −(e × a)_i/r_i² with a the case's linear acceleration, e from the mounts'
-//!   centre to the centre of mass, r_i the case's radius of gyration about axis i.
+//! - transmission: H = (ω₀² + 2ζω₀ s)/(s² + 2ζω₀ s + ω₀²), for body rate and for linear acceleration alike;
+//! - rocking: φ'' + 2ζω₀ φ' + ω₀² φ = −(e × a)_i/r_i² with a the case's linear acceleration, e from the mounts' centre to
+//!   the centre of mass, r_i the case's radius of gyration about axis i.
 //!
-//! Assumes small angles between base and case: components are filtered in the body frame as the base has it.
-//! An axis without a frequency is rigid. The Earth's rotation passes as it is (H = 1 at its frequencies).
+//! Assumes small angles between base and case: components are filtered in the base's body frame. An axis without a
+//! frequency is rigid. The Earth's rotation is transmitted unchanged (H = 1 at its frequencies).
 
 use super::attitude::Quadrature;
 use super::mode::Mode;
@@ -28,23 +28,23 @@ pub struct IsolatorEntry {
     pub linear: [AxisMode; 3],
     /// Offset e of the centre of mass from the mounts' centre \[m\].
     pub offset_m: [f64; 3],
-    /// Radii of gyration r_i \[m\]; unused where e is 0.
+    /// Radii of gyration r_i \[m\]; unused if e is 0.
     pub gyration_radius_m: [f64; 3],
 }
 
-/// The isolator and its state.
+/// Isolator and its state.
 #[derive(Debug, Clone)]
 pub struct Isolator {
     angular: [Option<Mode>; 3],
     linear: [Option<Mode>; 3],
-    /// Rocking: a mode of its own, with the angular one's frequency and damping.
+    /// Rocking: a separate mode with the angular one's frequency and damping.
     rocking: [Option<Mode>; 3],
     offset_m: Vector3<f64>,
     gyration_radius_m: [f64; 3],
 }
 
 impl Isolator {
-    /// The isolator at rest.
+    /// Isolator at rest.
     pub fn new(entry: &IsolatorEntry, quadrature: &Quadrature, period_s: f64) -> Self {
         let mode = |axis: AxisMode| {
             axis.map(|(frequency_hz, damping)| {
@@ -61,7 +61,7 @@ impl Isolator {
         }
     }
 
-    /// The case's motion over the coming period.
+    /// Computes the case's motion over the coming period.
     pub fn advance(&mut self, base: &[BaseMotion; 4]) -> [BaseMotion; 4] {
         let mut case = *base;
         for axis in 0..3 {
@@ -106,7 +106,7 @@ impl Isolator {
     }
 }
 
-/// Value, slope and second derivative of the input behind H; `input` holds its value and slope.
+/// Value, slope and second derivative of the output of H; `input` holds value and slope of its input.
 fn followed(mode: &mut Mode, input: [[f64; 2]; 4]) -> [[f64; 3]; 4] {
     let (omega, damping) = (mode.omega_rad_s, mode.damping);
     let drive = input.map(|[value, slope]| omega * (omega * value + 2.0 * damping * slope));

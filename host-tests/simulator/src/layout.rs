@@ -1,14 +1,14 @@
-//! Lists the tables that a scenario's recording has.
+//! Tables of a scenario's recording.
 //!
-//! Each table has a file, a rate and columns, in the order in which rows are made.
+//! Each table has a file, a rate and columns, in the order in which rows are written.
 //!
-//! The gyros' rows come first, then a table a further reference, then slow channels at rates of their own. The
-//! first reference is the one that the model and the reference's effects speak of; readers take the first too.
+//! The gyros' rows come first, then a table for each further reference, then slow channels at their own rates. The first
+//! reference is that of the model and of the reference's effects; readers use the first too.
 
 use super::scenario::{GyroOutput, Scenario};
 use rlg_recording::Quantity;
 
-/// What measures the case's or the table's angle.
+/// Instrument that measures the angle of the case or of the table.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum ReferenceKind {
     /// `[reference]`.
@@ -19,7 +19,7 @@ pub enum ReferenceKind {
     Encoder,
 }
 
-/// The references of a scenario, the first being *the* reference.
+/// References of a scenario; the first is *the* reference.
 pub fn references(scenario: &Scenario) -> impl Iterator<Item = ReferenceKind> + use<> {
     [
         (ReferenceKind::Gyro, scenario.reference.is_some()),
@@ -33,15 +33,15 @@ pub fn references(scenario: &Scenario) -> impl Iterator<Item = ReferenceKind> + 
 /// One column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Column {
-    /// The column's name in the file.
+    /// Name in the file.
     pub name: String,
-    /// The quantity that the column holds.
+    /// Quantity of the column.
     pub quantity: Quantity,
     /// "x", "y", "z", or "w".
     pub axis: &'static str,
-    /// Resolution: values are whole multiples of it. `None`: any value.
+    /// Resolution: values are whole multiples of it. `None`: continuous.
     pub weight: Option<f64>,
-    /// The column's name in an effect's `channel`; `None`: no fault can be switched on.
+    /// Name in an effect's `channel`; `None`: no fault can act on it.
     pub fault_name: Option<String>,
 }
 
@@ -50,9 +50,9 @@ pub struct Column {
 pub struct TableLayout {
     /// File in the recording's folder.
     pub file: &'static str,
-    /// Gyro rows that one of its rows covers.
+    /// Gyro rows per row of the table.
     pub gyro_rows: usize,
-    /// The table's columns.
+    /// Columns of the table.
     pub columns: Vec<Column>,
 }
 
@@ -75,7 +75,7 @@ fn triad(
     columns.into_iter()
 }
 
-/// Every table of the recording.
+/// All tables of the recording.
 pub fn tables(scenario: &Scenario) -> Vec<TableLayout> {
     let gyro = &scenario.gyro;
     let (quantity, weights) = match gyro.output {
@@ -150,7 +150,7 @@ pub fn tables(scenario: &Scenario) -> Vec<TableLayout> {
     tables
 }
 
-/// Names under which an effect may address a channel.
+/// Channel names that a fault may address.
 pub fn fault_channels(scenario: &Scenario) -> Vec<String> {
     tables(scenario)
         .into_iter()

@@ -1,15 +1,15 @@
-//! Simulates a dithered ring-laser triad on a moving case, with finer time steps than the recording.
+//! Simulation of a dithered ring-laser triad on a moving case, with finer time steps than the recording.
 //!
-//! From a [`Scenario`] and a seed it makes a [`Recording`], the [`Model`] of it that admits only what the scenario does
-//! not conceal, and the [`Truth`]. SI units, body frame.
+//! From a [`Scenario`] and a seed: a [`Recording`], its [`Model`] without the concealed effects, and the [`Truth`]. SI
+//! units, body frame.
 //!
-//! Data flow: base motion in closed form (`motion`) → isolator (`isolator`) → reaction of the dithers, Earth and
-//! gravity, modes of the suspensions (`case`) → rates that the tilted, imperfect gyros sense (`effects`) → exact
-//! integrals over each period → beat of the lasers (`lock_in`) → noise, pulses, readings (`triad`,
-//! `references`) → faults of the data → rows (`layout`).
+//! Data flow: base motion in closed form (`motion`) → isolator (`isolator`) → reaction of the dithers, Earth and gravity,
+//! modes of the suspensions (`case`) → rates sensed by the gyros with their errors (`effects`) → exact integrals over each
+//! period → beat of the lasers (`lock_in`) → noise, pulses, samples (`triad`, `references`) → faults of the data → rows
+//! (`layout`).
 //!
-//! The tilt −K α is computed from the true angular acceleration at four Gauss–Legendre nodes a period, not from
-//! increments. Rows are made one after another ([`Simulator`]): memory does not grow with the recording.
+//! The tilt −K α is computed from the true angular acceleration at four Gauss–Legendre nodes a period, not from increments.
+//! Rows are made one after another ([`Simulator`]): memory does not grow with the recording.
 //!
 //! Independent of the firmware core and of the f64 reference: it imports neither.
 //!
@@ -44,17 +44,17 @@ use scenario::Scenario;
 use serde_json::json;
 use std::path::{Path, PathBuf};
 
-/// The concealed effects, for tests and scores; nothing else may read them.
+/// Concealed effects, for tests and scores only.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Truth {
-    /// The seed.
+    /// Seed.
     pub seed: u64,
-    /// The concealed effects.
+    /// Concealed effects.
     pub effects: Vec<ModelEffect>,
 }
 
 impl Truth {
-    /// What the scenario conceals.
+    /// Concealed effects of a scenario.
     pub fn of(scenario: &Scenario, seed: u64) -> Self {
         Self {
             seed,
@@ -62,7 +62,7 @@ impl Truth {
         }
     }
 
-    /// As JSON: `seed` and `effects`, each `kind` and `parameters`.
+    /// Serialises to JSON: `seed` and `effects`, each `kind` and `parameters`.
     pub fn to_json(&self) -> String {
         let effects: Vec<_> = self
             .effects
@@ -88,12 +88,12 @@ impl Truth {
     }
 }
 
-/// A simulated recording and what is known about it.
+/// Simulated recording with its model and truth.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Simulation {
-    /// What the instruments stored.
+    /// Recorded data.
     pub recording: Recording,
-    /// The model that a diagnosis of the recording starts from.
+    /// Initial model for a diagnosis of the recording.
     pub model: Model,
     /// The concealed effects.
     pub truth: Truth,
@@ -104,12 +104,12 @@ pub struct Simulation {
 /// The scenario of [`demo_scenario`].
 const DEMO_SCENARIO: &str = include_str!("../../scenarios/coning.toml");
 
-/// The coning scenario that comes with the tool; it conceals the flexure of the blocks.
+/// Coning scenario of the tool; it conceals the flexure of the blocks.
 pub fn demo_scenario() -> Result<Scenario, InputError> {
     Scenario::parse(DEMO_SCENARIO, Path::new("scenarios/coning.toml"))
 }
 
-/// A run of [`demo_scenario`].
+/// Runs [`demo_scenario`].
 pub fn coning_demo(seed: u64) -> Result<Simulation, InputError> {
     Ok(simulate(&demo_scenario()?, seed, |_| {}))
 }
@@ -147,7 +147,7 @@ pub fn simulate(
     }
 }
 
-/// The recording without its values.
+/// Recording without its values.
 fn recording_of(scenario: &Scenario, layouts: &[TableLayout]) -> Recording {
     let tables = layouts.iter().map(|layout| Table {
         file: layout.file.to_owned(),
@@ -197,7 +197,7 @@ fn recording_of(scenario: &Scenario, layouts: &[TableLayout]) -> Recording {
     }
 }
 
-/// Makes the model that a diagnosis of the scenario's recording starts from.
+/// Initial model for a diagnosis of the scenario's recording.
 pub fn model_of(scenario: &Scenario) -> Model {
     let gyro = &scenario.gyro;
     let first = layout::references(scenario).next();

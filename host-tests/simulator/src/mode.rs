@@ -1,10 +1,10 @@
-//! Integrates a second-order mechanical mode with the simulator's own quadrature.
+//! Second-order mechanical mode, integrated with the simulator's own quadrature.
 //!
-//! From frequency in Hz, damping ratio and a drive g at the four nodes of a period it gives x and x' at the nodes.
+//! Frequency in Hz, damping ratio and a drive g at the four nodes of a period give x and x' at the nodes.
 //!
-//! Equation: x'' + 2ζω₀ x' + ω₀² x = g(t). Gauss collocation at the nodes of [`Quadrature`]: order eight, and
-//! stable at any frequency, so that a mode far above the sample rate settles to its static limit x = g/ω₀²
-//! instead of blowing up. The stages are linear in (x, x') and in g: solved once, then two small products.
+//! Equation: x'' + 2ζω₀ x' + ω₀² x = g(t). Gauss collocation at the nodes of [`Quadrature`]: order eight and A-stable, so
+//! that a mode far above the sample rate settles to its static limit x = g/ω₀². The stages are linear in (x, x') and in g:
+//! solved once, then two small products.
 //!
 //! Assumes x = x' = 0 at the start.
 
@@ -12,7 +12,7 @@ use super::attitude::Quadrature;
 use nalgebra::{SMatrix, SVector, Vector2, Vector4};
 use std::f64::consts::TAU;
 
-/// A mode and its state.
+/// Mode and its state.
 #[derive(Debug, Clone)]
 pub struct Mode {
     /// ω₀ \[rad/s\].
@@ -27,7 +27,7 @@ pub struct Mode {
 }
 
 impl Mode {
-    /// The mode at rest.
+    /// Mode at rest.
     pub fn new(frequency_hz: f64, damping: f64, quadrature: &Quadrature, period_s: f64) -> Self {
         let omega_rad_s = TAU * frequency_hz;
         let (stiffness, friction) = (omega_rad_s.powi(2), 2.0 * damping * omega_rad_s);
@@ -63,7 +63,7 @@ impl Mode {
         }
     }
 
-    /// Advances the mode by one period; gives x and x' at its nodes.
+    /// Advances the mode by one period; returns x and x' at its nodes.
     pub fn advance(&mut self, drive: [f64; 4]) -> [[f64; 2]; 4] {
         let drive = Vector4::from(drive);
         let stages: SVector<f64, 8> =
@@ -73,7 +73,7 @@ impl Mode {
         std::array::from_fn(|node| [stages[2 * node], stages[2 * node + 1]])
     }
 
-    /// x'' where x, x' and the drive are known.
+    /// x'' for known x, x' and drive.
     pub fn second_derivative(&self, drive: f64, [value, slope]: [f64; 2]) -> f64 {
         drive - 2.0 * self.damping * self.omega_rad_s * slope - self.omega_rad_s.powi(2) * value
     }

@@ -1,9 +1,9 @@
-//! Models instruments that measure where the case is: a reference gyro, a fibre-optic triad, a table's encoders.
+//! Reference instruments: a reference gyro, a fibre-optic triad, the encoders of a table.
 //!
 //! From the window of periods each gives its increment over the row, in rad, a multiple of its resolution.
 //!
-//! What each is exposed to: gyros the case relative to space, or the base if the case follows the reference through
-//! an isolator; encoders the base relative to the ground. Effects on the reference act on the first one.
+//! Input of each: gyros measure the case relative to space, or the base if the case follows the reference through an
+//! isolator; encoders the base relative to the ground. Effects on the reference act on the first one.
 
 use super::attitude::Quadrature;
 use super::instrument::{AngleEncoder, Seeds, Stream, normal, stream};
@@ -13,12 +13,12 @@ use super::window::{Shift, Window};
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
 
-/// One triad of reference channels.
+/// Triad of reference channels.
 pub struct ReferenceTriad<'a> {
     scenario: &'a Scenario,
-    /// The kind of reference.
+    /// Kind of reference.
     pub kind: ReferenceKind,
-    /// Whether it is the reference that the model describes.
+    /// True for the reference that the model describes.
     first: bool,
     shift: Option<Shift>,
     encoders: Vec<AngleEncoder>,
@@ -32,7 +32,7 @@ pub struct ReferenceTriad<'a> {
 }
 
 impl<'a> ReferenceTriad<'a> {
-    /// Every reference of the scenario.
+    /// All references of the scenario.
     pub fn all(scenario: &'a Scenario, seeds: Seeds, quadrature: &Quadrature) -> Vec<Self> {
         layout::references(scenario)
             .enumerate()
@@ -115,7 +115,7 @@ impl<'a> ReferenceTriad<'a> {
         triad
     }
 
-    /// Rows that it needs before the one recorded, and after it.
+    /// Number of rows needed before the recorded one, and after it.
     pub fn reach(&self) -> (usize, usize) {
         self.shift.map_or((0, 0), |shift| shift.reach())
     }
@@ -133,7 +133,7 @@ impl<'a> ReferenceTriad<'a> {
         }
     }
 
-    /// The increments of the row \[rad\].
+    /// Measures the increments of the row \[rad\].
     pub fn read(&mut self, window: &Window, quadrature: &Quadrature, period_s: f64) -> [f64; 3] {
         let mut exposed = self.exposed(window, quadrature, period_s);
         let table_before = self.table_rad;
@@ -155,7 +155,7 @@ impl<'a> ReferenceTriad<'a> {
         std::array::from_fn(|axis| self.encoders[axis].step(exposed[axis]) * self.weight_rad)
     }
 
-    /// The attitude it reports at the row's end, w x y z, if it does; small rotations of white noise on it.
+    /// Measures the attitude at the row's end, w x y z, with small rotations of white noise; `None` if not recorded.
     pub fn attitude(&mut self, window: &Window) -> Option<[f64; 4]> {
         let on_base = self.scenario.reference_on_base();
         let (rng, noise_rad) = self.attitude_rng.as_mut()?;

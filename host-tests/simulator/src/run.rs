@@ -1,6 +1,6 @@
-//! Runs one simulation, row after row.
+//! Simulation of one scenario, row after row.
 //!
-//! A scenario and a seed give blocks of rows, so an hour goes to disk in the memory of a second.
+//! A scenario and a seed give blocks of rows, so that an hour is written to disk in the memory of a second.
 
 use super::attitude::Quadrature;
 use super::case::Case;
@@ -15,22 +15,22 @@ use rand_chacha::ChaCha8Rng;
 use rlg_recording::Recording;
 use std::sync::OnceLock;
 
-/// Rows in a block: some reports of progress a second, a megabyte of columns.
+/// Rows in a block: some progress reports a second, a megabyte of columns.
 const ROWS_PER_BLOCK: usize = 8192;
 
-/// A pickoff may be early by the longest delay that an effect may have, and some rows.
+/// Largest lead of a pickoff \[s\]: the longest delay of an effect, and some rows.
 const EARLIEST_PICKOFF_S: f64 = 0.15;
 
-/// The quadrature has no settings: one for every simulation.
+/// Quadrature rule, common to all simulations.
 fn quadrature() -> &'static Quadrature {
     static RULE: OnceLock<Quadrature> = OnceLock::new();
     RULE.get_or_init(Quadrature::new)
 }
 
-/// Rows of every table that were made together.
+/// Rows of every table, made together.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Block {
-    /// Gyro rows made so far.
+    /// Number of gyro rows made so far.
     pub end_row: usize,
     /// Values, \[table\]\[column\]\[row\].
     pub tables: Vec<Vec<Vec<f64>>>,
@@ -38,7 +38,7 @@ pub struct Block {
     pub case_increments_rad: Vec<[f64; 3]>,
 }
 
-/// A running simulation.
+/// Running simulation.
 pub struct Simulator<'a> {
     scenario: &'a Scenario,
     tables: Vec<TableLayout>,
@@ -46,14 +46,14 @@ pub struct Simulator<'a> {
     triad: Triad<'a>,
     window: Window,
     motion: Motion<'a>,
-    /// Rows made so far.
+    /// Number of rows made so far.
     row: usize,
-    /// Periods that the case has moved through: ahead of the rows where an instrument is early.
+    /// Number of periods of the case computed: ahead of the rows if an instrument is early.
     periods: usize,
 }
 
 impl<'a> Simulator<'a> {
-    /// The simulation before its first row.
+    /// Simulation before its first row.
     pub fn new(scenario: &'a Scenario, seeds: impl Into<Seeds>) -> Self {
         let seeds = seeds.into();
         let tables = layout::tables(scenario);
@@ -71,17 +71,17 @@ impl<'a> Simulator<'a> {
         }
     }
 
-    /// The tables of the recording.
+    /// Tables of the recording.
     pub fn tables(&self) -> &[TableLayout] {
         &self.tables
     }
 
-    /// The recording, its channels still without values.
+    /// Recording with its channels still empty.
     pub fn recording(&self) -> Recording {
         recording_of(self.scenario, &self.tables)
     }
 
-    /// The next rows; none once the recording is complete.
+    /// Returns the next rows; `None` once the recording is complete.
     pub fn next_block(&mut self) -> Option<Block> {
         let end = (self.row + ROWS_PER_BLOCK).min(self.scenario.rows());
         if self.row == end {
@@ -123,7 +123,7 @@ impl<'a> Simulator<'a> {
     }
 }
 
-/// The base's motion, segment after segment, and at rest beyond the last.
+/// Motion of the base, segment after segment, and at rest after the last.
 struct Motion<'a> {
     scenario: &'a Scenario,
     rng: ChaCha8Rng,

@@ -1,4 +1,4 @@
-//! A scenario from its file: sections and effects read, checked against each other and against the tables they ask for.
+//! Reading of a scenario file: sections and effects, checked against each other and against the recorded tables.
 
 use std::collections::BTreeMap;
 use std::f64::consts::PI;
@@ -17,7 +17,7 @@ use super::scenario::{
     ReferenceEntry, Scenario, SiteEntry, environment, segment,
 };
 
-/// Rows a recording may have: two days at 4 kHz.
+/// Largest number of rows of a recording: two days at 4 kHz.
 const MOST_ROWS: usize = 700_000_000;
 
 impl Scenario {
@@ -27,7 +27,7 @@ impl Scenario {
         Self::parse(&text_of(path)?, path)
     }
 
-    /// Parses a scenario; `path` is for messages, and an instrument is looked for beside it.
+    /// Parses a scenario; `path` is for messages, and for the folder of the instrument's file.
     pub fn parse(text: &str, path: &Path) -> Result<Self, InputError> {
         let own = Source::parse(text, path)?;
         let instrument = instrument_of(&own)?;
@@ -95,7 +95,7 @@ impl Scenario {
         Ok(scenario)
     }
 
-    /// Angle that a row of each gyro can count of dither \[rad\]; refuses what is beyond the counter.
+    /// Largest dither angle of a row of each gyro \[rad\]; an error if beyond the counter.
     fn check_dither(&self, entry: Option<Entry>) -> Result<[f64; 3], InputError> {
         let Some((dither, entry)) = self.dither.as_ref().zip(entry) else {
             return Ok([0.0; 3]);
@@ -187,7 +187,7 @@ impl Scenario {
         Ok(())
     }
 
-    /// What the sections bring with them that the catalogue can say.
+    /// Adds the known effects that follow from the sections.
     fn admit_what_sections_imply(&mut self) {
         let number = |(name, value): (&str, f64)| (name.to_owned(), EffectValue::Number(value));
         if let Some(thermal) = &self.thermal {
@@ -207,7 +207,7 @@ impl Scenario {
                 });
             }
         }
-        // an encoder is blind to the Earth's rotation, of which the model then must know
+        // an encoder does not measure the Earth's rotation, so the model must contain it
         let blind = layout::references(self).next() == Some(layout::ReferenceKind::Encoder);
         if let Some(site) = self.site.filter(|site| site.earth_rate && blind) {
             let ground = Ground::at(site.latitude_rad, site.gravity_m_s2, true);

@@ -1,14 +1,13 @@
-//! Computes the temperature of the blocks and the magnetic field around the case.
+//! Temperature of the blocks and magnetic field at the case.
 //!
-//! From the time since the start in s it gives how much warmer than at the start each block is (K) and how fast it
-//! warms (K/s), and the field of a coil on the case (T, body frame). The Earth's field is carried by the attitude
-//! (`attitude.rs`).
+//! From the time since the start in s: the warming of each block since the start (K) and its rate (K/s), and the field of a
+//! coil on the case (T, body frame). The Earth's field is rotated by the attitude (`attitude.rs`).
 //!
-//! Equations: T_i(t) = T_start + R_i (1 − e^{−t/τ_i}) + r t + A sin(2πt/P): self-heating with one time constant,
-//! surroundings that drift and swing. B(t) = B_coil sin(2πft).
+//! Equations: T_i(t) = T_start + R_i (1 − e^{−t/τ_i}) + r t + A sin(2πt/P): self-heating with one time constant, and
+//! ambient temperature with drift and oscillation. B(t) = B_coil sin(2πft).
 //!
-//! Assumes one temperature a block. Out of scope: gradients inside a block; a bias that follows them is
-//! the catalogue's `gyro_bias_temperature_rate`.
+//! Assumes one temperature a block. Out of scope: gradients inside a block; a bias proportional to them is the catalogue's
+//! `gyro_bias_temperature_rate`.
 
 use nalgebra::Vector3;
 use std::f64::consts::TAU;
@@ -26,15 +25,15 @@ pub struct ThermalEntry {
     pub ambient_rate_k_s: f64,
     /// A \[K\].
     pub ambient_swing_k: f64,
-    /// P \[s\]; without meaning where A is 0.
+    /// P \[s\]; unused if A is 0.
     pub ambient_period_s: f64,
     /// Change of each gyro's scale with its block's temperature, dither included \[1/K\].
     pub scale_error_k: [f64; 3],
-    /// White noise of a thermometer's reading \[K\].
+    /// White noise of a thermometer sample \[K\].
     pub sensor_noise_k: f64,
-    /// Resolution of a reading \[K\].
+    /// Resolution of a sample \[K\].
     pub sensor_weight_k: f64,
-    /// Readings per second \[Hz\].
+    /// Sample rate \[Hz\].
     pub rate_hz: f64,
 }
 
@@ -74,16 +73,16 @@ pub struct MagneticEntry {
     pub coil_field_t: [f64; 3],
     /// f of the coil's current \[Hz\].
     pub coil_frequency_hz: f64,
-    /// White noise of a reading \[T\].
+    /// White noise of a sample \[T\].
     pub sensor_noise_t: f64,
-    /// Resolution of a reading \[T\].
+    /// Resolution of a sample \[T\].
     pub sensor_weight_t: f64,
-    /// Readings per second \[Hz\].
+    /// Sample rate \[Hz\].
     pub rate_hz: f64,
 }
 
 impl MagneticEntry {
-    /// The coil's field \[T\], body frame.
+    /// Field of the coil \[T\], body frame.
     pub fn coil_t(&self, since_start_s: f64) -> Vector3<f64> {
         Vector3::from(self.coil_field_t) * (TAU * self.coil_frequency_hz * since_start_s).sin()
     }

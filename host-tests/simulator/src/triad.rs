@@ -1,10 +1,10 @@
-//! Models the gyros, pickoffs, accelerometers and slow sensors: what the recorder stores of one row.
+//! Gyros, pickoffs, accelerometers and slow sensors: the recorded values of one row.
 //!
-//! From the window of periods around the row it gives one value a column, in the layout's order.
+//! From the window of periods around the row, one value a column, in the layout's order.
 //!
 //! Equation, per period T: sensed increment of gyro i = (∫ \[M⁻¹ω + effects\] dt + b T/(1 − s))_i /(1 − s_i) + block
-//! increment (the contract's form), turned into the angle of the beat (`lock_in`), plus the random walk; counted.
-//! An accelerometer reads (f + errors + b/(1 − s))/(1 − s), the same senses as a gyro's.
+//! increment (the contract's form), converted to the angle of the beat (`lock_in`), plus the random walk; counted. An
+//! accelerometer measures (f + errors + b/(1 − s))/(1 − s), with the gyros' sign convention.
 
 use super::attitude::Quadrature;
 use super::dither::BlockDither;
@@ -20,11 +20,11 @@ use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// Angular acceleration of the case that the beat's sub-steps allow for beside the dither's \[rad/s²\]: twice what
-/// coning at 15 Hz and 0.63° has.
+/// Angular acceleration of the case for which the beat's sub-steps are sized, in addition to the dither's \[rad/s²\]: twice
+/// that of coning at 15 Hz and 0.63°.
 const CASE_ACCELERATION_RAD_S2: f64 = 200.0;
 
-/// The instruments and their states.
+/// Instruments and their states.
 pub struct Triad<'a> {
     scenario: &'a Scenario,
     quadrature: &'a Quadrature,
@@ -39,7 +39,7 @@ pub struct Triad<'a> {
     /// Cumulative weights of the nodes at the sub-steps' ends, in periods.
     sub_weights: Vec<[f64; 4]>,
     sub_blocks_rad: Vec<[f64; 3]>,
-    /// The dithers, which also rock the case.
+    /// Dithers, which also move the case.
     pub dithers: Vec<BlockDither>,
     pickoff_rngs: Vec<ChaCha8Rng>,
     block_before_rad: [f64; 3],
@@ -77,7 +77,7 @@ impl Zeroing {
 }
 
 impl<'a> Triad<'a> {
-    /// Before the first row.
+    /// Instruments before the first row.
     pub fn new(
         scenario: &'a Scenario,
         tables: &[TableLayout],
@@ -158,7 +158,7 @@ impl<'a> Triad<'a> {
         triad
     }
 
-    /// Rows that must be known before the one recorded, and after it.
+    /// Number of rows needed before the recorded one, and after it.
     pub fn reach(&self) -> (usize, usize) {
         let shifts = self.gyro_shifts.iter().chain(&self.accelerometer_shifts);
         let reaches = shifts.flatten().map(Shift::reach);
@@ -170,7 +170,7 @@ impl<'a> Triad<'a> {
             })
     }
 
-    /// Stores row `row` in `rows`, a vector a table; slow tables stay empty between their rows.
+    /// Writes row `row` into `rows`, a vector a table; slow tables stay empty between their rows.
     pub fn read(&mut self, row: usize, window: &Window, rows: &mut [Vec<f64>]) {
         rows.iter_mut().for_each(Vec::clear);
         let scenario = self.scenario;
@@ -270,7 +270,7 @@ impl<'a> Triad<'a> {
             if let Some(zeroing) = &mut self.zeroings[axis] {
                 case_rad -= zeroing.passed_rad(case_rad);
             }
-            // scale that follows temperature acts on the dither too
+            // a scale that depends on temperature acts on the dither too
             let stretch = 1.0 + effects.warm_scale(axis, now.warming_k[axis]) / keep;
             let walk_rad = effects.angle_random_walk(axis, gyro.angle_random_walk_rad_sqrt_s[axis])
                 * self.period_s.sqrt()
@@ -279,7 +279,7 @@ impl<'a> Triad<'a> {
                 None => case_rad / keep + (block_rad[axis] - self.block_before_rad[axis]) * stretch,
                 Some(laser) => {
                     let nodes = now.sensed_rad_s.map(|node| node[axis] * self.period_s);
-                    // what is not in the nodes comes evenly
+                    // contributions outside the nodes are spread evenly
                     let even_rad = case_rad - whole_rad[axis];
                     let steps = self.sub_weights.len() - 1;
                     let step_s = self.period_s / steps as f64;
@@ -346,7 +346,7 @@ impl<'a> Triad<'a> {
     }
 }
 
-/// The beats with lock-in, and the sub-steps a row that the fastest of them needs.
+/// Beats with lock-in, and the sub-steps per row for the fastest of them.
 fn lasers(scenario: &Scenario, seeds: Seeds, period_s: f64) -> ([Option<BeatPhase>; 3], usize) {
     let mut steps = 0;
     let lasers = [0, 1, 2].map(|axis| {
@@ -369,7 +369,7 @@ fn lasers(scenario: &Scenario, seeds: Seeds, period_s: f64) -> ([Option<BeatPhas
     (lasers, steps)
 }
 
-/// Whether a row ends a row of a table that is `rows` times slower.
+/// True if a row completes a row of a table that is `rows` times slower.
 fn due(row: usize, rows: f64) -> bool {
     (row + 1).is_multiple_of(rows.round() as usize)
 }

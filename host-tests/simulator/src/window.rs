@@ -1,19 +1,19 @@
-//! Keeps a window of periods around the row that is being recorded, for instruments that are late or early.
+//! Window of periods around the recorded row, for instruments with a positive or negative delay.
 //!
-//! It takes what the case is exposed to, a period at a time, and gives integrals over a row that is shifted in time by
-//! any delay, whole rows and parts of one.
+//! Takes the input of the case, a period at a time, and gives integrals over a row shifted by any delay, whole rows and
+//! fractions.
 //!
-//! Equation: ∫ over \[kT − d, (k+1)T − d\) = the tail of period k − n − 1 and the head of period k − n, d = (n + f)T;
-//! parts of a period by the polynomial through its nodes, as the simulator integrates everywhere.
+//! Equation: ∫ over \[kT − d, (k+1)T − d\) = the tail of period k − n − 1 and the head of period k − n, d = (n + f)T; parts
+//! of a period by the polynomial through its nodes, as in all integrals of the simulator.
 //!
-//! Before the first row everything stands as at its first instant.
+//! Before the first row all inputs have their values at its first instant.
 
 use super::attitude::Quadrature;
 use super::case::Period;
 use nalgebra::Vector3;
 use std::collections::VecDeque;
 
-/// A delay as weights on the nodes of two periods.
+/// Delay as weights on the nodes of two periods.
 #[derive(Debug, Clone, Copy)]
 pub struct Shift {
     /// n, of d = (n + f)T.
@@ -23,7 +23,7 @@ pub struct Shift {
 }
 
 impl Shift {
-    /// `delay_s` may be negative: early.
+    /// `delay_s`: negative for an early instrument.
     pub fn new(delay_s: f64, quadrature: &Quadrature, period_s: f64) -> Self {
         let rows = delay_s / period_s;
         let part = rows - rows.floor();
@@ -35,14 +35,14 @@ impl Shift {
         }
     }
 
-    /// Rows that must be known before the one recorded, and after it.
+    /// Number of rows needed before the recorded one, and after it.
     pub fn reach(&self) -> (usize, usize) {
         let behind = (self.whole_rows + 1).max(0) as usize;
         (behind, (-self.whole_rows).max(0) as usize)
     }
 }
 
-/// Periods before, at and after the row that is recorded.
+/// Periods before, at and after the recorded row.
 #[derive(Debug, Clone)]
 pub struct Window {
     periods: VecDeque<Period>,
@@ -51,7 +51,7 @@ pub struct Window {
 }
 
 impl Window {
-    /// With room for `behind` rows before and `ahead` after.
+    /// Window of `behind` rows before and `ahead` after.
     pub fn new(behind: usize, ahead: usize) -> Self {
         Self {
             periods: VecDeque::with_capacity(behind + ahead + 1),
@@ -60,7 +60,7 @@ impl Window {
         }
     }
 
-    /// Takes the next period; whether the row `ahead` periods earlier can now be recorded.
+    /// Adds the next period; true if the row `ahead` periods earlier is complete for recording.
     pub fn push(&mut self, period: Period) -> bool {
         if self.periods.is_empty() {
             let before = period.held_at_begin();
@@ -74,12 +74,12 @@ impl Window {
         self.periods.len() > self.behind + self.ahead
     }
 
-    /// The row that is recorded.
+    /// Period of the recorded row.
     pub fn now(&self) -> &Period {
         &self.periods[self.behind]
     }
 
-    /// The integral over the row, shifted, of what `nodes` takes from a period.
+    /// Integral over the shifted row of the quantity that `nodes` selects from a period.
     pub fn shifted(
         &self,
         shift: &Shift,

@@ -1,11 +1,11 @@
-//! Lists moves that the table can make, and the information on the six K that a second of each gives.
+//! Moves feasible on the turntable, with their information on the six K per second.
 //!
-//! From [`Limits`] and the noise of a row it makes [`Candidate`]s at the limits: spin-synchronous oscillations of every
-//! pair of axes at several rates, cones about every axis at several frequencies.
+//! From [`Limits`] and the noise of a row, [`Candidate`]s at the limits: spin-synchronous oscillations of every pair of
+//! axes at several rates, cones about every axis at several frequencies.
 //!
-//! Information of a line of amplitude A (rate per unit K, rad/s per s²) at frequency f: A²/(2 S(f)) a second,
-//! A²/S(0) for a mean; S the power of the rate's noise. Spin Ω about k, α about j: A = α Ω on K_ij, at f. Cone
-//! about i with Ω and φ: Ω³φ²/2 on each of K_ij and K_ik, in step in the mean and opposed at 2f.
+//! Information of a line of amplitude A (rate per unit K, rad/s per s²) at frequency f: A²/(2 S(f)) a second, A²/S(0) for a
+//! mean, with S the power spectral density of the rate noise. Spin Ω about k, α about j: A = α Ω on K_ij, at f. Cone about
+//! i with Ω and φ: Ω³φ²/2 on each of K_ij and K_ik, in phase in the mean and opposed at 2f.
 
 use std::f64::consts::TAU;
 
@@ -16,29 +16,29 @@ use crate::noise::DeclaredNoise;
 use crate::unknowns::{COEFFICIENTS, PAIRS};
 use rlg_catalogue::moves::{Kind, Move, STEEPEST};
 
-/// Shares of the greatest rate that are tried for the spin.
+/// Shares of the largest rate that are tried for the spin.
 const SPINS: [f64; 6] = [1.0, 0.8, 0.6, 0.45, 0.3, 0.2];
 
-/// Frequencies of cones that are tried, over the one at which rate and acceleration are both at their limit:
-/// faster ones rectify less but resolve the line at twice their frequency apart from slow noise.
+/// Cone frequencies that are tried, over the one with rate and acceleration both at their limit: higher ones rectify less,
+/// but separate the line at twice their frequency from slow noise.
 const CONES: [f64; 5] = [1.0, 1.5, 2.0, 3.0, 5.0];
 
-/// Ramps are made this much longer than the limit needs, against rounding.
+/// Factor of the ramps' length over the limit, against rounding.
 const MARGIN: f64 = 1.02;
 
 /// One kind of move.
 #[derive(Clone)]
 pub struct Candidate {
-    /// Variants that share its time equally: both senses.
+    /// Variants that share the candidate's time equally: both senses.
     pub variants: Vec<Kind>,
     /// Ramp at either end of each variant \[s\].
     pub ramp_s: f64,
-    /// Information of a second on the six K \[1/s⁴\].
+    /// Information on the six K per second \[1/s⁴\].
     pub information_per_s: DMatrix<f64>,
 }
 
 impl Candidate {
-    /// The moves of all variants, for `plateau_s` at full motion.
+    /// Move of a variant, for `plateau_s` at full motion.
     pub fn moved(&self, variant: usize, plateau_s: f64) -> Move {
         Move {
             kind: self.variants[variant],
@@ -65,7 +65,7 @@ pub fn candidates(limits: &Limits, noise: &[DeclaredNoise; 3]) -> Vec<Candidate>
     all
 }
 
-/// The greatest rate amplitude of an oscillation of `omega_rad_s` that starts within `ramp_s`.
+/// Largest rate amplitude of an oscillation of `omega_rad_s` that starts within `ramp_s`.
 fn amplitude(limits: &Limits, omega_rad_s: f64, ramp_s: f64) -> f64 {
     let steepest = omega_rad_s.hypot(STEEPEST / ramp_s) * MARGIN;
     (limits.greatest_acceleration_rad_s2 / steepest)
@@ -101,7 +101,7 @@ fn spin(
         phase_rad,
     };
     Some(Candidate {
-        // Against attitudes the two phases show drift about two axes of space.
+        // Against attitudes, the two phases show drift about two inertial axes.
         variants: vec![variant(1.0, 0.0), variant(-1.0, TAU / 4.0)],
         ramp_s,
         information_per_s,
@@ -109,7 +109,7 @@ fn spin(
 }
 
 fn cone(limits: &Limits, noise: &DeclaredNoise, axis: usize, factor: f64) -> Option<Candidate> {
-    // Slower than this the rate (or the angle) is the limit, and the column falls with the frequency.
+    // Below this frequency the rate (or the angle) is the limit, and the column decreases with the frequency.
     let corner_hz = (limits.greatest_acceleration_rad_s2 / limits.greatest_rate_rad_s / TAU)
         .max((limits.greatest_acceleration_rad_s2 / limits.greatest_angle_rad).sqrt() / TAU)
         .min(limits.greatest_frequency_hz);
@@ -118,7 +118,7 @@ fn cone(limits: &Limits, noise: &DeclaredNoise, axis: usize, factor: f64) -> Opt
         return None;
     }
     let omega = TAU * frequency_hz;
-    // A cone opens over three turns.
+    // The cone opens over three turns.
     let ramp_s = rounded_up(3.0 / frequency_hz);
     let angle_rad = amplitude(limits, omega, ramp_s) / omega;
     let column = 0.5 * omega.powi(3) * angle_rad * angle_rad;
@@ -145,7 +145,7 @@ fn cone(limits: &Limits, noise: &DeclaredNoise, axis: usize, factor: f64) -> Opt
     })
 }
 
-/// Times of a programme are quarters of a second: whole rows at any sample rate that is a multiple of 4 Hz.
+/// Durations are quarters of a second: whole rows at any sample rate that is a multiple of 4 Hz.
 pub fn rounded_up(seconds: f64) -> f64 {
     (4.0 * seconds).ceil() / 4.0
 }

@@ -1,24 +1,24 @@
-//! Chooses how long to make each move: the design of least total variance of the six K.
+//! Optimal duration of each move: the A-optimal design, of least total variance of the six K.
 //!
-//! From candidates with their information a second, and the time, it gives seconds at full motion for each candidate
-//! that is worth any. A-optimal: minimise tr M⁻¹ with M = Σ t_c F_c, Σ t_c fixed, by multiplicative steps t_c ← t_c
-//! √(tr(M⁻¹F_cM⁻¹)/tr M⁻¹ · T), which rise monotonically (Silvey, Titterington and Torsney 1978).
+//! From candidates with their information per second, and the total time: seconds at full motion for each useful candidate.
+//! A-optimality: minimise tr M⁻¹ with M = Σ t_c F_c, Σ t_c fixed, by multiplicative steps t_c ← t_c √(tr(M⁻¹F_cM⁻¹)/tr M⁻¹
+//! · T), which converge monotonically (Silvey, Titterington and Torsney 1978).
 
 use nalgebra::DMatrix;
 
 use super::candidates::Candidate;
 use crate::unknowns::{COEFFICIENTS, Unknowns};
 
-/// Steps; the weights of useless candidates halve every few.
+/// Number of steps; the weights of useless candidates halve every few.
 const STEPS: usize = 400;
 
-/// A candidate below this share of the time is not worth its ramps.
+/// Least share of the time: below, a candidate is not worth its ramps.
 const LEAST_SHARE: f64 = 0.02;
 
-/// Shares of the time, one for each candidate, adding up to 1.
+/// Shares of the time, one for each candidate, with sum 1.
 pub fn shares(candidates: &[Candidate], time_s: f64) -> Vec<f64> {
     let mut shares = vec![1.0 / candidates.len() as f64; candidates.len()];
-    // What no candidate can show keeps the prior, so that M has an inverse.
+    // The prior of unobserved directions keeps M invertible.
     let prior = Unknowns::of(0).get(0).prior_width().powi(-2);
     // In units of a typical K the numbers are near one.
     const UNIT: f64 = 1e-8;
@@ -44,7 +44,7 @@ pub fn shares(candidates: &[Candidate], time_s: f64) -> Vec<f64> {
     for _ in 0..STEPS {
         improve(&mut shares);
     }
-    // Neighbours on the grid of rates share what one of them deserves: the best of each kind takes it all.
+    // Neighbours on the grid of rates split one share: the best of each kind takes all of it.
     for one in 0..candidates.len() {
         for other in 0..one {
             if same_directions(&candidates[one], &candidates[other]) {
@@ -69,7 +69,7 @@ pub fn shares(candidates: &[Candidate], time_s: f64) -> Vec<f64> {
     shares
 }
 
-/// Whether two candidates inform about the same coefficients.
+/// True if two candidates inform about the same coefficients.
 fn same_directions(one: &Candidate, other: &Candidate) -> bool {
     let touched = |candidate: &Candidate| -> Vec<bool> {
         (0..COEFFICIENTS)

@@ -1,7 +1,6 @@
-//! Reads what a turntable may do: the file of `rlg calibrate --plan`.
+//! Limits of a turntable: the file of `rlg calibrate --plan`.
 //!
-//! TOML in SI units gives checked [`Limits`]. An unknown key is an error, because a limit that is ignored may break a
-//! table.
+//! TOML in SI units gives checked [`Limits`]. An unknown key is an error, because an ignored limit may break a table.
 
 use std::path::Path;
 
@@ -10,21 +9,21 @@ use serde::Deserialize;
 use rlg_recording::error::InputError;
 use rlg_recording::toml_file::{self, within};
 
-/// The limits of a turntable.
+/// Limits of a turntable.
 #[derive(Debug, Clone, Copy, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Limits {
     /// Format number of the file.
     #[serde(rename = "format")]
     _format: i64,
-    /// The greatest rate about any body axis \[rad/s\].
+    /// Largest rate about any body axis \[rad/s\].
     pub greatest_rate_rad_s: f64,
-    /// The greatest angular acceleration about any body axis \[rad/s²\].
+    /// Largest angular acceleration about any body axis \[rad/s²\].
     pub greatest_acceleration_rad_s2: f64,
-    /// The greatest angle of an oscillation or cone \[rad\].
+    /// Largest angle of an oscillation or cone \[rad\].
     #[serde(default = "half_a_radian")]
     pub greatest_angle_rad: f64,
-    /// The greatest frequency of an oscillation or cone \[Hz\].
+    /// Largest frequency of an oscillation or cone \[Hz\].
     #[serde(default = "ten_hertz")]
     pub greatest_frequency_hz: f64,
     /// Time for the whole programme, rest and ramps included \[s\].
@@ -34,12 +33,12 @@ pub struct Limits {
     pub rate_hz: f64,
 }
 
-/// Cones and oscillations of gimbals reach about this far.
+/// Approximate reach of cones and oscillations of gimbals.
 fn half_a_radian() -> f64 {
     0.5
 }
 
-/// Rate tables follow a sine to about this frequency.
+/// Approximate bandwidth of rate tables for a sine.
 fn ten_hertz() -> f64 {
     10.0
 }
@@ -55,7 +54,7 @@ impl Limits {
         let positive = |key: &str, value: f64, most: f64, unit: &str| {
             within(path, key, value, [f64::MIN_POSITIVE, most], unit)
         };
-        // Ten turns a second and 1e5 rad/s² are beyond any table; a week is beyond any patience.
+        // Ten turns a second and 1e5 rad/s² exceed any table; a week exceeds any test.
         positive(
             "greatest_rate_rad_s",
             limits.greatest_rate_rad_s,
@@ -71,7 +70,7 @@ impl Limits {
         positive("greatest_angle_rad", limits.greatest_angle_rad, 1.5, "rad")?;
         positive("table_time_s", limits.table_time_s, 604_800.0, "s")?;
         within(path, "rate_hz", limits.rate_hz, [100.0, 1e5], "Hz")?;
-        // The column of flexure has twice the frequency of a cone and must lie well inside the band.
+        // The column of flexure is at twice the frequency of a cone, which must be well inside the band.
         positive(
             "greatest_frequency_hz",
             limits.greatest_frequency_hz,

@@ -1,9 +1,9 @@
-//! The planner: a turntable programme that fixes all six K, and how well it will.
+//! Planner of a turntable programme that determines all six K, with the predicted accuracy.
 //!
 //! limits → candidates (moves) → design → predict → scenario
 //!
-//! From what the table may do and the instrument's model it makes a [`Plan`]: moves within the limits, their predicted
-//! covariance against a rate reference (Cramér–Rao, physics §6), and a scenario for `rlg simulate`.
+//! From the table's limits and the instrument's model, a [`Plan`]: moves within the limits, their predicted covariance
+//! against a rate reference (Cramér–Rao bound, physics §6), and a scenario for `rlg simulate`.
 //!
 //! Out of scope: the gimbals of a particular table, and moves that excite several pairs at once.
 
@@ -34,13 +34,13 @@ use candidates::{Candidate, candidates, rounded_up};
 use limits::Limits;
 use rlg_catalogue::moves::{Kind, Move};
 
-/// Rest at the beginning and at the end \[s\]: where bias is seen alone and an attitude is taken.
+/// Rest at the start and at the end \[s\], for the bias alone and for an attitude sample.
 const REST_S: f64 = 4.0;
 
-/// A programme with less than this at full motion in every variant is all ramps \[s\].
+/// Least duration at full motion of every variant \[s\]; below it a programme is mostly ramps.
 const LEAST_PLATEAU_S: f64 = 2.0;
 
-/// What the planner proposes.
+/// Proposed programme.
 pub struct Plan {
     /// The moves, in order.
     pub moves: Vec<Move>,
@@ -55,23 +55,23 @@ pub struct Plan {
 pub struct PlanEntry {
     /// Format of this file.
     pub format: u32,
-    /// The moves as people read them.
+    /// Moves in words.
     pub programme: Vec<String>,
-    /// Rest and ramps included \[s\].
+    /// Total time, rest and ramps included \[s\].
     pub table_time_s: f64,
-    /// The greatest body rate \[rad/s\].
+    /// Largest body rate \[rad/s\].
     pub greatest_rate_rad_s: f64,
-    /// The greatest angular acceleration \[rad/s²\].
+    /// Largest angular acceleration \[rad/s²\].
     pub greatest_acceleration_rad_s2: f64,
     /// Predicted standard deviation of each K \[s²\].
     pub std: BTreeMap<String, f64>,
-    /// Of each gyro's sum \[s²\].
+    /// Predicted standard deviation of each gyro's sum \[s²\].
     pub sum_std: BTreeMap<String, f64>,
     /// Predicted covariance, xy, xz, yx, yz, zx, zy \[s⁴\].
     pub covariance: Vec<Vec<f64>>,
-    /// Spread of the worst direction over that of the best; null: a direction stays unknown.
+    /// Standard deviation of the worst direction over that of the best; null: a direction stays unknown.
     pub condition_number: Option<f64>,
-    /// For people, a line each.
+    /// Summary, a line each.
     pub summary: Vec<String>,
 }
 
@@ -115,7 +115,7 @@ fn noise_of(model: &Model, file: &Path) -> Result<[DeclaredNoise; 3], InputError
     Ok(noise)
 }
 
-/// The moves: rest, every candidate that is worth its time in all its variants, rest.
+/// Moves: rest, all variants of every useful candidate, rest.
 fn programme(
     limits: &Limits,
     file: &Path,
@@ -160,7 +160,7 @@ fn programme(
     let mut moves = vec![rest];
     for (candidate, share) in used {
         let count = candidate.variants.len();
-        // Rounded down to quarters of a second, so that the whole stays within the time.
+        // Rounded down to quarters of a second, so that the total stays within the time.
         let plateau_s = rounded_up(left_s * share / count as f64 - 0.25);
         if plateau_s < LEAST_PLATEAU_S {
             return Err(too_little(least_s));
@@ -231,7 +231,7 @@ fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> PlanEntry {
     }
 }
 
-/// A move as people read it.
+/// Move in words.
 fn words(one: &Move) -> String {
     match one.kind {
         Kind::Still => format!("{:.2} s still", one.duration_s),

@@ -1,9 +1,9 @@
-//! Predicts the covariance that a programme will give: the Cramér–Rao bound of its motion under the model's noise.
+//! Predicted covariance of a programme: Cramér–Rao bound of its motion with the model's noise.
 //!
-//! From moves and the noise of a row it gives the covariance of the six K \[s⁴\], with bias, scale, installation and
-//! delay fitted beside them, as [`super::super::rates`] fits them against a rate reference.
+//! From moves and the noise of a row, the covariance of the six K \[s⁴\] with bias, scale, installation and delay as
+//! nuisance parameters, as in [`super::super::rates`] against a rate reference.
 //!
-//! The motion is sampled more slowly than the gyros; white noise of angle is raised so that its power stays.
+//! The motion is sampled more slowly than by the gyros; white angle noise is scaled up so that its density is unchanged.
 //! Out of scope: noise that drifts (flicker, rate random walk).
 
 use nalgebra::{DMatrix, Matrix3};
@@ -18,11 +18,11 @@ use crate::estimate::estimate;
 use crate::noise::DeclaredNoise;
 use crate::unknowns::{COEFFICIENTS, Unknowns};
 
-/// Rows a second for each hertz of the fastest move: the column has twice its frequency, and is then flat to a
-/// thousandth over a row.
+/// Row rate for each hertz of the fastest move: the column has twice its frequency, and is then flat to a thousandth over a
+/// row.
 const ROWS_PER_CYCLE: f64 = 40.0;
 
-/// The covariance; `None` for a programme too short to transform.
+/// Covariance of a programme; `None` if too short to transform.
 pub fn covariance(
     moves: &[Move],
     limits: &Limits,

@@ -1,7 +1,7 @@
-//! Writes a programme as a scenario (TOML) that `rlg simulate` takes.
+//! Scenario (TOML) of a programme, for `rlg simulate`.
 //!
-//! What a scenario needs and a model does not state (dither frequencies and amplitude, resolutions) is taken from real
-//! instruments (physics §5) and marked in the text.
+//! Values needed in a scenario but not stated in a model (dither frequencies and amplitude, resolutions) are taken from
+//! real instruments (physics §5) and marked in the text.
 
 use std::fmt::Write as _;
 
@@ -14,7 +14,7 @@ use rlg_signal::streams::AXES;
 /// Resolutions far below every noise.
 const FINE_RAD: &str = "5e-9";
 
-/// The text.
+/// Text of the scenario.
 pub fn text(name: &str, moves: &[Move], limits: &Limits, model: &Model) -> String {
     let mut out = format!(
         "# A calibration programme by `rlg calibrate --plan`. Body rates; a three-axis table follows them.\n\

@@ -1,4 +1,4 @@
-//! Motions beside attitude references, drawn: rates about body axes in closed form.
+//! Motions of trials with an attitude reference, drawn: rates about body axes in closed form.
 
 use std::f64::consts::PI;
 
@@ -10,19 +10,19 @@ use crate::marks::courses::{aircraft, band, sine, turns, vehicle};
 use crate::marks::motion::{Motion, Term};
 use crate::marks::setting::{log_uniform, name_of, one_of, sign};
 
-/// How the case moves.
+/// Motion of the case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Course {
-    /// Waved in the hand.
+    /// Moved in the hand.
     Hand,
-    /// A rate table that goes to and fro about one axis, tilting slowly about the others.
+    /// Rate table oscillating about one axis, tilting slowly about the others.
     Table,
-    /// Turns and slopes, vibration by the road.
+    /// Turns and slopes, vibration of the road.
     Vehicle,
-    /// A cone of some hertz, turning slowly.
+    /// Cone of some hertz, with a slow rotation.
     Coning,
-    /// One turn after another about x, y and z, at rest between them.
+    /// Successive rotations about x, y and z, at rest between them.
     Slews,
     /// Slow oscillation about three axes.
     Tumble,
@@ -32,7 +32,7 @@ pub enum Course {
     Flight,
 }
 
-/// Every motion.
+/// All motions.
 pub const COURSES: [Course; 8] = [
     Course::Hand,
     Course::Table,
@@ -75,7 +75,7 @@ impl Course {
         motion
     }
 
-    /// Returns its name in files.
+    /// Returns the name in files.
     pub fn name(self) -> String {
         name_of(&self)
     }

@@ -1,4 +1,4 @@
-//! Faults of an attitude reference: wrong stamps, a jump, a gap, an attitude that is held.
+//! Faults of an attitude reference: wrong stamps, a jump, a gap, a held attitude.
 
 use nalgebra::Vector3;
 use rand::RngExt as _;
@@ -12,39 +12,39 @@ use super::reference::Reference;
 use crate::marks::effects::{AXES, Concealed};
 use crate::marks::setting::{log_uniform, sign};
 
-/// Sizes of faults over the reference's own error.
+/// Range of the faults' sizes over the reference's own error.
 const SIZES: [f64; 2] = [20.0, 200.0];
 
-/// Stamps at either end that are sound.
+/// Number of faultless stamps at either end.
 const SOUND: usize = 5;
 
-/// What is wrong with some stamps.
+/// Type of a fault.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Wrong {
-    /// Each is off by its own error, navigation frame \[rad\].
+    /// Each stamp has an independent error, navigation frame \[rad\].
     Off(Vec<Vector3<f64>>),
-    /// From the first on all are turned about a body axis of that time \[rad\].
+    /// From the first stamp on, all are rotated about a body axis by this angle \[rad\].
     Jumped(usize, f64),
-    /// They are missing.
+    /// The stamps are missing.
     Missing,
-    /// They show the attitude of the first.
+    /// The stamps hold the attitude of the first.
     Held,
 }
 
-/// A fault.
+/// Fault of a span of stamps.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Fault {
     /// First stamp.
     pub first: usize,
-    /// Last stamp; of a jump the first once more.
+    /// Last stamp; for a jump equal to the first.
     pub last: usize,
-    /// What is wrong.
+    /// Type of the fault.
     pub wrong: Wrong,
-    /// Its size over the reference's own error; of missing stamps none.
+    /// Size over the reference's own error; 0 for missing stamps.
     pub over_error: f64,
 }
 
-/// Draws the faults that are planted; `None` where the motion would not show them.
+/// Draws the injected faults; `None` if not observable in the motion.
 pub fn draw(
     planted: Planted,
     reference: &Reference,
@@ -100,7 +100,7 @@ pub fn draw(
     (are_apart && faults.iter().all(is_shown)).then_some(faults)
 }
 
-/// Draws a span of stamps that are off, each by itself: the first of several before the last third, the others anywhere.
+/// Draws a span of wrong stamps with independent errors: the first of several before the last third, the others anywhere.
 fn off(
     (place, length): (usize, usize),
     stamps: usize,
@@ -139,8 +139,8 @@ fn within(length: usize, wrong: Wrong, stamps: usize, rng: &mut ChaCha8Rng) -> F
 }
 
 impl Fault {
-    /// Returns the fault as it is committed to: the contract's kind, and from the last sound stamp to the last wrong one
-    /// \[s\].
+    /// Converts the fault to its form in the commitment: the contract's kind, and the span from the last correct stamp to
+    /// the last wrong one \[s\].
     pub fn concealed(&self, stamps_s: &[f64]) -> Concealed {
         let mut parameters = Map::new();
         let mut put = |name: &str, value: Value| parameters.insert(name.to_owned(), value);

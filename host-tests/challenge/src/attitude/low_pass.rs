@@ -1,13 +1,13 @@
-//! Gyros behind a filter of one pole: τ ẏ + y = θ, by an integral that three Gauss–Legendre nodes a row take exactly enough.
+//! Gyros with a single-pole low-pass filter: τ ẏ + y = θ, integrated at three Gauss–Legendre nodes a row.
 
 use crate::marks::case::Case;
 use crate::marks::effects::GAUSS;
 use crate::marks::motion::Derivative;
 
-/// Time constants that the filter runs before the first row: e⁻⁴⁰ is below the rounding of the angle.
+/// Number of time constants of the filter's run-in before the first row: e⁻⁴⁰ is below the rounding of the angle.
 const BEFORE: f64 = 40.0;
 
-/// Returns what a filter of the time constant `pole_s` adds to the increments of a case, x y z \[rad by row\].
+/// Returns the change of a case's increments by a filter with the time constant `pole_s`, x y z \[rad by row\].
 pub fn added_rad(case: &Case, pole_s: f64) -> [Vec<f64>; 3] {
     let period_s = case.period_s;
     let before = (BEFORE * pole_s / period_s).ceil() as usize;

@@ -1,8 +1,8 @@
-//! Recordings beside attitude references: nothing, one effect, or a fault of the reference.
+//! Recordings with an attitude reference: nothing, one effect, or a fault of the reference.
 //!
-//! motions (`courses`) → the attitude, integrated exactly (`path`) → what is planted (`planted`, `low_pass`), as strong as
-//! its matched filter says (`strength`) → references with their noise (`reference`) and faults (`faults`) → trials (`trial`)
-//! → recordings (`record`)
+//! motions (`courses`) → the attitude, integrated exactly (`path`) → injected effects (`planted`, `low_pass`), scaled to a
+//! matched-filter SNR (`strength`) → references with their noise (`reference`) and faults (`faults`) → trials (`trial`) →
+//! recordings (`record`)
 
 pub mod courses;
 pub mod faults;

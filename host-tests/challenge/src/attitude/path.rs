@@ -1,7 +1,7 @@
-//! The attitude of a motion whose body rates are known in closed form.
+//! Attitude of a motion with body rates in closed form.
 //!
 //! q̇ = ½ q ω by the fourth-order Magnus expansion at two Gauss–Legendre nodes (Iserles, Munthe-Kaas, Nørsett and Zanna
-//! 2000, sec. 4): a step turns by h/2 (ω₁ + ω₂) + √3/12 h² ω₁ × ω₂.
+//! 2000, sec. 4): a step rotates by h/2 (ω₁ + ω₂) + √3/12 h² ω₁ × ω₂.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
@@ -10,7 +10,7 @@ use crate::marks::motion::{Derivative, Motion};
 /// Steps of a row.
 const STEPS: usize = 16;
 
-/// Attitudes at the ends of rows, and between them.
+/// Attitudes at the ends of rows, and at any time between them.
 #[derive(Debug, Clone)]
 pub struct Path<'a> {
     motion: &'a Motion,
@@ -20,7 +20,7 @@ pub struct Path<'a> {
 }
 
 impl<'a> Path<'a> {
-    /// Integrates `rows` rows of `period_s` from `start_s` on; the attitude there is none.
+    /// Integrates `rows` rows of `period_s` from `start_s` on, with the identity as initial attitude.
     pub fn new(motion: &'a Motion, start_s: f64, period_s: f64, rows: usize) -> Self {
         let step_s = period_s / STEPS as f64;
         let at_nodes = gauss_nodes().map(|node| {
@@ -68,7 +68,7 @@ impl<'a> Path<'a> {
         Vector3::from_fn(|axis, _| self.motion.at(Derivative::Rate, axis, time_s))
     }
 
-    /// Returns the attitudes at the ends of `count` rows from `start_s` on, and before the first; `start_s` is an end of a row.
+    /// Returns the attitudes at the ends of `count` rows from `start_s`, an end of a row, on, and before the first.
     pub fn at_ends(&self, start_s: f64, count: usize) -> &[UnitQuaternion<f64>] {
         let first = ((start_s - self.start_s) / self.period_s).round() as usize;
         &self.nodes[first..=first + count]

@@ -1,4 +1,4 @@
-//! What is planted beside attitudes: nothing, an effect of the catalogue, or a fault of the reference.
+//! Effects injected with an attitude reference: nothing, an effect of the catalogue, or a fault of the reference.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::marks::effects::{AXES, Effect};
 use crate::marks::setting::{name_of, one_of, sign};
 
-/// What a recording conceals.
+/// Injected effect of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Planted {
@@ -21,29 +21,29 @@ pub enum Planted {
     GyroBias,
     /// Scale errors.
     GyroScale,
-    /// A reference whose stamps are late or early.
+    /// A reference with late or early stamps.
     ReferenceDelay,
-    /// A reference that is turned.
+    /// A misaligned reference.
     ReferenceMisalignment,
-    /// All gyros behind a filter of one pole.
+    /// All gyros with a single-pole low-pass filter.
     GyroBandwidth,
-    /// A bias by specific force.
+    /// A g-dependent bias.
     GyroGBias,
-    /// Axes that angular acceleration bends.
+    /// Flexure of the axes by angular acceleration.
     AxisFlexure,
     /// One to four wrong stamps.
     Glitches,
     /// One or two short spans of wrong stamps.
     GlitchSpans,
-    /// The reference jumps and stays.
+    /// A permanent jump of the reference.
     Jump,
-    /// Stamps are missing for a while.
+    /// A gap of the stamps.
     Gap,
-    /// The reference holds an attitude for a while.
+    /// A span with a held attitude of the reference.
     Held,
 }
 
-/// What is planted by the trial's number, again and again.
+/// Injected effects by the trial's number, repeated in turn.
 pub const CYCLE: [Planted; 17] = {
     use Planted::{
         AxisFlexure, Gap, GlitchSpans, Glitches, GyroBandwidth, GyroBias, GyroGBias, GyroScale,
@@ -70,21 +70,21 @@ pub const CYCLE: [Planted; 17] = {
     ]
 };
 
-/// Time constants of the filter \[s\].
+/// Range of the filter's time constant \[s\].
 pub const POLES_S: [f64; 2] = [5e-3, 5e-2];
 
 impl Planted {
-    /// Returns what the trial of a number plants.
+    /// Returns the injected effect of a trial's number.
     pub fn of(number: u64) -> Self {
         CYCLE[(number % CYCLE.len() as u64) as usize]
     }
 
-    /// Returns its name in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> String {
         name_of(&self)
     }
 
-    /// Draws the pattern of an effect of the catalogue, of size 1 in its largest number: of one number or of all.
+    /// Draws the pattern of an effect of the catalogue, of size 1 in its largest parameter: of one parameter or of all.
     pub fn pattern(self, rng: &mut ChaCha8Rng) -> Option<Effect> {
         let (kind, names): (&str, &[&str]) = match self {
             Self::GyroBias => ("gyro_bias", &AXES),

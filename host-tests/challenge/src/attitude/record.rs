@@ -1,4 +1,4 @@
-//! The recording of a trial beside attitudes, and its model, which declares no noise.
+//! Recording of a trial with an attitude reference, and its model, which declares no noise.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::SeedableRng as _;
@@ -13,7 +13,7 @@ use crate::marks::effects::Effect;
 use crate::marks::instruments::{self, graded, recording, sensed_rad, table};
 use crate::marks::noise::Levels;
 
-/// Makes a trial's recording and the model that goes with it.
+/// Makes the recording of a trial and its model.
 pub fn record(drawn: &Attitudes, noise_seed: u64) -> (Recording, Model) {
     let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
     let path = drawn.path();
@@ -44,7 +44,7 @@ pub fn record(drawn: &Attitudes, noise_seed: u64) -> (Recording, Model) {
     (recording(tables, None), model)
 }
 
-/// The reference's table.
+/// Table of the reference.
 fn attitudes(drawn: &Attitudes, path: &Path, rng: &mut ChaCha8Rng) -> Table {
     let of_kind = |kind: &str| {
         let effect = drawn.effect.as_ref().map(|strong| &strong.effect);

@@ -1,4 +1,4 @@
-//! References of attitude, drawn: when they stamp, and how wrong they are.
+//! Attitude references, drawn: their stamps and errors.
 
 use nalgebra::Vector3;
 use rand::RngExt as _;
@@ -9,37 +9,37 @@ use serde::{Deserialize, Serialize};
 use crate::marks::noise::Levels;
 use crate::marks::setting::{log_uniform, name_of, one_of};
 
-/// Time before the end at which a reference has its last stamp, at the latest \[s\].
+/// Least time from the last stamp of a reference to the end \[s\].
 const MARGIN_S: f64 = 0.2;
 
-/// What measures the attitude.
+/// Type of attitude reference.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReferenceKind {
     /// Markers and fixed cameras, 100 Hz.
     Optical,
-    /// A camera of 30 Hz whose stamps jitter.
+    /// Camera of 30 Hz with stamp jitter.
     Camera,
-    /// An inertial navigator of 10 Hz whose error wanders.
+    /// Inertial navigator of 10 Hz with a correlated error.
     Navigator,
     /// A star tracker of 2 Hz.
     StarTracker,
 }
 
-/// A reference, drawn.
+/// Drawn reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Reference {
-    /// What it is.
+    /// Type.
     pub kind: ReferenceKind,
-    /// Stamps a second \[Hz\].
+    /// Stamp rate \[Hz\].
     pub rate_hz: f64,
     /// White noise of a stamp about each axis \[rad\].
     pub white_rad: f64,
-    /// Error that wanders, about each axis \[rad\].
+    /// Standard deviation of the correlated error about each axis \[rad\].
     pub wander_rad: f64,
-    /// Correlation time of the wandering error \[s\].
+    /// Correlation time of that error \[s\].
     pub wander_s: f64,
-    /// Stamps come up to this early or late, and say so \[s\].
+    /// Largest jitter of the stamps, recorded in them \[s\].
     pub jitter_s: f64,
 }
 
@@ -96,8 +96,8 @@ impl Reference {
             .collect()
     }
 
-    /// Returns the noise of its increments; the wandering error as the random walk that it is at short times, which it never
-    /// exceeds.
+    /// Returns the noise of the attitude increments; the correlated error is approximated by its random walk at short
+    /// times, which is an upper bound.
     pub fn levels(&self) -> Levels {
         let walk = self.wander_rad * (2.0 / self.wander_s).sqrt();
         Levels::white(walk, self.white_rad)
@@ -108,7 +108,7 @@ impl Reference {
         self.white_rad.hypot(self.wander_rad)
     }
 
-    /// Returns its name in files.
+    /// Returns the name in files.
     pub fn name(&self) -> String {
         name_of(&self.kind)
     }

@@ -1,8 +1,8 @@
-//! How strongly a recording beside attitudes shows an effect: the matched-filter SNR of what no alignment of the two
-//! instruments explains.
+//! Strength of an effect in a recording with an attitude reference: matched-filter SNR given the alignment parameters of
+//! the two instruments.
 //!
-//! What an effect leaves is the growth, from stamp to stamp, of the attitude by the gyros less that of the reference; in
-//! the navigation frame its noise is the same about all axes, random walk of the gyros and white noise of the stamps.
+//! The signal of an effect is the growth, from stamp to stamp, of the gyros' attitude less that of the reference; in the
+//! navigation frame its noise is the same about all axes, random walk of the gyros and white noise of the stamps.
 
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
@@ -13,10 +13,10 @@ use crate::marks::effects::Effect;
 use crate::marks::kinds::find;
 use crate::marks::noise::{Levels, Weighting, dct, product};
 
-/// Kinds that align gyros and reference: every diagnosis has to fit them.
+/// Kinds that align gyros and reference: nuisance parameters of every diagnosis.
 const ALIGNMENT: [&str; 4] = ["gyro_bias", "gyro_scale", "installation", "reference_delay"];
 
-/// Stamps of a reference beside a case.
+/// Stamps of a reference with a case.
 pub struct Stamped<'a> {
     path: &'a Path<'a>,
     case: &'a Case,
@@ -26,7 +26,7 @@ pub struct Stamped<'a> {
 }
 
 impl<'a> Stamped<'a> {
-    /// Prepares the stamps of a reference in noise of `levels`.
+    /// Prepares the stamps of a reference with noise of `levels`.
     pub fn new((path, case): (&'a Path, &'a Case), stamps_s: &'a [f64], levels: &Levels) -> Self {
         let rows = stamps_s.len() - 1;
         let period_s = (stamps_s[rows] - stamps_s[0]) / rows as f64;
@@ -40,14 +40,13 @@ impl<'a> Stamped<'a> {
         }
     }
 
-    /// Returns the SNR of an effect beside all that aligns the two instruments.
+    /// Returns the SNR of an effect given the alignment parameters of the two instruments.
     ///
-    /// # Inputs
-    /// `added_rad`: what an effect adds to what the gyros sense, by row.
+    /// # Inputs `added_rad`: contribution of an effect to the gyros' increments, by row.
     pub fn rho(&self, effect: &Effect, added_rad: &dyn Fn(&Effect) -> [Vec<f64>; 3]) -> f64 {
         let shape = |effect: &Effect| self.shape(effect, added_rad);
         let own = shape(effect);
-        // What is turned is installed so.
+        // A misalignment of the reference is equivalent to an installation error.
         let is_own = |kind: &str| {
             kind == effect.kind
                 || (kind == "installation" && effect.kind == "reference_misalignment")
@@ -64,7 +63,7 @@ impl<'a> Stamped<'a> {
         let count = columns.len();
         let gram = DMatrix::from_fn(count, count, |a, b| inner(&columns[a], &columns[b]));
         let against = DVector::from_fn(count, |a, _| inner(&own, &columns[a]));
-        // A column that the motion does not show has no power.
+        // A column that is not excited by the motion has no power.
         let shown: Vec<usize> = (0..count).filter(|&a| gram[(a, a)] > 0.0).collect();
         beside(&gram, inner(&own, &own), &against, &shown).sqrt()
     }
@@ -91,7 +90,7 @@ impl<'a> Stamped<'a> {
         })
     }
 
-    /// Errors of a reference that are small angles in the body.
+    /// Attitude errors of a reference, given as small angles in the body.
     fn by_reference(&self, in_body: &dyn Fn(f64) -> Vector3<f64>) -> Vec<Vector3<f64>> {
         let pairs = self.attitudes.iter().zip(self.stamps_s);
         pairs
@@ -99,7 +98,7 @@ impl<'a> Stamped<'a> {
             .collect()
     }
 
-    /// Errors of the attitude by gyros to whose increments something is added.
+    /// Attitude errors of gyros with added increments.
     fn by_gyros(&self, added_rad: &[Vec<f64>; 3]) -> Vec<Vector3<f64>> {
         let attitudes = self.path.at_ends(0.0, self.case.rows);
         let mut error = Vector3::zeros();

@@ -1,4 +1,4 @@
-//! A recording beside attitudes, drawn.
+//! Recording with an attitude reference, drawn.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand_chacha::ChaCha8Rng;
@@ -19,69 +19,68 @@ use crate::marks::motion::{Derivative, Motion};
 use crate::marks::noise::Levels;
 use crate::marks::setting::{log_uniform, one_of, shown};
 
-/// Rows a second \[Hz\].
+/// Row rates \[Hz\].
 const RATES_HZ: [f64; 4] = [100.0, 200.0, 250.0, 500.0];
 
-/// Lengths \[s\].
+/// Range of the length \[s\].
 const LENGTH_S: [f64; 2] = [30.0, 90.0];
 
 /// Least matched-filter SNR of an effect.
 const LEAST_RHO: f64 = 10.0;
 
-/// Time that the motion is known before the first row: no delay is longer \[s\].
+/// Time before the first row with known motion, longer than any delay \[s\].
 const BEFORE_S: f64 = 1.0;
 
-/// Sizes are scaled from this share of the largest, where every effect is linear.
+/// Initial size for the scaling, as a share of the largest; every effect is linear there.
 const SMALL: f64 = 1e-3;
 
-/// A recording, drawn.
+/// Drawn recording.
 #[derive(Debug, Clone)]
 pub struct Attitudes {
-    /// What is planted.
+    /// Injected kind.
     pub planted: Planted,
-    /// How the case moves.
+    /// Motion of the case.
     pub course: Course,
-    /// Its rotation.
+    /// Rotation of the case.
     pub motion: Motion,
-    /// Rotation of the case that the reference is on, where that is another one.
+    /// Rotation of the reference's case, if unrelated.
     pub of_another_case: Option<Motion>,
-    /// Its acceleration along body axes, as rates \[m/s²\].
+    /// Acceleration along body axes, as rates \[m/s²\].
     pub acceleration: Motion,
-    /// Rows a second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// How good the gyros are.
+    /// Grade of the gyros.
     pub grade: Grade,
-    /// Their angle random walk \[rad/√s\].
+    /// Angle random walk of the gyros \[rad/√s\].
     pub walk_rad_sqrt_s: [f64; 3],
-    /// Their pulse weight \[rad\].
+    /// Pulse weight of the gyros \[rad\].
     pub pulse_rad: f64,
-    /// Constants that the model knows.
+    /// Constants known to the model.
     pub unit: Unit,
-    /// What measures the attitude.
+    /// Attitude reference.
     pub reference: Reference,
-    /// When it does \[s\].
+    /// Stamps of the reference \[s\].
     pub stamps_s: Vec<f64>,
-    /// Its frame from the one in which the case is not turned at the start.
+    /// Rotation of the reference's frame against the initial axes of the case.
     pub frame: UnitQuaternion<f64>,
-    /// The effect.
+    /// Injected effect.
     pub effect: Option<Strong>,
     /// Faults of the reference.
     pub faults: Vec<Fault>,
 }
 
 impl Attitudes {
-    /// Draws what the trial of a number records.
+    /// Draws the recording of a trial's number.
     ///
-    /// # Errors
-    /// No setting shows what is planted.
+    /// # Errors No setting shows the injected effect.
     pub fn draw(number: u64, rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
         let planted = Planted::of(number);
         shown(&planted.name(), || Self::attempt(planted, rng))
     }
 
-    /// Draws gyros of one motion and the attitudes of another of the same kind.
+    /// Draws gyros with one motion and attitudes of another, unrelated motion of the same type.
     ///
     /// # Errors
     /// As [`Attitudes::draw`].
@@ -133,7 +132,7 @@ impl Attitudes {
         Some(drawn)
     }
 
-    /// Draws a size between that of the least SNR and the largest that gyros of the grade have.
+    /// Draws a size between that of the least SNR and the largest of the gyros' grade.
     fn scaled(
         &self,
         pattern: &Effect,
@@ -159,7 +158,7 @@ impl Attitudes {
         })
     }
 
-    /// Returns the time of a row \[s\].
+    /// Returns the period of a row \[s\].
     pub fn period_s(&self) -> f64 {
         1.0 / self.rate_hz
     }
@@ -169,13 +168,13 @@ impl Attitudes {
         integrated(&self.motion, self.rate_hz, self.rows)
     }
 
-    /// Integrates the attitude of the case that the reference is on, where that is another one.
+    /// Integrates the attitude of the reference's case, if unrelated.
     pub fn other_path(&self) -> Option<Path<'_>> {
         let motion = self.of_another_case.as_ref()?;
         Some(integrated(motion, self.rate_hz, self.rows))
     }
 
-    /// Returns what the instruments are exposed to.
+    /// Returns the input of the instruments.
     pub fn case(&self, path: &Path) -> Case {
         let (rows, period_s) = (self.rows, self.period_s());
         let attitudes = path.at_ends(0.0, rows);
@@ -207,7 +206,7 @@ impl Attitudes {
         }
     }
 
-    /// Returns what an effect adds to what the gyros sense of a case \[rad by row\].
+    /// Returns an effect's contribution to the gyros' increments in a case \[rad by row\].
     pub fn added_rad(&self, effect: &Effect, case: &Case) -> [Vec<f64>; 3] {
         let sensing_from_body = self.unit.sensing_from_body();
         let pole_s = effect.value("x_pole_s");
@@ -226,13 +225,13 @@ impl Attitudes {
         added
     }
 
-    /// Returns the noise of what the gyros' attitude grows by less what the reference's does.
+    /// Returns the noise of the difference between the attitude growth of the gyros and of the reference.
     fn levels(&self) -> Levels {
         let walk = self.walk_rad_sqrt_s.iter().copied().fold(0.0, f64::max);
         Levels::white(walk, 0.0).beside(self.reference.levels())
     }
 
-    /// Returns what is concealed.
+    /// Returns the concealed effects.
     pub fn concealed(&self) -> Vec<Concealed> {
         let faults = self
             .faults
@@ -240,7 +239,7 @@ impl Attitudes {
             .map(|fault| fault.concealed(&self.stamps_s));
         let mut all: Vec<Concealed> = self.effect.iter().map(Strong::concealed).collect();
         if let Some(filter) = all.iter_mut().find(|one| one.kind == "gyro_bandwidth") {
-            // The same by the contract's other name: the variance of a pole is τ².
+            // Equivalent parameter by the contract's other name: the variance of a pole is τ².
             let poles = filter.parameters.clone();
             for (name, pole_s) in poles {
                 let axis = name.trim_end_matches("_pole_s").to_owned();

@@ -1,4 +1,4 @@
-//! What effects of accelerometers add to their increments: the contract's equations on closed-form motion.
+//! Accelerometer effects on velocity increments: the contract's equations on closed-form motion.
 
 use nalgebra::Vector3;
 
@@ -6,7 +6,7 @@ use super::felt::{Felt, at_arm_m_s};
 use crate::marks::effects::{AXES, Effect};
 use crate::marks::motion::Motion;
 
-/// Returns what an effect adds to the increments of accelerometers, before 1/(1 − s_i) \[m/s by row\], x y z.
+/// Returns an effect's contribution to the accelerometer increments, before 1/(1 − s_i) \[m/s by row\], x y z.
 pub fn added_m_s(
     effect: &Effect,
     (motion, felt): (&Motion, &Felt),
@@ -53,7 +53,7 @@ mod tests {
     use crate::force::felt::Level;
     use crate::marks::motion::Term;
 
-    /// At the pole, about the vertical, nothing turns gravity: z down, so that f = (0, 0, −10).
+    /// At the pole, a rotation about the vertical leaves gravity fixed: z down, so that f = (0, 0, −10).
     #[test]
     fn tilts_scale_and_square_have_the_signs_of_the_contract() {
         let span = (200, 0.01);

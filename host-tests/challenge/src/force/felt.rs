@@ -1,7 +1,7 @@
-//! Gravity in a body that turns on the spot: its velocity increments at any instant, from the closed form of the motion.
+//! Gravity in a rotating body: its velocity increments at any instant, from the closed form of the motion.
 //!
-//! The attitude goes by parts of a row with Savage's two-sample coning term (Savage 1998, eq. 46), the integral of the force by
-//! Simpson's rule over two parts; both are good to the fourth order of a part, of which a row has eight.
+//! The attitude is integrated in parts of a row with Savage's two-sample coning term (Savage 1998, eq. 46), the force by
+//! Simpson's rule over two parts; both are accurate to the fourth order of a part, of which a row has eight.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rlg_simulator::attitude::EARTH_RATE_RAD_S;
@@ -11,10 +11,10 @@ use crate::marks::motion::{Derivative, Motion};
 /// Parts of a row; even.
 const PARTS: usize = 8;
 
-/// Time before the recording that is kept, for channels that are late \[s\].
+/// Time before and after the recording that is computed, for channels with a delay or a lead \[s\].
 const BEFORE_S: f64 = 0.1;
 
-/// Where the unit stands and how it lies at the start.
+/// Site of the unit and its attitude at the start.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Level {
     /// Upwards at the start, body axes, unit length.
@@ -28,7 +28,7 @@ pub struct Level {
 }
 
 impl Level {
-    /// Returns the specific force in the axes of the start, which do not turn in space, at a time \[m/s²\].
+    /// Returns the specific force in the inertial axes of the start, at a time \[m/s²\].
     fn force_m_s2(&self, time_s: f64) -> Vector3<f64> {
         let (sin, cos) = self.latitude_rad.sin_cos();
         let earth_rad = EARTH_RATE_RAD_S * time_s * (sin * self.up + cos * self.north);
@@ -36,30 +36,30 @@ impl Level {
     }
 }
 
-/// The force that a body feels, on a grid of parts of rows.
+/// Specific force of a body, on a grid of parts of rows.
 #[derive(Debug, Clone)]
 pub struct Felt {
     start_s: f64,
     step_s: f64,
     /// Force at the grid's points \[m/s²\], x y z.
     force_m_s2: [Vec<f64>; 3],
-    /// Its integral from the grid's first point on \[m/s\], x y z.
+    /// Integral from the grid's first point on \[m/s\], x y z.
     velocity_m_s: [Vec<f64>; 3],
 }
 
 impl Felt {
-    /// Carries gravity through a motion over `rows` rows of `period_s`.
+    /// Computes gravity in the body through a motion over `rows` rows of `period_s`.
     pub fn new(motion: &Motion, level: &Level, (rows, period_s): (usize, f64)) -> Self {
         let step_s = period_s / PARTS as f64;
         let before = (BEFORE_S / period_s).ceil() as usize * PARTS;
         let start_s = -(before as f64) * step_s;
-        // One row beyond the end, for channels that are early.
+        // Rows beyond the end, for channels with a lead.
         let early = (BEFORE_S / period_s).ceil() as usize;
         let parts = before + (rows + early) * PARTS;
         let increments: [Vec<f64>; 3] =
             [0, 1, 2].map(|axis| motion.increments_rad(axis, start_s, step_s, parts));
         let turned = |part: usize| Vector3::from_fn(|axis, _| increments[axis][part]);
-        // How the body lies at the recording's start.
+        // Attitude at the recording's start.
         let mut attitudes = Vec::with_capacity(parts + 1);
         let mut attitude = UnitQuaternion::identity();
         attitudes.push(attitude);
@@ -89,7 +89,7 @@ impl Felt {
         felt
     }
 
-    /// Returns what a channel that is `delay_s` late gains over each row \[m/s\].
+    /// Returns the velocity increments of a channel with the delay `delay_s` over each row \[m/s\].
     pub fn increments_m_s(
         &self,
         axis: usize,
@@ -120,7 +120,7 @@ impl Felt {
             .collect()
     }
 
-    /// Cubic through the velocities and forces at both ends of a part.
+    /// Cubic Hermite interpolation of the velocity from velocities and forces at both ends of a part.
     fn velocity_at(&self, axis: usize, time_s: f64) -> f64 {
         let place = (time_s - self.start_s) / self.step_s;
         let last = self.velocity_m_s[axis].len() - 2;
@@ -134,12 +134,12 @@ impl Felt {
     }
 }
 
-/// Running integral of values at equal steps, by the parabola through each three: to the fourth order.
+/// Running integral of values at equal steps, by the parabola through three points: to the fourth order.
 fn integral(values: &[f64], step: f64) -> Vec<f64> {
     let last = values.len() - 1;
     let mut running = vec![0.0; values.len()];
     for part in 0..last {
-        // Both of a pair of parts by the parabola through its three points.
+        // Both parts of a pair use the parabola through its three points.
         let first = (part - part % 2).min(last - 2);
         let [a, b, c] = [0, 1, 2].map(|point| values[first + point]);
         let area = match part == first {
@@ -151,7 +151,8 @@ fn integral(values: &[f64], step: f64) -> Vec<f64> {
     running
 }
 
-/// Returns what an accelerometer at `arm_m` feels of the turning over each row along `axis` \[m/s\]: α × r + ω × (ω × r).
+/// Returns the lever-arm effect of the rotation on an accelerometer at `arm_m` over each row along `axis` \[m/s\]: α × r +
+/// ω × (ω × r).
 pub fn at_arm_m_s(
     motion: &Motion,
     axis: usize,
@@ -192,14 +193,15 @@ mod tests {
         }
     }
 
-    /// About y, up = (sin, 0, cos) of the angle against the start, which turns by −ω t.
+    /// About y, up = (sin, 0, cos) of the angle against the start, which rotates at −ω t.
     #[test]
     fn a_spin_about_a_level_axis_turns_gravity_in_closed_form() {
         let (rate, delay_s, span) = (1.3, 0.02, (500, 0.02));
         let mut motion = Motion::default();
         motion.terms[1].push(Term::Spin { rate_rad_s: rate });
         let mut level = level(Vector3::z());
-        // The Earth turns about north at the equator, here the axis of the spin: the body turns slower against the ground.
+        // The Earth rotates about north at the equator, here the axis of the spin: against the ground the body rotates more
+        // slowly.
         level.north = Vector3::y();
         let against_ground = rate - EARTH_RATE_RAD_S;
         let felt = Felt::new(&motion, &level, span);

@@ -1,8 +1,8 @@
-//! Recordings of a turned unit with accelerometers beside gyros and a reference of rate: nothing, or one effect of the
+//! Recordings of a rotated unit with accelerometers, gyros and a reference of rate: nothing, or one effect of the
 //! accelerometers, the gyros or the reference.
 //!
-//! what is planted (`planted`) → gravity in the body (`felt`) → what the accelerometers make of it (`effects`) → trials
-//! (`trial`) → recordings (`record`)
+//! injected effects (`planted`) → gravity in the body (`felt`) → accelerometer errors (`effects`) → trials (`trial`) →
+//! recordings (`record`)
 
 pub mod effects;
 pub mod felt;

@@ -1,4 +1,4 @@
-//! What is planted into a unit with accelerometers, and how often.
+//! Effects injected into a unit with accelerometers, and their frequency.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use serde::{Deserialize, Serialize};
 use crate::marks::effects::{AXES, Effect};
 use crate::marks::setting::{name_of, one_of, sign};
 
-/// What a recording conceals.
+/// Injected effect of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Planted {
@@ -21,31 +21,31 @@ pub enum Planted {
     AccelBias,
     /// Scale errors of accelerometers.
     AccelScale,
-    /// Accelerometers that are turned.
+    /// Misaligned accelerometers.
     AccelMisalignment,
-    /// Accelerometers that are not linear.
+    /// Nonlinear accelerometers.
     AccelQuadratic,
-    /// Accelerometers that are late.
+    /// Accelerometers with a delay.
     AccelDelay,
-    /// Accelerometers away from the centre of rotation.
+    /// Accelerometers at lever arms from the centre of rotation.
     SizeEffect,
     /// A bias of gyros.
     GyroBias,
     /// Scale errors of gyros.
     GyroScale,
-    /// Gyros that are late.
+    /// Gyros with a delay.
     GyroDelay,
-    /// Gyros that are turned.
+    /// Misaligned gyros.
     Installation,
-    /// A reference that is late.
+    /// A reference with a delay.
     ReferenceDelay,
-    /// A reference that is turned.
+    /// A misaligned reference.
     ReferenceMisalignment,
     /// Scale errors of the reference.
     ReferenceScale,
 }
 
-/// What is planted by the trial's number, again and again.
+/// Injected effects by the trial's number, repeated in turn.
 pub const CYCLE: [Planted; 18] = {
     use Planted::{
         AccelBias, AccelDelay, AccelMisalignment, AccelQuadratic, AccelScale, GyroBias, GyroDelay,
@@ -75,17 +75,17 @@ pub const CYCLE: [Planted; 18] = {
 };
 
 impl Planted {
-    /// Returns what the trial of a number plants.
+    /// Returns the injected effect of a trial's number.
     pub fn of(number: u64) -> Self {
         CYCLE[(number % CYCLE.len() as u64) as usize]
     }
 
-    /// Returns its name in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> String {
         name_of(&self)
     }
 
-    /// Returns the kind of gyros or reference; `None` where it is the accelerometers' or nothing is planted.
+    /// Returns the kind of gyros or reference; `None` for accelerometer kinds and for no injection.
     pub fn beside(self) -> Option<&'static str> {
         match self {
             Self::GyroBias => Some("gyro_bias"),
@@ -99,7 +99,7 @@ impl Planted {
         }
     }
 
-    /// Returns the largest size that an accelerometer has \[the kind's unit\].
+    /// Returns the largest size in an accelerometer \[the kind's unit\].
     pub fn largest(self) -> f64 {
         match self {
             Self::AccelBias => 0.5,
@@ -111,7 +111,7 @@ impl Planted {
         }
     }
 
-    /// Draws the pattern of an accelerometers' effect, of size 1 in its largest number: of one number or of all.
+    /// Draws the pattern of an accelerometer effect, of size 1 in its largest parameter: of one parameter or of all.
     pub fn pattern(self, rng: &mut ChaCha8Rng) -> Option<Effect> {
         let (kind, names): (&str, &[&str]) = match self {
             Self::AccelBias => ("accel_bias", &AXES),
@@ -123,7 +123,7 @@ impl Planted {
             _ => return None,
         };
         let is_on_all = rng.random_bool(0.5);
-        // Three channels of one recorder are late alike; a unit sits as a whole away from the axes that it turns about.
+        // Three channels of one recorder have equal delays; the whole unit has one lever arm from its axes of rotation.
         let is_common = matches!(self, Self::AccelDelay | Self::SizeEffect)
             && is_on_all
             && rng.random_bool(0.7);

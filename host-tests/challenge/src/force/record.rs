@@ -1,4 +1,4 @@
-//! The recording of a turned unit with accelerometers, and its model.
+//! Recording of a rotated unit with accelerometers, and its model.
 
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
@@ -11,10 +11,10 @@ use crate::marks::instruments::{channel, table};
 use crate::marks::noise::quantised_rad;
 use crate::marks::rows_record::record_rows;
 
-/// Stream of the accelerometers' noise beside that of the gyros and the reference.
+/// Stream of the accelerometers' noise, separate from that of gyros and reference.
 const STREAM: u64 = 1;
 
-/// Makes a trial's recording and the model that goes with it.
+/// Makes the recording of a trial and its model.
 pub fn record(drawn: &Turned, noise_seed: u64) -> (Recording, Model) {
     let (mut recording, mut model) = record_rows(&drawn.rows, noise_seed);
     let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);

@@ -1,4 +1,4 @@
-//! A recording of a turned unit with accelerometers, drawn.
+//! Recording of a rotated unit with accelerometers, drawn.
 
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 use rand::RngExt as _;
@@ -18,39 +18,38 @@ use crate::marks::noise::{Drift, Levels, Weighting, dct, product};
 use crate::marks::rows::Rows;
 use crate::marks::setting::{Limits, log_uniform, one_of, shown, sign};
 
-/// Matched-filter SNR of an accelerometers' effect: from hardly shown to gross.
+/// Range of the matched-filter SNR of an accelerometer effect: from hardly visible to gross.
 const STRENGTHS: [f64; 2] = [10.0, 3000.0];
 
-/// A recording, drawn.
+/// Drawn recording.
 #[derive(Debug, Clone)]
 pub struct Turned {
-    /// What is planted.
+    /// Injected kind.
     pub planted: Planted,
-    /// Gyros, reference and motion, with what is planted into them.
+    /// Gyros, reference and motion, with the effects injected into them.
     pub rows: Rows,
-    /// How the unit lies at the start, and where.
+    /// Attitude of the unit at the start, and its site.
     pub level: Level,
     /// Noise of the accelerometers, of velocity instead of angle \[m/s/√s, m/s, m/s²/√s, m/s²\].
     pub noise: Levels,
-    /// Velocity of a pulse, where the accelerometers count \[m/s\].
+    /// Velocity of a pulse, if the accelerometers count \[m/s\].
     pub pulse_m_s: Option<f64>,
-    /// Rows of the gyros in one of the accelerometers; beyond one these have a table of their own.
+    /// Gyro rows per accelerometer row; above one, the accelerometers have a separate table.
     pub together: usize,
-    /// Biases that the model knows \[m/s²\].
+    /// Biases known to the model \[m/s²\].
     pub bias_m_s2: [f64; 3],
-    /// Scale errors that the model knows.
+    /// Scale errors known to the model.
     pub scale_error: [f64; 3],
-    /// Whether the model declares the accelerometers' white noise.
+    /// The model declares the accelerometers' white noise.
     pub declares_noise: bool,
-    /// What is planted into the accelerometers.
+    /// Effect injected into the accelerometers.
     pub effect: Option<Strong>,
 }
 
 impl Turned {
-    /// Draws what the trial of a number records.
+    /// Draws the recording of a trial's number.
     ///
-    /// # Errors
-    /// No unit has what is planted.
+    /// # Errors No drawn unit shows the injected effect.
     pub fn draw(number: u64, limits: &Limits, rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
         let planted = Planted::of(number);
         shown(&planted.name(), || Self::attempt(planted, limits, rng))
@@ -64,10 +63,10 @@ impl Turned {
             .copied()
             .collect();
         let mut rows = Rows::attempt(Family::Force, limits, &kinds, rng)?;
-        // Force is recorded below, on a unit that lies anyhow.
+        // The force is recorded below, on a unit of any attitude.
         rows.setting.has_force = false;
         let density_m_s2_sqrt_hz = log_uniform(rng, 3e-5, 1e-3);
-        // One-sided density n²: a random walk of velocity of n²/2 a second.
+        // One-sided density n²: a velocity random walk of n²/2 a second.
         let walk = density_m_s2_sqrt_hz / 2_f64.sqrt();
         let corner_hz = log_uniform(rng, 3.0 / rows.setting.length_s(), 0.3);
         let drift = match rng.random_range(0..4) {
@@ -103,7 +102,7 @@ impl Turned {
         Some(drawn)
     }
 
-    /// Returns rows of the accelerometers and the time of one \[s\].
+    /// Returns number and period of the accelerometers' rows \[s\].
     pub fn span(&self) -> (usize, f64) {
         let setting = &self.rows.setting;
         (
@@ -112,15 +111,15 @@ impl Turned {
         )
     }
 
-    /// Returns the force that the body feels.
+    /// Returns the specific force of the body.
     pub fn felt(&self) -> Felt {
         Felt::new(&self.rows.motion, &self.level, self.span())
     }
 
-    /// Scales a pattern to a strength beside a level and a turning of the ground that nobody knows; `None` where no
-    /// accelerometer is so, or those hide it.
+    /// Scales a pattern to a strength given an unknown level and ground rotation; `None` if the size is not credible for an
+    /// accelerometer, or the effect is in their span.
     fn scaled(&self, pattern: &Effect, rho: f64) -> Option<Strong> {
-        // Delays bend with their size: a small one first.
+        // Delays are nonlinear in their size: a small one first.
         const SMALL: f64 = 1e-3;
         let largest = self.planted.largest();
         let felt = self.felt();
@@ -153,7 +152,8 @@ impl Turned {
         Some(Strong { effect, rho })
     }
 
-    /// Returns the weights of the accelerometers' noise; a reference's random walk tilts the vertical, and its force walks too.
+    /// Returns the inverse covariances of the accelerometers' noise; the reference's random walk tilts the vertical, so the
+    /// force has a random walk too.
     fn weightings(&self) -> [Weighting; 3] {
         let (count, period_s) = self.span();
         let pulses = self.pulse_m_s.unwrap_or(0.0) / 12_f64.sqrt();
@@ -166,7 +166,7 @@ impl Turned {
         std::array::from_fn(|_| weighting.clone())
     }
 
-    /// Returns DCTs of what a tilt of the start and a turning of the ground about two level axes add.
+    /// Returns DCTs of the columns of an initial tilt and of a ground rotation about two level axes.
     fn level_columns(&self) -> Vec<[Vec<f64>; 3]> {
         let (count, period_s) = self.span();
         let level = &self.level;
@@ -187,7 +187,7 @@ impl Turned {
         columns
     }
 
-    /// Returns what is concealed.
+    /// Returns the concealed effects.
     pub fn concealed(&self) -> Vec<Concealed> {
         let beside = self.rows.effects.iter();
         beside.chain(&self.effect).map(Strong::concealed).collect()
@@ -218,7 +218,7 @@ impl Turned {
     }
 }
 
-/// Draws how a unit lies: level within some degrees, either side up, or anyhow.
+/// Draws the attitude of a unit: level within some degrees, either side up, or random.
 fn draw_level(rng: &mut ChaCha8Rng) -> Level {
     let mut vector = || Vector3::from_fn(|_, _| normal(rng));
     let (tilt, any, other) = (vector(), vector(), vector());

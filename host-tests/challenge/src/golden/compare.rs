@@ -1,4 +1,4 @@
-//! Two golden tables, field by field.
+//! Comparison of two golden tables, field by field.
 
 use std::collections::BTreeMap;
 
@@ -7,48 +7,48 @@ use serde::Serialize;
 use super::row::{COLUMNS, Row, SHA256};
 use super::table::Table;
 
-/// How rows made now differ from the reviewed ones.
+/// Differences between new rows and the reviewed ones.
 #[derive(Debug, Clone, Default, Serialize)]
 pub struct Comparison {
-    /// Rows that were compared.
+    /// Number of compared rows.
     pub compared: usize,
-    /// Reviewed rows that were not made now.
+    /// Number of reviewed rows without a new one.
     pub not_made: usize,
-    /// Whether hashes were left out, because the tables were made with different arithmetic.
+    /// Hashes were left out, because the tables were made with different arithmetic.
     pub hashes_left_out: bool,
-    /// Rows made now that the reviewed table does not have.
+    /// New rows without a reviewed one.
     pub not_reviewed: Vec<String>,
     /// Rows that differ.
     pub rows: Vec<RowDifference>,
 }
 
-/// A row that differs.
+/// Differing row.
 #[derive(Debug, Clone, Serialize)]
 pub struct RowDifference {
-    /// Its name.
+    /// Name of the row.
     pub name: String,
-    /// Fields that differ.
+    /// Differing fields.
     pub fields: Vec<FieldDifference>,
 }
 
-/// A field that differs.
+/// Differing field.
 #[derive(Debug, Clone, Serialize)]
 pub struct FieldDifference {
-    /// Its column.
+    /// Column.
     pub column: &'static str,
-    /// What the reviewed table has.
+    /// Cell of the reviewed table.
     pub reviewed: String,
-    /// What was made now.
+    /// New cell.
     pub made: String,
 }
 
 impl Comparison {
-    /// Whether every row made now is as it was reviewed.
+    /// True if every new row equals its reviewed one.
     pub fn is_equal(&self) -> bool {
         self.rows.is_empty() && self.not_reviewed.is_empty()
     }
 
-    /// The differences as lines of text.
+    /// Formats the differences as lines of text.
     pub fn lines(&self) -> Vec<String> {
         let mut lines = Vec::new();
         for name in &self.not_reviewed {

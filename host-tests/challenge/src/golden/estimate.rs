@@ -1,12 +1,12 @@
-//! Numbers of a row as text: two significant digits of σ, and the value to the same decimal place.
+//! Formatting of estimates: two significant digits of σ, and the value to the same decimal place.
 //!
-//! Decimal shifts go through the shortest decimal form of a number, so the text does not depend on rounding in
-//! intermediate multiplications.
+//! Decimal shifts use the shortest decimal form of a number, so the text does not depend on rounding in intermediate
+//! multiplications.
 
-/// Values from 0.01 up to 9999 are written without a power of ten.
+/// Decimal exponents written without a power of ten: values from 0.01 up to 9999.
 const PLAIN_EXPONENTS: std::ops::RangeInclusive<i32> = -2..=3;
 
-/// Most decimals written: an f64 holds no more.
+/// Largest number of decimals: the precision of an f64.
 const MOST_DECIMALS: i32 = 15;
 
 /// Smallest probability that is written as a number.
@@ -54,7 +54,7 @@ pub fn probability(p: f64) -> String {
     }
 }
 
-/// Exponent of the power of ten of a number that is rounded to two significant digits; 0 has the smallest.
+/// Decimal exponent of a number rounded to two significant digits; for 0 the smallest.
 fn exponent(number: f64) -> i32 {
     if number == 0.0 {
         return i32::MIN;
@@ -62,7 +62,7 @@ fn exponent(number: f64) -> i32 {
     parts(&format!("{number:.1e}")).1
 }
 
-/// The number times ten to the power `by`, correctly rounded.
+/// Number times ten to the power `by`, correctly rounded.
 fn shift(number: f64, by: i32) -> f64 {
     let text = format!("{number:e}");
     let (mantissa, exponent) = parts(&text);
@@ -71,7 +71,7 @@ fn shift(number: f64, by: i32) -> f64 {
         .unwrap_or(f64::NAN)
 }
 
-/// Mantissa and exponent of a number that was written with an exponent.
+/// Mantissa and exponent of a number in exponent notation.
 fn parts(text: &str) -> (&str, i32) {
     let (mantissa, exponent) = text.split_once('e').unwrap_or((text, "0"));
     (mantissa, exponent.parse().unwrap_or(0))

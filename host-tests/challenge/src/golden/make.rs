@@ -17,11 +17,11 @@ use rlg_recording::error::InputError;
 ///
 /// # Inputs
 /// The seed, and the numbers of the trials. They are those of `rlg challenge` with the same seed: all families, as often as
-/// its marks need them. `progress` gets the name of each finished row and its wall-clock time \[s\], in the order in which the
-/// rows finish.
+/// its marks need them. `progress` gets the name of each finished row and its wall-clock time \[s\], in the order of
+/// completion.
 ///
 /// # Assumptions
-/// Rows share the threads: the time of one row contains work for others.
+/// Rows share the threads: the time of one row includes work for others.
 pub fn trial_rows(
     seed: u64,
     trials: &[u64],
@@ -44,10 +44,10 @@ pub fn trial_rows(
     rows.into_iter().collect()
 }
 
-/// Makes the row of a recording whose model lies beside it, as `rlg diagnose` would see it.
+/// Makes the row of a recording with the model in its folder, as in `rlg diagnose`.
 ///
 /// # Errors
-/// The recording or its model cannot be read. A recording that the diagnosis refuses is a row that says so.
+/// The recording or its model cannot be read. A recording that the diagnosis refuses is a row that states so.
 pub fn recording_row(name: &str, folder: &Path) -> Result<Row, InputError> {
     let file = folder.join(MODEL);
     let (model, _) = Model::read_with_warnings(&file)?;

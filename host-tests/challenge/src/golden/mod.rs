@@ -1,10 +1,10 @@
-//! The golden table: what the diagnosis says of fixed recordings, one row each, to be compared after a change.
+//! Golden table: results of the diagnosis on fixed recordings, one row each, for comparison after a change.
 //!
-//! One direction: `estimate` (a value and its σ as text) → `row` (one diagnosis as cells) → `quality` (how many are right) →
-//! `table` (rows and a header
-//! as text) → `compare` (two tables, field by field) → `make` (rows from trials and from recordings).
+//! Data flow: `estimate` (a value and its σ as text) → `row` (one diagnosis as cells) → `quality` (counts of correct rows)
+//! → `table` (rows and a header as text) → `compare` (two tables, field by field) → `make` (rows from trials and from
+//! recordings).
 //!
-//! A change that only moves code keeps every row. A change of method shows which rows differ, and in which fields.
+//! A change that only moves code keeps every row. For a change of method the differing rows and fields are listed.
 
 mod compare;
 mod estimate;

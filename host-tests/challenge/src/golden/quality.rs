@@ -1,24 +1,24 @@
-//! How well the trials of some rows are diagnosed: a floor that a table made again may not fall below.
+//! Quality of the diagnosis on some rows: a floor for a regenerated table.
 
 use serde::Serialize;
 
 use super::row::{NO, Row, YES};
 
-/// How many trials of some rows are how.
+/// Counts of trials by correctness.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default, Serialize)]
 pub struct Quality {
-    /// Trials.
+    /// Number of trials.
     pub trials: usize,
-    /// Named rightly, and nothing else.
+    /// Named correctly, and nothing else.
     pub right: usize,
     /// With a wrong name.
     pub wrong: usize,
-    /// With a value beyond three of its standard deviations.
+    /// With a value more than three standard deviations from the truth.
     pub beyond: usize,
 }
 
 impl Quality {
-    /// Counts.
+    /// Counts the rows.
     pub fn of<'a>(rows: impl Iterator<Item = &'a Row>) -> Self {
         let mut sum = Self::default();
         for row in rows {
@@ -31,7 +31,7 @@ impl Quality {
         sum
     }
 
-    /// Whether nothing of it is worse than `floor`.
+    /// True if no count is worse than in `floor`.
     pub fn holds(self, floor: Self) -> bool {
         self.right >= floor.right && self.wrong <= floor.wrong && self.beyond <= floor.beyond
     }
@@ -85,7 +85,7 @@ mod tests {
             let kept = rows.iter().enumerate().filter(|(other, _)| *other != place);
             Quality::of(kept.map(|(_, row)| row))
         };
-        // One right name fewer; one wrong name, or one value beyond 3 σ more.
+        // One right name fewer; one wrong name more, or one value beyond 3 σ more.
         assert!(!without(0).holds(all));
         assert!(!all.holds(without(3)));
         assert!(without(3).holds(all));

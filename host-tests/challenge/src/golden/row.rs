@@ -1,4 +1,4 @@
-//! One row of the golden table, from one diagnosis.
+//! Row of the golden table, from one diagnosis.
 //!
 //! Columns that describe effects list them in the order of `diagnosis.json`, separated by ` ; `.
 
@@ -15,17 +15,17 @@ use rlg_recording::error::InputError;
 /// Columns of the table, in their order.
 ///
 /// - `name`: `trial-0017`, or the recording's name.
-/// - `family`, `setting`, `concealed`: what the simulator put into the trial, with its matched-filter SNR `rho`;
-///   `recording`, `-`, `-` of a recording that is not simulated here.
-/// - `verdict`: the diagnosis' verdict, or why there is none.
-/// - `effects`: the kinds found, each with the kinds it is indistinguishable from.
-/// - `expressions`: their expressions, `-` where there is none.
+/// - `family`, `setting`, `concealed`: effects simulated in the trial, with the matched-filter SNR `rho`; `recording`, `-`,
+///   `-` for a recording that is not simulated here.
+/// - `verdict`: the diagnosis' verdict, or the reason for its absence.
+/// - `effects`: the kinds found, each with the kinds of its equivalence class.
+/// - `expressions`: their expressions, `-` if none.
 /// - `values`: their parameters, value ± σ and unit.
-/// - `log_evidence`: the logarithm of the evidence gained by each.
-/// - `p`: the probability of each under noise alone, trials counted.
-/// - `right`: of a trial `yes` where every concealed kind is named, alone or in its class, and nothing else, `no` where a
-///   name is wrong, `silent` where a name is missing; `-` of a recording.
-/// - `sigmas`: the largest |value − truth|/σ of the named effects, `-` where there is none.
+/// - `log_evidence`: the gain of ln evidence by each.
+/// - `p`: the p-value of each under noise alone, corrected for the number of trials.
+/// - `right`: of a trial `yes` if every concealed kind is named, alone or in its class, and nothing else, `no` if a name is
+///   wrong, `silent` if a name is missing; `-` for a recording.
+/// - `sigmas`: the largest |value − truth|/σ of the named effects, `-` if none.
 /// - `sha256`: see [`diagnosis_sha256`].
 pub const COLUMNS: [&str; 13] = [
     "name",
@@ -49,7 +49,7 @@ const RIGHT: usize = 10;
 /// Column of the hash.
 pub const SHA256: &str = "sha256";
 
-/// A cell that does not apply.
+/// Cell that does not apply.
 const NONE: &str = "-";
 
 /// Cells of the column `right`.
@@ -57,18 +57,18 @@ pub(super) const YES: &str = "yes";
 pub(super) const NO: &str = "no";
 const SILENT: &str = "silent";
 
-/// Stands between two effects.
+/// Separator between two effects.
 const BETWEEN: &str = " ; ";
 
-/// One row: a cell for every column.
+/// Row: a cell for every column.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Row {
-    /// The cells, in the order of [`COLUMNS`].
+    /// Cells, in the order of [`COLUMNS`].
     pub cells: [String; COLUMNS.len()],
 }
 
 impl Row {
-    /// Makes the row of a simulated trial. `said` is the diagnosis, or the reason why there is none.
+    /// Makes the row of a simulated trial. `said` is the diagnosis, or the reason for its absence.
     pub fn of_trial(answer: &Answer, said: Result<&Diagnosis, &str>) -> Result<Self, InputError> {
         let concealed: Vec<String> = answer
             .effects
@@ -84,7 +84,7 @@ impl Row {
         Self::new(&trial_name(answer.trial), origin, said, judged)
     }
 
-    /// Makes the row of a recording. `said` is the diagnosis, or the reason why there is none.
+    /// Makes the row of a recording. `said` is the diagnosis, or the reason for its absence.
     pub fn of_recording(name: &str, said: Result<&Diagnosis, &str>) -> Result<Self, InputError> {
         let origin = ["recording", NONE, NONE].map(str::to_owned);
         Self::new(name, origin, said, [NONE, NONE].map(str::to_owned))
@@ -126,12 +126,12 @@ impl Row {
         })
     }
 
-    /// Its name.
+    /// Name of the row.
     pub fn name(&self) -> &str {
         &self.cells[0]
     }
 
-    /// Whether a trial was named rightly, and nothing else; `None` of a recording.
+    /// Cell of `right`: `yes` if the trial was named correctly, and nothing else; `None` for a recording.
     pub(super) fn right(&self) -> Option<&str> {
         Some(&*self.cells[RIGHT]).filter(|cell| *cell != NONE)
     }
@@ -171,7 +171,7 @@ pub fn trial_name(trial: u64) -> String {
     format!("trial-{trial:04}")
 }
 
-/// The cells that a diagnosis fills, from `verdict` on.
+/// Cells filled from a diagnosis, from `verdict` on.
 fn findings(diagnosis: &Diagnosis) -> Result<[String; 7], InputError> {
     let each = |cell: fn(&EffectEntry) -> String| {
         joined(&diagnosis.effects.iter().map(cell).collect::<Vec<_>>())
@@ -189,7 +189,7 @@ fn findings(diagnosis: &Diagnosis) -> Result<[String; 7], InputError> {
 
 /// SHA-256 of the file `diagnosis.json` without its line `"version"`.
 ///
-/// Of a file on disk: `grep -v '^  "version": ' diagnosis.json | sha256sum`.
+/// For a file on disk: `grep -v '^  "version": ' diagnosis.json | sha256sum`.
 pub fn diagnosis_sha256(diagnosis: &Diagnosis) -> Result<String, InputError> {
     let json = serde_json::to_string_pretty(diagnosis).map_err(no_json)?;
     let lines = json
@@ -199,7 +199,7 @@ pub fn diagnosis_sha256(diagnosis: &Diagnosis) -> Result<String, InputError> {
     Ok(sha256(text.as_bytes()))
 }
 
-/// A kind and those it is indistinguishable from.
+/// Formats a kind and its equivalence class.
 fn class(effect: &EffectEntry) -> String {
     let others = effect.indistinguishable_from.iter();
     let kinds: Vec<&str> = std::iter::once(effect.kind.as_str())
@@ -208,7 +208,7 @@ fn class(effect: &EffectEntry) -> String {
     kinds.join(" or ")
 }
 
-/// Parameters of an effect. The expression of an unlisted effect has its own column.
+/// Formats the parameters of an effect. The expression of an unlisted effect has its own column.
 fn values(effect: &EffectEntry) -> String {
     let parameters = effect.parameters.iter().filter_map(|one| match one {
         ParameterEntry::Number {
@@ -234,7 +234,7 @@ fn values(effect: &EffectEntry) -> String {
     }
 }
 
-/// Effects in one cell.
+/// Joins effects in one cell.
 fn joined(effects: &[String]) -> String {
     if effects.is_empty() {
         NONE.to_owned()
@@ -243,7 +243,7 @@ fn joined(effects: &[String]) -> String {
     }
 }
 
-/// The JSON name of an enum's variant.
+/// JSON name of an enum's variant.
 fn word(variant: &impl serde::Serialize) -> Result<String, InputError> {
     match serde_json::to_value(variant).map_err(no_json)? {
         Value::String(word) => Ok(word),
@@ -251,7 +251,7 @@ fn word(variant: &impl serde::Serialize) -> Result<String, InputError> {
     }
 }
 
-/// A cell must not end its row or its column.
+/// Replaces characters that would end a row or a column.
 fn on_one_line(cell: &str) -> String {
     cell.replace(['\t', '\n', '\r'], " ")
 }

@@ -1,37 +1,37 @@
-//! The golden table as text: comment lines with the header, the names of the columns, then a row a line.
+//! Golden table as text: comment lines with the header, the names of the columns, then a row a line.
 //!
-//! Cells are separated by tabs, rows are sorted by name. The text holds no date, path, version or
-//! duration: the same program gives the same bytes.
+//! Cells are separated by tabs, rows are sorted by name. The text contains no date, path, version or duration: the same
+//! program gives the same bytes.
 
 use std::path::Path;
 
 use super::row::{COLUMNS, Row};
 use rlg_recording::error::InputError;
 
-/// Version of the table's form.
+/// Version of the table's format.
 const FORMAT: u32 = 3;
 
-/// Begins the header line.
+/// Start of the header line.
 const TITLE: &str = "# golden table";
 
-/// Shared recordings that have no row.
+/// Shared recordings without a row.
 const NOT_IN_IT: &str =
     "# no row yet: repoimu-11 (csv) and broad-24 (mat), which rlg import does not read";
 
-/// What the rows were made from.
+/// Origin of the rows.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Header {
     /// Seed of the simulated trials.
     pub seed: u64,
     /// Number of simulated trials of the whole table.
     pub trials: u64,
-    /// Processor architecture, and whether it multiplies and adds in one rounding. The system's mathematical
-    /// functions and the Fourier transforms choose their code by it, so hashes compare only where it is equal.
+    /// Processor architecture, and its fused multiply-add. The system's mathematical functions and the Fourier transforms
+    /// select their code by it, so hashes are comparable only if equal.
     pub arithmetic: String,
 }
 
 impl Header {
-    /// The header of a table that is made on this machine.
+    /// Header of a table made on this machine.
     pub fn here(seed: u64, trials: u64) -> Self {
         Self {
             seed,
@@ -63,7 +63,7 @@ impl Header {
     }
 }
 
-/// The processor's architecture with what changes the last bits of results.
+/// Processor architecture, with the extensions that change the last bits of results.
 fn arithmetic() -> String {
     let architecture = std::env::consts::ARCH;
     #[cfg(target_arch = "x86_64")]
@@ -80,7 +80,7 @@ fn arithmetic() -> String {
 /// Rows with their header.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Table {
-    /// What they were made from.
+    /// Origin of the rows.
     pub header: Header,
     /// Sorted by name.
     pub rows: Vec<Row>,
@@ -93,7 +93,7 @@ impl Table {
         Self { header, rows }
     }
 
-    /// The table as text.
+    /// Formats the table as text.
     pub fn text(&self) -> String {
         let header = [self.header.line(), NOT_IN_IT.to_owned(), COLUMNS.join("\t")];
         let rows = self.rows.iter().map(|row| row.cells.join("\t"));
@@ -104,7 +104,7 @@ impl Table {
             .collect()
     }
 
-    /// Reads a table back from its text. `file` is named in errors.
+    /// Parses a table from its text. `file` is named in errors.
     pub fn parse(text: &str, file: &Path) -> Result<Self, InputError> {
         let fault = |problem: &str, expected: &str| {
             Err(InputError::new(file, problem).expected(expected.to_owned()))

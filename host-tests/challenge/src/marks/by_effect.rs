@@ -1,4 +1,4 @@
-//! The table by what is concealed: how often it is named rightly, how far its numbers are off, what a second pass says.
+//! Results by concealed effect: share named correctly, normalised errors of the parameters, outcome of a second pass.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -8,26 +8,26 @@ use serde::Serialize;
 use super::groups::{Counts, Judged};
 use super::record::Answer;
 
-/// What was said of trials that conceal the same.
+/// Results of trials with the same concealed effect.
 #[derive(Debug, Clone, Serialize)]
 pub struct EffectRow {
-    /// What is concealed.
+    /// Concealed effect.
     pub effect: String,
     /// Trials by score.
     pub counts: Counts,
-    /// Numbers that the recordings fix.
+    /// Number of identifiable parameters.
     pub numbers: usize,
     /// Root mean square of (estimate − truth)/σ.
     pub pull_rms: f64,
-    /// Numbers more than 3 σ from the truth.
+    /// Number of parameters more than 3 σ from the truth.
     pub beyond_3: usize,
-    /// Recordings that match the model that was written.
+    /// Number of recordings that match the updated model.
     pub match_again: usize,
-    /// Of so many that were diagnosed again.
+    /// Number of recordings diagnosed again.
     pub again: usize,
 }
 
-/// Returns one row each of what is concealed.
+/// Returns one row for each concealed effect.
 pub fn rows(judged: &[Judged]) -> Vec<EffectRow> {
     let mut by_effect: BTreeMap<String, Vec<&Judged>> = BTreeMap::new();
     for one in judged {
@@ -70,7 +70,7 @@ fn row(effect: String, list: &[&Judged]) -> EffectRow {
     }
 }
 
-/// Returns the table in words.
+/// Formats the table.
 pub fn words(rows: &[EffectRow]) -> String {
     let mut text = format!(
         "{:<36} {:>6} {:>6} {:>8} {:>6} {:>6} {:>7}   {:<24} {}\n",

@@ -1,4 +1,4 @@
-//! What the instruments are exposed to: increments of the case, warming, specific force.
+//! Input of the instruments: increments of the case, warming, specific force.
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rand::RngExt as _;
@@ -14,7 +14,7 @@ pub const GRAVITY_M_S2: f64 = 9.806_65;
 /// Temperatures at the start \[K\].
 pub const START_K: f64 = 293.0;
 
-/// A block that warms up: amplitude · (1 − e^{−t/τ}) + slope · t.
+/// Warming of a block: amplitude · (1 − e^{−t/τ}) + slope · t.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Warming {
     amplitude_k: f64,
@@ -38,14 +38,14 @@ impl Warming {
     }
 }
 
-/// The case and its surroundings, without any instrument.
+/// Case and its surroundings, without any instrument.
 #[derive(Debug, Clone)]
 pub struct Case {
-    /// Its motion in closed form.
+    /// Motion in closed form.
     pub motion: Motion,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Time of a row \[s\].
+    /// Period of a row \[s\].
     pub period_s: f64,
     /// Increments \[rad\], x y z.
     pub increments_rad: [Vec<f64>; 3],
@@ -56,7 +56,7 @@ pub struct Case {
 }
 
 impl Case {
-    /// Forms what a setting's instruments are exposed to.
+    /// Computes the input of a setting's instruments.
     pub fn new(setting: &Setting, motion: &Motion, warming: Option<[Warming; 3]>) -> Self {
         let (rows, period_s) = (setting.rows, setting.period_s());
         let increments_rad =
@@ -80,7 +80,7 @@ impl Case {
     }
 }
 
-/// Returns the mean specific force of a case that turns on the spot, level at the start, z down.
+/// Returns the mean specific force of a case that rotates without translation, level at the start, z down.
 fn force(increments_rad: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
     let rows = increments_rad[0].len();
     let up = Vector3::new(0.0, 0.0, -GRAVITY_M_S2);
@@ -105,7 +105,7 @@ fn force(increments_rad: &[Vec<f64>; 3]) -> [Vec<f64>; 3] {
     force
 }
 
-/// A unit's constants that the model knows.
+/// Constants of a unit, known to the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Bias \[rad/s\].
@@ -117,7 +117,7 @@ pub struct Unit {
 }
 
 impl Unit {
-    /// Draws a unit as its calibration knows it.
+    /// Draws the constants of a calibrated unit.
     pub fn draw(rng: &mut ChaCha8Rng) -> Self {
         let mut spread = |size: f64| size * (2.0 * rng.random::<f64>() - 1.0);
         Self {
@@ -127,7 +127,7 @@ impl Unit {
         }
     }
 
-    /// Returns these constants as a model has them, with nothing declared of noise.
+    /// Returns these constants as a model states them, without any declared noise.
     pub fn gyro(&self, pulse_rad: f64) -> Gyro {
         Gyro {
             pulse_weight_rad: [pulse_rad; 3],

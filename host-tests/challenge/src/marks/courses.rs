@@ -1,4 +1,4 @@
-//! Motions of the marks, drawn: rate tables, ships, vehicles, aircraft, slow cones, and weak motion.
+//! Motions of the marks' trials, drawn: rate tables, ships, vehicles, aircraft, slow cones, and weak motion.
 
 use std::f64::consts::PI;
 
@@ -8,7 +8,7 @@ use rand_chacha::ChaCha8Rng;
 use super::motion::{Motion, Term};
 use super::setting::{MotionKind, Setting, log_uniform, one_of, sign};
 
-/// Lines that stand for a continuous spectrum.
+/// Number of lines that approximate a continuous spectrum.
 const LINES: usize = 24;
 
 /// Draws the motion of a setting.
@@ -31,7 +31,7 @@ fn phase(rng: &mut ChaCha8Rng) -> f64 {
     2.0 * PI * rng.random::<f64>()
 }
 
-/// A sine of random phase.
+/// Sine of random phase.
 pub fn sine(amplitude_rad: f64, frequency_hz: f64, rng: &mut ChaCha8Rng) -> Term {
     Term::Sine {
         amplitude_rad,
@@ -113,7 +113,7 @@ fn ship(rng: &mut ChaCha8Rng) -> Motion {
     motion
 }
 
-/// Returns lines between two frequencies whose rates add up to `rms_rad_s`; a line's rate goes as f^`slope`.
+/// Returns lines between two frequencies with a total rate of `rms_rad_s`; a line's rate is proportional to f^`slope`.
 pub fn band(
     low_hz: f64,
     high_hz: f64,
@@ -138,7 +138,7 @@ pub fn band(
         .collect()
 }
 
-/// Returns turns about an axis, one after another.
+/// Returns successive rotations about an axis.
 pub fn turns(
     length_s: f64,
     durations_s: [f64; 2],
@@ -202,14 +202,14 @@ fn slow_coning(rng: &mut ChaCha8Rng) -> Motion {
             phase_rad: phase_rad + ahead_rad,
         });
     }
-    // The axis of the cone turns in the body at ½ A² Ω; the sign goes with the sense of the cone.
+    // The cone's axis rotates in the body at ½ A² Ω, with the sign of the cone's sense.
     motion.terms[about].push(Term::Spin {
         rate_rad_s: turn * 0.5 * amplitude_rad * amplitude_rad * angular_frequency_rad_s,
     });
     motion
 }
 
-/// Lines over a wide band whose density is a few times that of the reference's noise.
+/// Lines over a wide band with a density of a few times the reference's noise.
 fn weak(setting: &Setting, rng: &mut ChaCha8Rng) -> Motion {
     let mut motion = Motion::default();
     let low_hz = 0.05;
@@ -219,7 +219,7 @@ fn weak(setting: &Setting, rng: &mut ChaCha8Rng) -> Motion {
         let width_hz = (high_hz - low_hz) / LINES as f64;
         for line in 0..LINES {
             let frequency_hz = low_hz + (line as f64 + rng.random::<f64>()) * width_hz;
-            // half of a line's power lies at the negative frequency
+            // half of a line's power is at the negative frequency
             let density = over_noise * setting.reference_rate_density(frequency_hz);
             let rate_rad_s = 2.0 * (density * width_hz).sqrt();
             let amplitude_rad = rate_rad_s / (2.0 * PI * frequency_hz);

@@ -1,4 +1,4 @@
-//! What other values of a number of the analysis plan would give on the same trials.
+//! Sensitivity of the results to a number of the analysis plan, on the same trials.
 
 use rlg_diagnosis::AnalysisPlan;
 use rlg_recording::error::InputError;
@@ -10,15 +10,15 @@ use super::run::{Outcome, Plan, Prepared};
 use super::table::{Scores, score};
 use super::under_test::UnderTest;
 
-/// Factors that a number is taken times.
+/// Factors applied to the number.
 pub const FACTORS: [f64; 5] = [0.5, 0.7, 1.0, 1.4, 2.0];
 
-/// What one value of the number gives.
+/// Result at one value of the number.
 #[derive(Debug, Clone, Serialize)]
 pub struct Point {
-    /// Times the number's own value.
+    /// Factor on the number's own value.
     pub factor: f64,
-    /// Its value.
+    /// Value of the number.
     pub value: f64,
     /// Recordings without an effect.
     pub nulls: Counts,
@@ -26,7 +26,7 @@ pub struct Point {
     pub positives: Counts,
 }
 
-/// Diagnoses all trials under each factor of the number `name`. `progress` is told of each trial.
+/// Diagnoses all trials at each factor of the number `name`. Calls `progress` after each trial.
 ///
 /// # Errors
 /// A recording cannot be made.
@@ -60,7 +60,7 @@ pub fn curve(
     FACTORS.into_iter().map(of).collect()
 }
 
-/// Counts of all nulls and of all positives: those by family, added up.
+/// Counts of all nulls and of all positives: sums over the families.
 fn sums(scores: &Scores) -> [Counts; 2] {
     ["null, family", "positive, family"].map(|begin| {
         let groups = scores.groups.iter();

@@ -1,7 +1,7 @@
 //! Dithered counts at 4 kHz, by the simulator: one effect or none.
 //!
-//! An effect's shape is the difference of two simulations without noise; its strength is in the noise that is really
-//! added, as for increments.
+//! An effect's shape is the difference of two noise-free simulations; its strength is in the added noise, as for
+//! increments.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -20,10 +20,10 @@ use super::effects::{AXES, Effect, Strong};
 use super::noise::{Levels, Weighting, dct};
 use super::setting::{draw_strength, log_uniform, one_of, sign};
 
-/// Rows a second \[Hz\].
+/// Row rate \[Hz\].
 const RATE_HZ: f64 = 4000.0;
 
-/// A pulse, a reading step or a noise that nobody would notice \[rad\].
+/// Negligible pulse weight, resolution or noise \[rad\].
 const NOTHING_RAD: f64 = 1e-14;
 
 /// Kinds with a small size and the largest credible one \[the kind's unit\].
@@ -38,20 +38,20 @@ const KINDS: [(&str, f64, f64); 8] = [
     ("gyro_bias_step", 1e-7, 1e-3),
 ];
 
-/// Kinds drawn before a trial settles for a bias, which any motion shows.
+/// Number of kinds drawn before a bias is taken, which any motion shows.
 const ATTEMPTS: usize = 6;
 
-/// A drawn recording of dithered counts.
+/// Drawn recording of dithered counts.
 #[derive(Debug, Clone)]
 pub struct Dithered {
-    /// What is concealed.
+    /// Concealed effects.
     pub effects: Vec<Strong>,
     pulse_rad: [f64; 3],
     walk_rad_sqrt_s: [f64; 3],
     pickoff_rad: f64,
     reference_angle_rad: f64,
     reference_walk_rad_sqrt_s: f64,
-    /// The model's declared reference noise over the true one.
+    /// Ratio of the model's declared reference noise to the true one.
     pub declared_over_true: f64,
     motion: String,
     motion_seed: u64,
@@ -62,7 +62,7 @@ fn list(values: [f64; 3]) -> String {
 }
 
 impl Dithered {
-    /// Draws one, with an effect or without.
+    /// Draws a recording, with an effect or without.
     pub fn draw(rng: &mut ChaCha8Rng, conceals: bool) -> Result<Self, InputError> {
         let mut drawn = Self {
             effects: Vec::new(),
@@ -180,7 +180,7 @@ impl Dithered {
                 .map(|(row, ((count, &pickoff), reference))| {
                     let turned = pickoff - before;
                     before = pickoff;
-                    // The first row lacks the pickoff before it.
+                    // The first row lacks the previous pickoff sample.
                     if row == 0 {
                         0.0
                     } else {
@@ -227,7 +227,7 @@ fn toml(effect: &Effect) -> String {
     text
 }
 
-/// An effect of size 1 on one gyro or on all.
+/// Effect of size 1 on one gyro or on all.
 fn pattern(kind: &'static str, rng: &mut ChaCha8Rng) -> Effect {
     let mut effect = Effect {
         kind,
@@ -312,7 +312,7 @@ mod tests {
         let rho = drawn.strength(&bias, &before).expect("simulated");
         let walk = drawn.walk_rad_sqrt_s[1].hypot(drawn.reference_walk_rad_sqrt_s);
         let exact = 3e-6 * 20_f64.sqrt() / walk;
-        // Pulses, pickoff and reference blur the angle at either end.
+        // Pulses, pickoff and reference add noise to the angle at either end.
         assert!(rho < exact && rho > 0.9 * exact, "{rho} {exact}");
     }
 }

@@ -1,4 +1,4 @@
-//! Effects that a recording conceals: the contract's equations on closed-form motion.
+//! Concealed effects of a recording: the contract's equations on closed-form motion.
 //!
 //! Independent of the simulator's and of the diagnosis' own equations: linear effects are exact differences of angles,
 //! the others are integrated over each row at three Gauss–Legendre nodes.
@@ -19,7 +19,7 @@ pub const GAUSS: [(f64, f64); 3] = [
     (0.887_298_334_620_741_7, 5.0 / 18.0),
 ];
 
-/// x, y, z in parameters' names.
+/// x, y, z in parameter names.
 pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// An effect with its parameters.
@@ -29,32 +29,32 @@ pub struct Effect {
     pub kind: &'static str,
     /// Gyro of a step or slip.
     pub axis: Option<usize>,
-    /// Numbers by the contract's names; a `time_s` is no size.
+    /// Parameters by the contract's names; a `time_s` is no size.
     pub values: BTreeMap<String, f64>,
 }
 
-/// An effect with its strength.
+/// Effect with its strength.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Strong {
     /// The effect.
     pub effect: Effect,
-    /// Its matched-filter SNR in the noise that is really added.
+    /// Matched-filter SNR in the added noise.
     pub rho: f64,
 }
 
-/// One concealed effect.
+/// Concealed effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Concealed {
     /// The contract's kind.
     pub kind: String,
-    /// Its parameters by the contract's names.
+    /// Parameters by the contract's names.
     pub parameters: Map<String, Value>,
-    /// Matched-filter SNR in the noise that is really added.
+    /// Matched-filter SNR in the added noise.
     pub rho: f64,
 }
 
 impl Strong {
-    /// Returns it as it is committed to.
+    /// Converts the effect to its form in the commitment.
     pub fn concealed(&self) -> Concealed {
         let axis = self
             .effect
@@ -70,17 +70,17 @@ impl Strong {
     }
 }
 
-/// What an effect adds to increments \[rad\].
+/// Contribution of an effect to increments \[rad\].
 #[derive(Debug, Clone, PartialEq)]
 pub struct Perturbation {
-    /// To what the gyros sense, before 1/(1 − s).
+    /// Contribution to the rates sensed by the gyros, before 1/(1 − s).
     pub gyro_rad: [Vec<f64>; 3],
-    /// To what the reference reads.
+    /// Contribution to the reference's increments.
     pub reference_rad: [Vec<f64>; 3],
 }
 
 impl Perturbation {
-    /// Returns none over some rows.
+    /// Returns a zero perturbation of some rows.
     pub fn none(rows: usize) -> Self {
         let zeros = || std::array::from_fn(|_| vec![0.0; rows]);
         Self {
@@ -101,7 +101,7 @@ impl Perturbation {
         }
     }
 
-    /// Returns what the effect leaves in gyro less reference \[rad\].
+    /// Returns the effect on gyro less reference \[rad\].
     pub fn residual_rad(&self, axis: usize, sensing_from_body: &Matrix3<f64>) -> Vec<f64> {
         let mut left = self.gyro_rad[axis].clone();
         for (body, read) in self.reference_rad.iter().enumerate() {
@@ -128,12 +128,12 @@ fn pair(name: &str) -> Option<(usize, usize)> {
 }
 
 impl Effect {
-    /// Returns a number by the contract's name; absent ones are 0.
+    /// Returns a parameter by the contract's name; 0 if absent.
     pub fn value(&self, name: &str) -> f64 {
         self.values.get(name).copied().unwrap_or(0.0)
     }
 
-    /// Returns its numbers x, y, z.
+    /// Returns the parameters x, y, z.
     pub fn by_axis(&self) -> Vector3<f64> {
         Vector3::from_fn(|axis, _| self.value(AXES[axis]))
     }
@@ -149,7 +149,7 @@ impl Effect {
         scaled
     }
 
-    /// Returns the largest size among its numbers.
+    /// Returns the largest size among the parameters.
     pub fn largest(&self) -> f64 {
         self.values
             .iter()
@@ -158,7 +158,7 @@ impl Effect {
             .fold(0.0, f64::max)
     }
 
-    /// Returns what the effect adds to the increments of a case.
+    /// Returns the effect's contribution to the increments of a case.
     pub fn perturbation(&self, case: &Case, sensing_from_body: &Matrix3<f64>) -> Perturbation {
         let mut added = Perturbation::none(case.rows);
         match self.kind {
@@ -173,7 +173,7 @@ impl Effect {
         added
     }
 
-    /// Effects with one number a gyro.
+    /// Effects with one parameter a gyro.
     fn add_own(&self, case: &Case, added: &mut Perturbation) {
         for (axis, name) in AXES.iter().enumerate() {
             let size = self.value(name);
@@ -189,7 +189,7 @@ impl Effect {
                 "gyro_scale_quadratic" => {
                     integral(case, |node_s| rates(case, axis, node_s), |rate| rate * rate)
                 }
-                // The temperature of the row's middle, from its two ends; the first row begins at the start.
+                // Temperature at the row's middle, from that at its two ends; the first row begins at the start.
                 "gyro_bias_temperature" => {
                     case.warming_k.as_ref().map_or_else(Vec::new, |warming| {
                         let ends = &warming[axis];
@@ -206,7 +206,7 @@ impl Effect {
         }
     }
 
-    /// Effects with a number for each gyro and another axis.
+    /// Effects with a parameter for each gyro and another axis.
     fn add_pairs(&self, case: &Case, added: &mut Perturbation) {
         for (name, &size) in &self.values {
             let Some((gyro, about)) = pair(name) else {
@@ -294,7 +294,7 @@ impl Effect {
     }
 }
 
-/// Increments read late less increments \[rad\].
+/// Delayed increments less increments \[rad\].
 fn lateness(case: &Case, axis: usize, delay_s: f64) -> Vec<f64> {
     let mut late = case
         .motion

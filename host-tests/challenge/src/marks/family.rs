@@ -1,4 +1,4 @@
-//! Families of trials: what each conceals, how its gyros drift, how long it is.
+//! Families of trials: concealed kinds, drift of the gyros, length.
 
 use clap::ValueEnum;
 use rand::RngExt as _;
@@ -9,7 +9,7 @@ use super::kinds::{BASIC, KindRow, OTHERS};
 use super::noise::Drift;
 use super::setting::{Limits, one_of};
 
-/// What a trial tests.
+/// Subject of a trial.
 #[derive(
     Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize, ValueEnum,
 )]
@@ -17,9 +17,9 @@ use super::setting::{Limits, one_of};
 pub enum Family {
     /// Nothing concealed, no drift.
     Null,
-    /// Nothing concealed, gyros that drift.
+    /// Nothing concealed, gyros with drift.
     Drift,
-    /// Nothing concealed, a random walk of rate that equals the angle random walk at 0.01 Hz, 120 to 200 s.
+    /// Nothing concealed, a rate random walk that equals the angle random walk at 0.01 Hz, 120 to 200 s.
     WeakDrift,
     /// A bias, a scale error or a delay.
     Basic,
@@ -27,33 +27,34 @@ pub enum Family {
     Single,
     /// Two effects.
     Pair,
-    /// A bias, a scale error or a delay of gyros that drift.
+    /// A bias, a scale error or a delay of gyros with drift.
     DriftBasic,
     /// Dithered counts at 4 kHz, nothing concealed.
     DitheredNull,
     /// Dithered counts at 4 kHz, one effect.
     Dithered,
-    /// An hour, nothing concealed; runs only by name.
+    /// An hour, nothing concealed; runs only if named.
     Hour,
-    /// All the above but the hour.
+    /// All of the above except the hour.
     Rates,
-    /// Beside attitudes: nothing, an effect or a fault of the reference in turn; runs only by name and alone.
+    /// With an attitude reference: nothing, an effect or a fault of the reference in turn; runs only if named, and alone.
     Attitude,
-    /// At rest: nothing, an effect, lines or noise in turn; runs only by name and alone.
+    /// At rest: nothing, an effect, lines or noise in turn; runs only if named, and alone.
     Rest,
-    /// With accelerometers beside references of rate: nothing, or an effect of one of the three in turn; runs only by name and
-    /// alone.
+    /// With accelerometers and a reference of rate: nothing, or an effect of one of the three in turn; runs only if named,
+    /// and alone.
     Force,
-    /// Accelerometers in still positions without a reference: nothing, or errors of theirs in turn; runs only by name and alone.
+    /// Accelerometers in still positions without a reference: nothing, or their errors in turn; runs only if named, and
+    /// alone.
     Positions,
-    /// A recording of others beside attitudes: its own noise without its physics, or an effect more on its gyros, in turn; runs
-    /// only by name and alone.
+    /// Others' recording with an attitude reference: its own noise without its physics, or an additional effect on its
+    /// gyros, in turn; runs only if named, and alone.
     Recorded,
-    /// Gyros of one motion and the reference of another, of rates and of attitudes in turn; runs only by name and alone.
+    /// Gyros of one motion and the reference of another, of rate and of attitude in turn; runs only if named, and alone.
     Unrelated,
 }
 
-/// Families by the trial's number, again and again.
+/// Families by the trial's number, repeated in turn.
 pub const CYCLE: [Family; 17] = {
     use Family::{
         Basic, Dithered, DitheredNull, Drift, DriftBasic, Hour, Null, Pair, Single, WeakDrift,
@@ -79,7 +80,7 @@ pub const CYCLE: [Family; 17] = {
     ]
 };
 
-/// Drifts of the drifting families: corners with the angle random walk \[Hz\].
+/// Drifts of the drifting families: corner frequency with the angle random walk \[Hz\].
 const DRIFTS: [Drift; 3] = [
     Drift::RateWalk(0.05),
     Drift::RateWalk(0.3),
@@ -87,7 +88,7 @@ const DRIFTS: [Drift; 3] = [
 ];
 
 impl Family {
-    /// Whether trials of every number are of the family, which names what it plants by the number.
+    /// True if trials of every number are of the family, which selects the injected effect by the number.
     pub fn is_alone(self) -> bool {
         matches!(
             self,
@@ -100,7 +101,7 @@ impl Family {
         )
     }
 
-    /// Returns where the random streams of its trials begin.
+    /// Returns the first random stream of its trials.
     pub fn first_stream(self) -> u64 {
         match self {
             Self::Attitude => 1 << 40,
@@ -113,12 +114,12 @@ impl Family {
         }
     }
 
-    /// Returns the family of a number among the trials beside references of rate.
+    /// Returns the family of a number among the trials with a reference of rate.
     pub fn of(number: u64) -> Self {
         CYCLE[(number % CYCLE.len() as u64) as usize]
     }
 
-    /// Whether nothing is concealed.
+    /// True if nothing is concealed.
     pub fn is_null(self) -> bool {
         matches!(
             self,
@@ -126,14 +127,14 @@ impl Family {
         )
     }
 
-    /// Returns its name as the command line has it.
+    /// Returns the name on the command line.
     pub fn name(self) -> String {
         self.to_possible_value()
             .map(|value| value.get_name().to_owned())
             .unwrap_or_default()
     }
 
-    /// Returns the limits that the family's settings are drawn in.
+    /// Returns the limits of the family's settings.
     pub fn limits(self, limits: &Limits) -> Limits {
         let mut own = *limits;
         match self {
@@ -147,7 +148,7 @@ impl Family {
         own
     }
 
-    /// Draws how the gyros drift.
+    /// Draws the drift of the gyros.
     pub fn drift(self, rng: &mut ChaCha8Rng) -> Drift {
         match self {
             Self::Drift | Self::DriftBasic => one_of(rng, &DRIFTS),

@@ -1,11 +1,11 @@
-//! Grades of gyros: their noise, and how large their errors are.
+//! Grades of gyros: their noise and the size of their errors.
 
 use rand_chacha::ChaCha8Rng;
 use serde::{Deserialize, Serialize};
 
 use super::setting::{log_uniform, name_of, one_of};
 
-/// How good the gyros are.
+/// Grade of the gyros.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Grade {
@@ -34,7 +34,7 @@ impl Grade {
         std::array::from_fn(|_| walk * log_uniform(rng, 0.8, 1.25))
     }
 
-    /// Returns the white noise of the accelerometers beside such gyros \[m/s²/√Hz\].
+    /// Returns the white noise of accelerometers of this grade \[m/s²/√Hz\].
     pub fn accelerometer_m_s2_sqrt_hz(self) -> f64 {
         match self {
             Self::Rlg => 5e-5,
@@ -43,7 +43,7 @@ impl Grade {
         }
     }
 
-    /// Returns the largest size that an effect has in gyros of this grade \[the kind's unit\].
+    /// Returns the largest size of an effect in gyros of this grade \[the kind's unit\].
     pub fn largest(self, kind: &str) -> f64 {
         let [rlg, fog, mems] = match kind {
             "gyro_bias" => [3e-5, 3e-4, 5e-2],
@@ -64,7 +64,7 @@ impl Grade {
         }
     }
 
-    /// Returns its name in files.
+    /// Returns the name in files.
     pub fn name(self) -> String {
         name_of(&self)
     }

@@ -1,4 +1,4 @@
-//! Judged trials in groups, and those that were not right.
+//! Judged trials in groups, and the list of failures.
 
 use std::collections::BTreeMap;
 
@@ -17,22 +17,22 @@ pub fn id(answer: &Answer) -> String {
     format!("{}:{}", answer.seed, answer.trial)
 }
 
-/// A trial whose diagnosis was not right.
+/// Trial with an incorrect diagnosis.
 #[derive(Debug, Clone, Serialize)]
 pub struct Failure {
     /// `seed:number`.
     pub trial: String,
-    /// Its family.
+    /// Family.
     pub family: Family,
-    /// Its setting in words.
+    /// Setting in words.
     pub setting: String,
-    /// What was concealed, with ρ.
+    /// Concealed effects, with ρ.
     pub concealed: Vec<String>,
-    /// What was claimed.
+    /// Claims.
     pub claimed: Vec<String>,
-    /// How it was judged.
+    /// Score.
     pub score: Score,
-    /// Numbers that lie far from the truth, (estimate − truth)/σ.
+    /// Normalised errors (estimate − truth)/σ beyond the limit.
     #[serde(skip_serializing_if = "Vec::is_empty")]
     pub far: Vec<f64>,
 }
@@ -40,7 +40,7 @@ pub struct Failure {
 /// Counts of like trials by score.
 #[derive(Debug, Clone, Copy, Default, Serialize)]
 pub struct Counts {
-    /// Right, or nothing said of a null.
+    /// Right, or no claim on a null.
     pub right: usize,
     /// Right, "or drift".
     pub or_drift: usize,
@@ -53,7 +53,7 @@ pub struct Counts {
 }
 
 impl Counts {
-    /// Both together.
+    /// Sum of two counts.
     pub fn and(self, other: Self) -> Self {
         Self {
             right: self.right + other.right,
@@ -69,7 +69,7 @@ impl Counts {
         self.right + self.or_drift + self.missed + self.wrong + self.unanswered
     }
 
-    /// Counts one trial more.
+    /// Counts one more trial.
     pub fn add(&mut self, score: Score) {
         *match score {
             Score::Right => &mut self.right,
@@ -81,7 +81,7 @@ impl Counts {
     }
 }
 
-/// Returns a judged trial as it is listed.
+/// Returns a judged trial in the form of the list.
 pub fn failure((answer, judgement): &Judged) -> Failure {
     Failure {
         trial: id(answer),

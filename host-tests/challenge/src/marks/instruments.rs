@@ -1,4 +1,4 @@
-//! Instruments that every family has: gyros, accelerometers and thermometers as channels of a table.
+//! Instruments of all families: gyros, accelerometers and thermometers as channels of a table.
 
 use nalgebra::UnitQuaternion;
 use rand_chacha::ChaCha8Rng;
@@ -10,11 +10,11 @@ use super::effects::AXES;
 use super::grade::Grade;
 use super::noise::{Levels, quantised_rad};
 
-/// Noise of a thermometer's reading \[K\].
+/// White noise of a thermometer sample \[K\].
 const THERMOMETER_K: f64 = 2e-3;
 
-/// Returns what the gyros read of a case \[rad by row\]: what the contract's model predicts, with `added_rad` beside the
-/// case's part, noise, and whole pulses.
+/// Returns the gyros' measurement of a case \[rad by row\]: the prediction of the contract's model, with `added_rad` added
+/// to the case's part, noise, and pulse quantisation.
 pub fn sensed_rad(
     case: &Case,
     unit: &Unit,
@@ -40,7 +40,7 @@ pub fn sensed_rad(
     })
 }
 
-/// Returns the channels of gyros: what they read \[rad by row\], or the rates that it is at so many rows a second \[Hz\].
+/// Returns gyro channels: increments \[rad by row\], or rates for a given row rate \[Hz\].
 pub fn gyros(read_rad: [Vec<f64>; 3], as_rate_hz: Option<f64>) -> Vec<Channel> {
     let of_gyro = |(axis, read): (usize, Vec<f64>)| match as_rate_hz {
         None => channel("g", axis, Quantity::GyroIncrement, read),
@@ -68,7 +68,7 @@ pub fn accelerometers(
     noisy("a", &Quantity::SpecificForce, readings, rng)
 }
 
-/// Channels of three axes: values beyond an offset, with white noise.
+/// Channels of three axes: values plus an offset, with white noise.
 fn noisy(
     prefix: &str,
     quantity: &Quantity,
@@ -84,14 +84,14 @@ fn noisy(
     values.iter().enumerate().map(of_axis).collect()
 }
 
-/// Returns the channels of a unit of a grade: what its gyros read \[rad by row\], and force where there is any.
+/// Returns the channels of a unit of a grade: gyro increments \[rad by row\], and force if there is any.
 pub fn graded(
     grade: Grade,
     rate_hz: f64,
     (read_rad, force_m_s2): ([Vec<f64>; 3], Option<&[Vec<f64>; 3]>),
     rng: &mut ChaCha8Rng,
 ) -> Vec<Channel> {
-    // Laser gyros count angle, the others report rates.
+    // Ring-laser gyros output increments, the others rates.
     let as_rate = (grade != Grade::Rlg).then_some(rate_hz);
     let mut channels = gyros(read_rad, as_rate);
     if let Some(force) = force_m_s2 {
@@ -101,7 +101,7 @@ pub fn graded(
     channels
 }
 
-/// Returns the table of a reference of attitude, by its stamps \[s\].
+/// Returns the table of an attitude reference, by its stamps \[s\].
 pub fn attitudes(stamps: &[(f64, UnitQuaternion<f64>)]) -> Table {
     let component = |(place, name): (usize, &str)| Channel {
         column: format!("q{name}"),
@@ -151,7 +151,7 @@ pub fn table(file: &str, rate_hz: f64, channels: Vec<Channel>) -> Table {
     }
 }
 
-/// Returns a recording that has no name yet and lies in no folder.
+/// Returns a recording without a name or folder.
 pub fn recording(tables: Vec<Table>, site: Option<Site>) -> Recording {
     Recording {
         name: String::new(),

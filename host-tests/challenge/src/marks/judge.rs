@@ -1,8 +1,8 @@
-//! Judgement of one trial: what was said against what was concealed.
+//! Judgement of one trial: claims against concealed effects.
 //!
-//! A *claim* is a reported effect that names physics: noise findings (a wrong declaration is really there), effects
-//! that are only `measured` or `indicated`, and locations without an expression are none. A claim whose class holds
-//! drift says that drift would do as well: it is neither a false name nor a miss.
+//! A *claim* is a reported effect that names physics: noise findings (the declaration is wrong indeed), effects that are
+//! only `measured` or `indicated`, and locations without an expression do not count. A claim with drift in its class is
+//! neither a false name nor a miss.
 
 use serde::Serialize;
 use serde_json::Value;
@@ -13,10 +13,10 @@ use super::record::{Answer, Concealed};
 use super::run::Outcome;
 use super::under_test::{DiagnosisSummary, FoundEffect};
 
-/// Kinds that raise the noise and predict nothing.
+/// Kinds that raise the noise and predict no signal.
 const NOISE_KINDS: [&str; 2] = ["angle_random_walk", "pulse_quantisation"];
 
-/// Names of drift in a class, of gyros or accelerometers.
+/// Names of drift in an equivalence class, of gyros or accelerometers.
 const DRIFT_KINDS: [&str; 4] = [
     "drift",
     "rate_random_walk",
@@ -24,7 +24,7 @@ const DRIFT_KINDS: [&str; 4] = [
     "acceleration_random_walk",
 ];
 
-/// Faults of the data: a claim is right where and when one is.
+/// Data faults: a claim is right if it overlaps a fault in time.
 const FAULT_KINDS: [&str; 6] = [
     "reference_jump",
     "reference_spike",
@@ -34,7 +34,7 @@ const FAULT_KINDS: [&str; 6] = [
     "stuck_channel",
 ];
 
-/// What aligns two instruments: of a recording of others it is there whatever is planted.
+/// Kinds of the alignment of two instruments: present in others' recordings with any injection.
 const ALIGNMENT: [&str; 10] = [
     "gyro_bias",
     "gyro_scale",
@@ -48,55 +48,55 @@ const ALIGNMENT: [&str; 10] = [
     "earth_rate",
 ];
 
-/// Rows that are missing need no name.
+/// Missing rows need no name.
 const MISSING: &str = "lost_samples";
 
 /// Labels of effects that are reported without a name.
 const NO_NAME: [&str; 2] = ["measured", "indicated"];
 
-/// How a diagnosis did.
+/// Score of a diagnosis.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Score {
     /// Every concealed kind is named, alone or in its class, and nothing else; on a null: nothing is named.
     Right,
-    /// The same, but a class says "or drift".
+    /// As `Right`, but a class contains "or drift".
     OrDrift,
-    /// Something concealed is not named, and nothing wrong is.
+    /// A concealed effect is not named, and nothing false is.
     Missed,
-    /// Something is named that is not there, or one effect twice.
+    /// An absent effect is named, or one effect twice.
     Wrong,
     /// The diagnosis gave no answer.
     Unanswered,
 }
 
-/// One trial, judged.
+/// Judged trial.
 #[derive(Debug, Clone, Serialize)]
 pub struct Judgement {
-    /// The trial's number.
+    /// Number of the trial.
     pub trial: u64,
-    /// How the diagnosis did.
+    /// Score.
     pub score: Score,
-    /// What was claimed, classes included.
+    /// Claims, classes included.
     pub claims: Vec<String>,
-    /// (estimate − truth)/σ of every number that the recording fixes.
+    /// Normalised error (estimate − truth)/σ of every identifiable parameter.
     pub pulls: Vec<f64>,
-    /// Whether the model that was written matches, where that was asked.
+    /// The updated model matches, if tested.
     pub matches_again: Option<bool>,
 }
 
-/// Standard deviations from the truth beyond which a number is wrong.
+/// Normalised error beyond which a parameter counts as wrong \[σ\].
 const FAR: f64 = 3.0;
 
 impl Judgement {
-    /// Returns the pulls beyond three standard deviations.
+    /// Returns the normalised errors beyond three standard deviations.
     pub fn far(&self) -> impl Iterator<Item = f64> {
         self.pulls.iter().copied().filter(|pull| pull.abs() > FAR)
     }
 }
 
 impl FoundEffect {
-    /// Whether the effect is a claim; noise is one where `of_noise`.
+    /// True if the effect is a claim; a noise kind is one only with `of_noise`.
     pub fn is_claim(&self, of_noise: bool) -> bool {
         let located = self.kind == "unlisted" && self.expression.is_none();
         let unnamed = self
@@ -106,13 +106,13 @@ impl FoundEffect {
         !located && !unnamed && (of_noise || !NOISE_KINDS.contains(&self.kind.as_str()))
     }
 
-    /// Whether its class holds drift.
+    /// True if the class contains drift.
     pub fn or_drift(&self) -> bool {
         let mut kinds = std::iter::once(&self.kind).chain(&self.indistinguishable_from);
         kinds.any(|kind| DRIFT_KINDS.contains(&kind.as_str()))
     }
 
-    /// Whether a concealed effect is what it names, or in its class; a step or slip on its own gyro.
+    /// True if a concealed effect is the named one or in its class; a step or slip on its own gyro.
     fn covers(&self, concealed: &Concealed) -> bool {
         let same_axis = match (
             self.texts.get("axis"),
@@ -126,7 +126,7 @@ impl FoundEffect {
         is_kind || alike.any(|kind| *kind == concealed.kind)
     }
 
-    /// Whether two lines have one frequency; anything is that is none.
+    /// True if two lines agree in frequency to half a resolution; always true for a concealed effect without frequency.
     fn is_line_of(&self, concealed: &Concealed) -> bool {
         let of_line = |name: &str| number(concealed, name);
         let (Some(frequency_hz), Some(resolution_hz)) =
@@ -141,7 +141,7 @@ impl FoundEffect {
         said_hz.is_some_and(|said_hz| (said_hz - frequency_hz).abs() < 0.5 * resolution_hz)
     }
 
-    /// Whether it tells a fault: one of its time, or a kind that cannot be told from it.
+    /// True if the claim reports a data fault: one that overlaps it in time, or a kind whose class contains it.
     fn tells(&self, fault: &Concealed) -> bool {
         let own = |name: &str| self.numbers.get(name).map(|one| one.value);
         let span =
@@ -195,7 +195,7 @@ pub fn judge(answer: &Answer, outcome: &Outcome) -> Judgement {
             matches_again: None,
         };
     };
-    // Beside a reference of rate noise is declared wrongly on purpose.
+    // With a reference of rate, noise is declared wrongly on purpose.
     let of_noise = answer.family == Family::Rest;
     let claims = |said: &'_ DiagnosisSummary| -> Vec<FoundEffect> {
         let effects = said.effects.iter();
@@ -242,8 +242,8 @@ pub fn judge(answer: &Answer, outcome: &Outcome) -> Judgement {
     }
 }
 
-/// Whether a claim about a recording of others may be due to what was planted, and not to what the recording holds itself: its
-/// alignment, faults, and, where its physics is still there, what was said of it before.
+/// True if a claim about others' recording may be due to the injected effect, and not to the recording itself: its
+/// alignment, faults, and, if its physics is kept, effects reported before the injection.
 fn is_of_planting(claim: &FoundEffect, answer: &Answer) -> bool {
     let is_aligning = |kind: &str| ALIGNMENT.contains(&kind);
     let was_said = answer.beside.iter().any(|one| one.kind == claim.kind);
@@ -256,7 +256,7 @@ fn is_of_planting(claim: &FoundEffect, answer: &Answer) -> bool {
         })
 }
 
-/// A planted effect with the numbers of its kind that were said before it was planted.
+/// Injected effect, added to the parameters of its kind reported before the injection.
 fn beside(planted: &Concealed, answer: &Answer) -> Concealed {
     let mut whole = planted.clone();
     let mut before = answer.beside.iter();
@@ -271,10 +271,10 @@ fn beside(planted: &Concealed, answer: &Answer) -> Concealed {
     whole
 }
 
-/// The verdict where a model explains a recording.
+/// Verdict for a model that explains a recording.
 const MATCHES: &str = "matches";
 
-/// For each concealed effect the claim that names it, each claim once: the pairing that names most, headlines first.
+/// Assigns a claim to each concealed effect, each claim once: the assignment with most names, headlines preferred.
 fn matching(concealed: &[Concealed], claims: &[&FoundEffect]) -> Vec<Option<usize>> {
     fn best(
         concealed: &[Concealed],
@@ -294,7 +294,7 @@ fn matching(concealed: &[Concealed], claims: &[&FoundEffect]) -> Vec<Option<usiz
             let (others, mut other_pairs) = best(rest, claims, used);
             used.pop();
             let headline = usize::from(claim.kind == first.kind);
-            // A name counts for more than all the headlines that it could cost.
+            // One more name counts more than all headlines together.
             let value = others + concealed.len() + 1 + headline;
             if value > most {
                 most = value;
@@ -307,10 +307,10 @@ fn matching(concealed: &[Concealed], claims: &[&FoundEffect]) -> Vec<Option<usiz
     best(concealed, claims, &mut Vec::new()).1
 }
 
-/// The verdict where nothing can be said.
+/// Verdict for an unusable recording.
 const UNUSABLE: &str = "unusable";
 
-/// Scores the diagnosis of gyros and a reference that do not belong together: right if unusable and without a name.
+/// Scores the diagnosis of gyros and an unrelated reference: right if unusable and without a name.
 fn of_two_motions(said: &DiagnosisSummary, claims: &[FoundEffect]) -> Score {
     match said.verdict == UNUSABLE && claims.is_empty() {
         true => Score::Right,
@@ -343,7 +343,8 @@ fn score(
     }
 }
 
-/// Pulls of what was planted into a recording of others: of what aligns instruments, named or not, each number beside all others.
+/// Normalised errors of an effect injected into others' recording: for alignment kinds, named or not, those of the joint
+/// fit.
 fn pulls_beside(
     effects: &[Concealed],
     said: &DiagnosisSummary,
@@ -353,7 +354,7 @@ fn pulls_beside(
     let aligning: Vec<&FoundEffect> = said.registration.iter().collect();
     let is_planted = |one: &Concealed| aligning.iter().position(|entry| entry.kind == one.kind);
     let places: Vec<Option<usize>> = effects.iter().map(is_planted).collect();
-    // Behind a low pass, which is late itself, a delay is only what is left of it.
+    // With a low-pass filter, which has a delay itself, an estimated delay is only the remainder.
     let is_pole = |one: &&FoundEffect| one.numbers.keys().any(|name| name.ends_with("_pole_s"));
     let is_late = effects.iter().any(|one| one.kind == "reference_delay");
     if is_late && aligning.iter().any(is_pole) {
@@ -365,7 +366,8 @@ fn pulls_beside(
     }
 }
 
-/// The same of combinations where an effect has some: gravity tells differences of tilts, and each alone is as good as unknown.
+/// Normalised errors of combinations, for an effect that has some: gravity determines differences of tilts, each tilt alone
+/// is undetermined.
 fn pulls_of_combinations(
     concealed: &[Concealed],
     claims: &[&FoundEffect],
@@ -392,7 +394,7 @@ fn pulls_of_combinations(
     list
 }
 
-/// Pulls where the headline is the concealed kind, of the numbers that are known better than any instrument's size.
+/// Normalised errors for headlines of the concealed kind, of parameters known better than any instrument's size.
 fn pulls(concealed: &[Concealed], claims: &[&FoundEffect], matched: &[Option<usize>]) -> Vec<f64> {
     let mut list = Vec::new();
     for (effect, place) in concealed.iter().zip(matched) {
@@ -402,7 +404,7 @@ fn pulls(concealed: &[Concealed], claims: &[&FoundEffect], matched: &[Option<usi
         if claim.kind != effect.kind {
             continue;
         }
-        // What is concealed may be larger than ordinary instruments are.
+        // A concealed effect may be larger than in ordinary instruments.
         let sizes = effect.parameters.iter();
         let sizes = sizes.filter(|(name, _)| !["time_s", "frequency_hz"].contains(&name.as_str()));
         let sizes = sizes.filter_map(|(_, value)| Some(value.as_f64()?.abs()));

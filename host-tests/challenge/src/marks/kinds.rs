@@ -1,4 +1,4 @@
-//! Kinds that the marks conceal: largest credible size, what each needs, and its pattern over the gyros.
+//! Kinds concealed in the marks' trials: largest credible size, required input, and pattern over the gyros.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use super::effects::{AXES, Effect};
 use super::motion::Motion;
 use super::setting::{MOTIONS, MotionKind, Setting, one_of, sign};
 
-/// What an effect needs to show.
+/// Input required for an effect to be observable.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Needs {
     Nothing,
@@ -23,27 +23,27 @@ enum Needs {
     Force,
 }
 
-/// Which numbers an effect has.
+/// Parameters of an effect.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Numbers {
-    /// One each axis.
+    /// One per axis.
     Three,
-    /// One for all.
+    /// One for all axes.
     One,
-    /// Gyro by another axis.
+    /// Gyro and another axis.
     Six,
-    /// Gyro by axis.
+    /// Gyro and axis.
     Nine,
     /// Gyro, instant, size.
     Event,
 }
 
-/// One kind.
+/// Kind with its limits.
 #[derive(Debug, Clone, Copy)]
 pub struct KindRow {
     /// The contract's kind.
     pub kind: &'static str,
-    /// Beyond this it is no instrument \[the kind's unit\].
+    /// Largest credible size for an instrument \[the kind's unit\].
     pub largest: f64,
     needs: Needs,
     numbers: Numbers,
@@ -67,7 +67,7 @@ pub static BASIC: [KindRow; 5] = [
     row("reference_scale", 0.02, Needs::Motion, Numbers::Three),
 ];
 
-/// The others.
+/// The other kinds.
 pub static OTHERS: [KindRow; 9] = [
     row("installation", 0.01, Needs::Motion, Numbers::Six),
     row(
@@ -91,7 +91,7 @@ pub static OTHERS: [KindRow; 9] = [
 ];
 
 impl KindRow {
-    /// Returns motions that can show the kind.
+    /// Returns motions in which the kind is observable.
     pub fn motions(&self) -> Vec<MotionKind> {
         match self.needs {
             Needs::FastMotion => vec![MotionKind::Sweep, MotionKind::Vehicle],
@@ -103,14 +103,14 @@ impl KindRow {
         }
     }
 
-    /// Sees to it that what the kind acts through is recorded.
+    /// Adds the channels that the kind requires.
     pub fn equip(&self, setting: &mut Setting) {
         setting.has_temperature |= self.needs == Needs::Temperature;
         setting.has_force |= self.needs == Needs::Force;
     }
 
-    /// Draws the pattern of an effect, of size 1 in its largest number: on one gyro or on all. None where the motion
-    /// cannot show it.
+    /// Draws the pattern of an effect, of size 1 in its largest parameter: on one gyro or on all. `None` if it is not
+    /// observable in the motion.
     pub fn draw(&self, setting: &Setting, motion: &Motion, rng: &mut ChaCha8Rng) -> Option<Effect> {
         let on_all = rng.random_bool(0.5);
         let mut effect = Effect {
@@ -156,7 +156,7 @@ impl KindRow {
         Some(effect.scaled(1.0 / largest))
     }
 
-    /// Returns one effect of a small size for each number of the kind; of a step or slip the drawn one.
+    /// Returns one effect of a small size for each parameter of the kind; for a step or slip the drawn one.
     pub fn columns(&self, drawn: &Effect) -> Vec<Effect> {
         const SMALL: f64 = 1e-3;
         let names = match self.numbers {
@@ -176,14 +176,14 @@ impl KindRow {
             .collect()
     }
 
-    /// Whether a number of that name shows under a motion.
+    /// True if a parameter of that name is observable in a motion.
     fn acts(&self, name: &str, motion: &Motion) -> bool {
         let letters: Vec<usize> = name
             .chars()
             .filter_map(|letter| AXES.iter().position(|axis| axis.starts_with(letter)))
             .collect();
         match (self.kind, self.numbers, letters.as_slice()) {
-            // about x it turns what happens about y and z
+            // about x it mixes the rates about y and z
             ("reference_misalignment", _, [axis]) => {
                 motion.moves((axis + 1) % 3) || motion.moves((axis + 2) % 3)
             }
@@ -197,12 +197,12 @@ impl KindRow {
     }
 }
 
-/// Returns the row of a kind that is in the tables.
+/// Returns the row of a kind listed here.
 pub fn find(kind: &str) -> Option<&'static KindRow> {
     BASIC.iter().chain(&OTHERS).find(|row| row.kind == kind)
 }
 
-/// Returns the largest credible size of a kind; infinite for kinds that are not in the tables.
+/// Returns the largest credible size of a kind; infinite for kinds not listed here.
 pub fn largest(kind: &str) -> f64 {
     find(kind).map_or(f64::INFINITY, |row| row.largest)
 }

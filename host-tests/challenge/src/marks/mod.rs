@@ -1,11 +1,12 @@
-//! Marks of ordinary recordings: beside references of rate or attitude, and at rest.
+//! Marks (acceptance criteria) on ordinary recordings: with references of rate or attitude, and at rest.
 //!
 //! settings (`setting`, `grade`) → motions (`motion`, `courses`) → surroundings (`case`) → effects (`effects`, `kinds`) →
-//! noise (`noise`) → trials (`family`, `rows`, `dithered`, `trial`; beside attitudes, at rest and with accelerometers in folders
-//! of their own) → recordings and truths (`instruments`, `rows_record`, `record`) → commitments and diagnoses (`run`, `under_test`, `read_as`) → judgements (`judge`) →
-//! the tables (`groups`, `by_effect`, `table`), or what other numbers of the analysis plan would give (`curve`)
+//! noise (`noise`) → trials (`family`, `rows`, `dithered`, `trial`; with attitudes, at rest and with accelerometers in
+//! separate folders) → recordings and truths (`instruments`, `rows_record`, `record`) → commitments and diagnoses (`run`,
+//! `under_test`, `read_as`) → judgements (`judge`) → tables (`groups`, `by_effect`, `table`), or the sensitivity to a
+//! number of the analysis plan (`curve`)
 //!
-//! Everything is drawn from one seed; a trial's number fixes its family and its stream, so `seed:number` repeats it
+//! Everything is drawn from one seed; a trial's number determines its family and its stream, so `seed:number` repeats it
 //! alone. The generator shares no code with the diagnosis, and only dithered counts come from the simulator.
 
 pub mod by_effect;

@@ -1,14 +1,14 @@
-//! Motions in closed form: the case's angle about each body axis as a sum of terms.
+//! Motions in closed form: angle of the case about each body axis as a sum of terms.
 //!
-//! A term knows its angle and the two derivatives of it, so that increments are exact differences of angles, and
-//! effects that are not linear in the rate can be integrated as finely as they need.
+//! A term gives its angle and the two derivatives, so that increments are exact differences of angles, and nonlinear
+//! effects can be integrated at any resolution.
 
 use std::f64::consts::FRAC_PI_2;
 
-/// Rows after which a running phasor is set up anew: its rounding stays below 1e-13.
+/// Number of rows after which a running phasor is recomputed: its rounding error stays below 1e-13.
 const PHASOR_ROWS: usize = 512;
 
-/// Which derivative of an angle is asked for.
+/// Derivative of an angle.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Derivative {
     /// The angle \[rad\].
@@ -19,7 +19,7 @@ pub enum Derivative {
     Acceleration,
 }
 
-/// One term of an angle.
+/// Term of an angle.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Term {
     /// A constant rate \[rad/s\].
@@ -47,9 +47,9 @@ pub enum Term {
         /// φ \[rad\].
         phase_rad: f64,
     },
-    /// A turn from rest to rest: angle · (10u³ − 15u⁴ + 6u⁵), u = (t − start)/duration held inside 0 … 1.
+    /// A rotation from rest to rest: angle · (10u³ − 15u⁴ + 6u⁵), u = (t − start)/duration clamped to 0 … 1.
     Turn {
-        /// Beginning \[s\].
+        /// Start \[s\].
         start_s: f64,
         /// Duration \[s\].
         duration_s: f64,
@@ -152,7 +152,7 @@ impl Derivative {
     }
 }
 
-/// The case's motion relative to space: terms of the angle about each body axis.
+/// Motion of the case relative to space: terms of the angle about each body axis.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Motion {
     /// x, y, z.
@@ -199,7 +199,7 @@ impl Motion {
         angles.windows(2).map(|pair| pair[1] - pair[0]).collect()
     }
 
-    /// Whether anything moves about an axis.
+    /// True if there is motion about an axis.
     pub fn moves(&self, axis: usize) -> bool {
         !self.terms[axis].is_empty()
     }

@@ -1,8 +1,8 @@
-//! Noise that is really added: its spectrum in the DCT-II of increments, and series of it.
+//! Added noise: its spectrum in the DCT-II of increments, and series of it.
 //!
-//! IEEE 952's N, Q (as white noise of angle), B and K. Spectra are two-sided densities of increments \[rad²\] over
-//! the bins of an orthonormal DCT-II: white increments of variance σ² have σ² in every bin, so the strength of a known
-//! signal is ρ² = Σ Y_k²/S_k, but for the rows at the ends ([`Weighting`]).
+//! IEEE 952's N, Q (as white angle noise), B and K. Spectra are two-sided densities of increments \[rad²\] over the bins of
+//! an orthonormal DCT-II: white increments of variance σ² have σ² in every bin, so the strength of a known signal is ρ² = Σ
+//! Y_k²/S_k, except for the rows at the ends ([`Weighting`]).
 
 use std::f64::consts::{LN_2, PI};
 
@@ -13,29 +13,29 @@ use realfft::RealFftPlanner;
 use rlg_simulator::instrument::normal;
 use serde::{Deserialize, Serialize};
 
-/// A random walk from zero has a mean of the variance that bin √3/π would have (n/3 steps squared).
+/// Effective first bin of a random walk from zero: its mean has the variance of bin √3/π (n/3 steps squared).
 const WALK_FIRST_BIN: f64 = 0.551_328_895_421_792_1;
 
-/// Flicker of a record whose slowest parts are slower than the record.
+/// Effective first bin of flicker with components slower than the record.
 const FLICKER_FIRST_BIN: f64 = 0.5;
 
-/// Slowest part of flicker, over the inverse of the record's length.
+/// Slowest component of flicker, over the inverse of the record's length.
 const SLOWEST_OVER_RECORD: f64 = 0.25;
 
-/// How the gyros' rates drift.
+/// Drift of the gyros' rates.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Drift {
-    /// Not at all.
+    /// None.
     None,
-    /// A random walk of rate that equals the angle random walk at this frequency \[Hz\].
+    /// Rate random walk that equals the angle random walk at this frequency \[Hz\].
     RateWalk(f64),
-    /// Flicker of rate that equals the angle random walk at this frequency \[Hz\].
+    /// Rate flicker that equals the angle random walk at this frequency \[Hz\].
     Flicker(f64),
 }
 
 impl Drift {
-    /// Returns its name in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> String {
         match self {
             Self::None => "none".to_owned(),
@@ -50,7 +50,7 @@ impl Drift {
 pub struct Levels {
     /// Angle random walk, N \[rad/√s\].
     pub walk_rad_sqrt_s: f64,
-    /// White noise of angle \[rad\].
+    /// White angle noise \[rad\].
     pub angle_rad: f64,
     /// Rate random walk, K \[rad/s/√s\].
     pub rate_walk_rad_s_sqrt_s: f64,
@@ -69,7 +69,7 @@ impl Levels {
         }
     }
 
-    /// Adds a drift whose corner with the angle random walk is given.
+    /// Adds a drift given by its corner frequency with the angle random walk.
     pub fn drifting(mut self, drift: Drift) -> Self {
         match drift {
             Drift::None => {}
@@ -158,7 +158,7 @@ impl Levels {
     }
 }
 
-/// Returns what an integrating pulse converter reads of increments \[rad\]: the floor of the running angle over the
+/// Returns the output of an integrating pulse converter for increments \[rad\]: the floor of the running angle over the
 /// pulse weight, differenced.
 pub fn quantised_rad(increments_rad: &[f64], weight_rad: f64, rng: &mut ChaCha8Rng) -> Vec<f64> {
     let mut pulses: f64 = rng.random();
@@ -173,13 +173,13 @@ pub fn quantised_rad(increments_rad: &[f64], weight_rad: f64, rng: &mut ChaCha8R
         .collect()
 }
 
-/// Returns the orthonormal DCT-II of a series, by the real transform of the series and its mirror image.
+/// Returns the orthonormal DCT-II of a series, by the real Fourier transform of the series and its mirror image.
 pub fn dct(series: &[f64]) -> Vec<f64> {
     let rows = series.len();
     let mut mirrored: Vec<f64> = series.iter().chain(series.iter().rev()).copied().collect();
     let transform = RealFftPlanner::<f64>::new().plan_fft_forward(2 * rows);
     let mut bins = transform.make_output_vec();
-    // The lengths are the plan's own.
+    // The buffers have the plan's lengths.
     let done = transform.process(&mut mirrored, &mut bins);
     debug_assert!(done.is_ok());
     (0..rows)
@@ -192,11 +192,11 @@ pub fn dct(series: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// The inverse covariance of noise, for DCTs of series.
+/// Inverse noise covariance, for DCTs of series.
 ///
-/// Differenced white angle is diagonal in the DCT-II but for the first and the last row, whose angles before and
-/// after have no neighbour: C = diag(S) + σ²(e₁e₁ᵀ + eₙeₙᵀ), inverted by Woodbury's identity. Without it a coarse
-/// encoder would seem to measure the mean rate as well as its angle random walk allows.
+/// Differenced white angle noise is diagonal in the DCT-II except for the first and the last row, whose outer angles have
+/// no neighbour: C = diag(S) + σ²(e₁e₁ᵀ + eₙeₙᵀ), inverted by Woodbury's identity. Without that correction a coarse encoder
+/// would appear to measure the mean rate as well as its angle random walk allows.
 #[derive(Debug, Clone)]
 pub struct Weighting {
     spectrum_rad2: Vec<f64>,
@@ -206,7 +206,7 @@ pub struct Weighting {
 }
 
 impl Weighting {
-    /// Prepares the weights of noise over some rows.
+    /// Computes the inverse covariance of noise over some rows.
     pub fn new(levels: &Levels, rows: usize, period_s: f64) -> Self {
         let spectrum_rad2 = levels.spectrum_rad2(rows, period_s);
         let ends = [0, rows - 1].map(|row| {

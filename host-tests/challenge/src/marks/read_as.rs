@@ -1,4 +1,4 @@
-//! The same trial read in another way: as a recording longer than memory, or as two recordings of one unit.
+//! Alternative reading of the same trial: as a recording longer than memory, or as two recordings of one unit.
 
 use std::path::Path;
 
@@ -9,20 +9,20 @@ use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Recording, Table};
 use serde::{Deserialize, Serialize};
 
-/// How a trial's recording is read.
+/// Reading of a trial's recording.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Eq, Serialize, Deserialize, clap::ValueEnum)]
 pub enum ReadAs {
-    /// As it is.
+    /// Unchanged.
     #[default]
     Whole,
-    /// As if a third of its rows were all that memory holds.
+    /// In stretches, with memory for a third of the rows only.
     Long,
     /// Cut in the middle: two recordings of one unit.
     Several,
 }
 
 impl ReadAs {
-    /// Diagnoses a recording read so; one that cannot be is read whole.
+    /// Diagnoses a recording in this reading, or whole if that is impossible.
     pub(super) fn diagnose(
         self,
         settings: &Settings,

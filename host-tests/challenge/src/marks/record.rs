@@ -1,4 +1,4 @@
-//! A trial's recording, its model and its truth.
+//! Recording of a trial, its model and its truth.
 
 use rlg_model::Model;
 use rlg_recording::Recording;
@@ -14,38 +14,38 @@ use crate::{attitude, force, positions, recorded, rest};
 
 pub use super::effects::Concealed;
 
-/// What a trial conceals: the line that is committed to.
+/// Truth of a trial: the committed line.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Answer {
-    /// Its number.
+    /// Number of the trial.
     pub trial: u64,
-    /// The challenge's seed.
+    /// Seed of the challenge.
     pub seed: u64,
-    /// What it tests.
+    /// Family.
     pub family: Family,
     /// Effects.
     pub effects: Vec<Concealed>,
-    /// Instruments and length; absent for dithered counts.
+    /// Instruments and length; `None` for dithered counts.
     pub setting: Option<Setting>,
-    /// The simulator's scenario of dithered counts, effects included.
+    /// Scenario of dithered counts for the simulator, effects included.
     pub scenario: Option<String>,
-    /// What is planted beside attitudes or at rest, by its row in the table.
+    /// Injected effect of a trial with attitudes or at rest, by its row in the table.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub planted: Option<String>,
-    /// Instruments, motion and length beside attitudes or at rest, in words.
+    /// Instruments, motion and length of a trial with attitudes or at rest, in words.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub conditions: Vec<String>,
-    /// What was said of a recording of others before anything was planted.
+    /// Effects reported for others' recording before the injection.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub beside: Vec<Concealed>,
     /// Seed of the noise.
     pub noise_seed: u64,
-    /// Keeps the commitment from being guessed.
+    /// Random text that prevents guessing the truth from its hash.
     pub salt: String,
 }
 
 impl Answer {
-    /// Forms the answer of a trial.
+    /// Builds the answer of a trial.
     pub fn of(seed: u64, trial: &Trial) -> Self {
         let (mut setting, mut scenario, mut planted, mut conditions) = Default::default();
         let mut beside = Vec::new();
@@ -103,21 +103,21 @@ impl Answer {
     }
 }
 
-/// What the model of a trial declares of noise.
+/// Noise declared by a trial's model.
 #[derive(Debug, Clone, Copy, Default, PartialEq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Declares {
-    /// The reference's noise times the factor that the trial draws, the gyros' as it draws.
+    /// The reference's noise times the drawn factor, the gyros' as drawn.
     #[default]
     AsDrawn,
     /// The reference's noise times a factor.
     Times(f64),
-    /// Nothing of any instrument.
+    /// No noise of any instrument.
     Nothing,
 }
 
 impl Declares {
-    /// Changes what `model` declares.
+    /// Changes the noise declared by `model`.
     fn apply(self, model: &mut Model, drawn: f64) {
         match self {
             Self::AsDrawn => {}
@@ -140,7 +140,7 @@ impl Declares {
     }
 }
 
-/// Makes a trial's recording and the model that goes with it.
+/// Makes the recording of a trial and its model.
 pub fn record(trial: &Trial, declares: Declares) -> Result<(Recording, Model), InputError> {
     let (mut recording, mut model, drawn) = match &trial.source {
         Source::Rows(rows) => {

@@ -1,4 +1,4 @@
-//! Recordings of increments beside a reference of increments: a setting, and what is concealed, scaled to a matched-filter SNR.
+//! Recordings of increments with a reference of increments: a setting, and concealed effects at a matched-filter SNR.
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -13,32 +13,32 @@ use super::noise::{Weighting, dct, product};
 use super::setting::{Limits, MOTIONS, Setting, draw_strength};
 use crate::bounds::beside;
 
-/// Share of an effect of a pair that must remain beside every effect of the other's kind: less, and a recording shows
-/// one effect and not two.
+/// Least share of an effect's SNR in a pair that must remain given the other kind: below it a recording shows one effect,
+/// not two.
 const LEAST_BESIDE: f64 = 0.8;
 
-/// Settings drawn before a kind that none of them can show gives way to another kind.
+/// Number of settings drawn before another kind is taken, if none can show the first.
 const ATTEMPTS: usize = 20;
 
-/// A recording of increments, drawn.
+/// Drawn recording of increments.
 #[derive(Debug, Clone)]
 pub struct Rows {
     /// Instruments and length.
     pub setting: Setting,
     /// Motion of the case.
     pub motion: Motion,
-    /// Motion of the case that the reference is on, where that is another one.
+    /// Motion of the reference's case, if unrelated.
     pub of_another_case: Option<Motion>,
-    /// Warming of the blocks, where thermometers are recorded.
+    /// Warming of the blocks, if thermometers are recorded.
     pub warming: Option<[Warming; 3]>,
-    /// Constants that the model knows.
+    /// Constants known to the model.
     pub unit: Unit,
-    /// What is concealed.
+    /// Concealed effects.
     pub effects: Vec<Strong>,
 }
 
 impl Rows {
-    /// Draws a setting and what is concealed in it.
+    /// Draws a setting and its concealed effects.
     pub fn draw(family: Family, limits: &Limits, rng: &mut ChaCha8Rng) -> Self {
         let limits = family.limits(limits);
         loop {
@@ -51,7 +51,7 @@ impl Rows {
         }
     }
 
-    /// One setting, if it can show the kinds at the strengths that are drawn.
+    /// Draws one setting; `None` if it cannot show the kinds at the drawn strengths.
     pub fn attempt(
         family: Family,
         limits: &Limits,
@@ -106,7 +106,7 @@ impl Rows {
         Some(drawn)
     }
 
-    /// Returns what is left of a strength beside every effect of another kind.
+    /// Returns the remaining SNR given every effect of another kind.
     fn rho_beside(&self, strong: &Strong, rival: &KindRow, drawn: &Strong, case: &Case) -> f64 {
         let weightings = self.weightings();
         let own = self.shape(&strong.effect, case);
@@ -120,30 +120,30 @@ impl Rows {
             product(&weightings, &columns[a], &columns[b])
         });
         let against = DVector::from_fn(count, |a, _| product(&weightings, &own, &columns[a]));
-        // A column that the motion does not show has no power.
+        // A column that is not excited by the motion has no power.
         let shown: Vec<usize> = (0..count).filter(|&a| gram[(a, a)] > 0.0).collect();
         beside(&gram, strong.rho.powi(2), &against, &shown).sqrt()
     }
 
-    /// Returns what the instruments are exposed to.
+    /// Returns the input of the instruments.
     pub fn case(&self) -> Case {
         Case::new(&self.setting, &self.motion, self.warming)
     }
 
-    /// Returns the case that the reference is on, where that is another one.
+    /// Returns the case of the reference, if unrelated.
     pub fn other_case(&self) -> Option<Case> {
         let motion = self.of_another_case.as_ref()?;
         Some(Case::new(&self.setting, motion, None))
     }
 
-    /// Returns the DCTs of what an effect leaves in the three residuals.
+    /// Returns the DCTs of an effect in the three residuals.
     pub fn shape(&self, effect: &Effect, case: &Case) -> [Vec<f64>; 3] {
         let sensing_from_body = self.unit.sensing_from_body();
         let added = effect.perturbation(case, &sensing_from_body);
         std::array::from_fn(|axis| dct(&added.residual_rad(axis, &sensing_from_body)))
     }
 
-    /// Returns the weights of the noise that is really added, by gyro.
+    /// Returns the inverse covariances of the added noise, by gyro.
     pub fn weightings(&self) -> [Weighting; 3] {
         let (rows, period_s) = (self.setting.rows, self.setting.period_s());
         std::array::from_fn(|axis| {
@@ -151,7 +151,7 @@ impl Rows {
         })
     }
 
-    /// Scales an effect to a strength. None where its size would be no instrument's.
+    /// Scales an effect to a strength; `None` if its size is not credible for an instrument.
     fn scale(
         &self,
         pattern: &Effect,
@@ -159,7 +159,7 @@ impl Rows {
         (case, weightings): (&Case, &[Weighting; 3]),
         rho: f64,
     ) -> Option<Strong> {
-        // Delays bend with their size: a small one first.
+        // Delays are nonlinear in their size: a small one first.
         const SMALL: f64 = 1e-3;
         let mut effect = pattern.scaled(SMALL * largest);
         let mut shape = self.shape(&effect, case);

@@ -1,4 +1,4 @@
-//! The recording and the model of gyros beside a reference of increments.
+//! Recording and model of gyros with a reference of increments.
 
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;

@@ -1,4 +1,4 @@
-//! A run: trials drawn, committed to, recorded, diagnosed.
+//! Run of a challenge: trials drawn, committed to, recorded, diagnosed.
 
 use std::panic::{AssertUnwindSafe, catch_unwind};
 use std::path::{Path, PathBuf};
@@ -21,30 +21,30 @@ use crate::given::MODEL;
 use crate::recorded::base::Base;
 use crate::{attitude, force, positions, recorded, rest};
 
-/// What is run.
+/// Plan of a run.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Plan {
-    /// Seed of everything.
+    /// Seed of all draws.
     pub seed: u64,
-    /// Trials.
+    /// Number of trials.
     pub trials: u64,
-    /// Families; others' numbers are passed over.
+    /// Families; numbers of other families are skipped.
     pub families: Vec<Family>,
-    /// What is planted beside attitudes or at rest; others' numbers are passed over, none where it is empty.
+    /// Injected effects with attitudes or at rest; numbers of others are skipped, none if empty.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub planted: Vec<String>,
-    /// Recording that trials are made of, where the family needs one.
+    /// Base recording of the trials, if the family needs one.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub recording: Option<PathBuf>,
-    /// One trial alone.
+    /// Number of a single trial.
     pub only: Option<u64>,
-    /// The declared noise of the reference is wrong by at most this factor.
+    /// Largest factor by which the declared noise of the reference is wrong.
     pub declared_within: f64,
-    /// What models declare of noise.
+    /// Noise declared by the models.
     pub declares: Declares,
-    /// Longest recording \[s\].
+    /// Length of the longest recording \[s\].
     pub longest_s: f64,
-    /// Rows at most.
+    /// Largest number of rows.
     pub most_rows: f64,
 }
 
@@ -70,7 +70,7 @@ impl Plan {
         }
     }
 
-    /// Returns the limits that settings are drawn in.
+    /// Returns the limits of the drawn settings.
     pub fn limits(&self) -> Limits {
         Limits {
             length_s: [20.0, self.longest_s],
@@ -112,48 +112,48 @@ impl Plan {
     }
 }
 
-/// What a diagnosis said of a trial.
+/// Diagnosis of a trial.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Outcome {
-    /// The trial's number.
+    /// Number of the trial.
     pub trial: u64,
-    /// What was said.
+    /// Diagnosis.
     pub said: Option<DiagnosisSummary>,
-    /// Why nothing was said.
+    /// Reason for its absence.
     pub failure: Option<String>,
 }
 
-/// Cost of one trial's diagnosis; not part of the outcome, which is the same bytes every time.
+/// Cost of one trial's diagnosis; not part of the outcome, which is reproducible byte for byte.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize)]
 pub struct Cost {
-    /// The trial's number.
+    /// Number of the trial.
     pub trial: u64,
-    /// Rows of the recording.
+    /// Number of rows of the recording.
     pub rows: usize,
     /// Elapsed time of the diagnosis \[s\].
     pub seconds: f64,
 }
 
-/// Where recordings are kept.
+/// Storage of the recordings.
 #[derive(Debug, Clone, Copy)]
 pub struct Keep<'a> {
     /// Folder of the trials.
     pub folder: &'a Path,
-    /// Whether each one's truth is written beside it.
+    /// Each truth is written in its trial's folder.
     pub with_truth: bool,
 }
 
-/// Trials with their answers, before anything is diagnosed.
+/// Trials with their answers, before any diagnosis.
 pub struct Prepared {
     /// Trials in order.
     pub trials: Vec<Trial>,
     /// Their answers.
     pub answers: Vec<Answer>,
-    /// Each answer as the line that is hashed.
+    /// Each answer as its hashed line.
     pub lines: Vec<(u64, String)>,
 }
 
-/// Draws every trial. `progress` is told of each.
+/// Draws every trial. Calls `progress` after each.
 pub fn prepare(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Result<Prepared, InputError> {
     let limits = plan.limits();
     let base = plan.recording.as_deref().map(Base::read).transpose()?;
@@ -186,8 +186,8 @@ pub fn prepare(plan: &Plan, progress: &(dyn Fn() + Sync)) -> Result<Prepared, In
 }
 
 impl Prepared {
-    /// Diagnoses every trial by what is under test, or makes the recordings alone. They are kept where `keep` says; `progress` is
-    /// told of each trial.
+    /// Diagnoses every trial by the system under test, or makes the recordings alone. They are stored as `keep` states;
+    /// calls `progress` after each trial.
     pub fn diagnose(
         &self,
         (seed, declares): (u64, Declares),
@@ -221,7 +221,7 @@ fn diagnose(
     model: &Model,
 ) -> (Outcome, Cost) {
     let begun = Instant::now();
-    // A recording that the tool cannot stand is a result, and the others go on.
+    // A recording on which the tool fails is a result, and the other trials go on.
     let said = under_test.map(|under_test| {
         catch_unwind(AssertUnwindSafe(|| {
             under_test.answer(name, recording, model)
@@ -246,7 +246,7 @@ fn diagnose(
     (outcome, cost)
 }
 
-/// Writes `recording/` with its model, and beside it `truth.json` where the truth is given.
+/// Writes `recording/` with its model, and next to it `truth.json` if the truth is given.
 fn keep_trial(
     folder: &Path,
     recording: &Recording,

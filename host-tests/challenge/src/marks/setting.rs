@@ -1,4 +1,4 @@
-//! Settings: the instruments, their noise and the length of a recording, drawn.
+//! Settings: instruments, noise and length of a recording, drawn.
 
 use std::f64::consts::PI;
 
@@ -9,50 +9,50 @@ use serde::{Deserialize, Serialize};
 
 use super::noise::{Drift, Levels};
 
-/// Strengths that are drawn: matched-filter SNR.
+/// Range of the drawn strengths: matched-filter SNR.
 const STRENGTHS: [f64; 2] = [10.0, 30.0];
 
 /// Rates of ordinary recorders \[Hz\].
 pub const RATES_HZ: [f64; 6] = [50.0, 100.0, 200.0, 400.0, 1000.0, 4000.0];
 
-/// What a recording may be like.
+/// Limits of the drawn recordings.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Limits {
     /// Shortest and longest \[s\].
     pub length_s: [f64; 2],
-    /// Rows at most: a shorter length is drawn where the rate is high.
+    /// Largest number of rows: a shorter length is drawn for a high rate.
     pub most_rows: f64,
-    /// The declared noise of the reference is wrong by at most this factor, either way.
+    /// Largest factor by which the declared noise of the reference is wrong, either way.
     pub declared_within: f64,
 }
 
-/// How the case moves.
+/// Motion of the case.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum MotionKind {
     /// A rate table's sine about one axis.
     SineOneAxis,
-    /// About two axes, each its own frequency.
+    /// Sines about two axes, each with its own frequency.
     SineTwoAxes,
-    /// About three.
+    /// Sines about three axes.
     SineThreeAxes,
-    /// A table that dwells and turns.
+    /// A table with alternating dwells and rotations.
     Steps,
     /// Linear frequency sweeps.
     Sweep,
     /// Roll, pitch and yaw in a seaway.
     Ship,
-    /// Turns, and vibration by the road.
+    /// Turns, and vibration of the road.
     Vehicle,
     /// Slow turns in turbulence.
     Aircraft,
     /// A slow cone.
     SlowConing,
-    /// Broad and barely above the reference's noise.
+    /// Wide-band, and barely above the reference's noise.
     Weak,
 }
 
-/// Every motion.
+/// All motions.
 pub const MOTIONS: [MotionKind; 10] = [
     MotionKind::SineOneAxis,
     MotionKind::SineTwoAxes,
@@ -66,7 +66,7 @@ pub const MOTIONS: [MotionKind; 10] = [
     MotionKind::Weak,
 ];
 
-/// What measures the case's motion.
+/// Reference of the case's motion.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum ReferenceKind {
@@ -74,7 +74,7 @@ pub enum ReferenceKind {
     FineEncoder,
     /// An encoder of 1e-5 rad.
     CoarseEncoder,
-    /// A fibre-optic gyro: angle random walk.
+    /// A fibre-optic gyro, with angle random walk.
     FibreOptic,
     /// A gyro like those under test.
     LikeGyro,
@@ -87,56 +87,55 @@ const REFERENCES: [ReferenceKind; 4] = [
     ReferenceKind::LikeGyro,
 ];
 
-/// One drawn setting.
+/// Drawn setting.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct Setting {
-    /// How the case moves.
+    /// Motion of the case.
     pub motion: MotionKind,
-    /// What measures it.
+    /// Reference of the motion.
     pub reference: ReferenceKind,
-    /// Rows a second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// How the gyros drift.
+    /// Drift of the gyros.
     pub drift: Drift,
-    /// The gyros' angle random walk \[rad/√s\].
+    /// Angle random walk of the gyros \[rad/√s\].
     pub gyro_walk_rad_sqrt_s: [f64; 3],
-    /// The gyros' pulse weight \[rad\].
+    /// Pulse weight of the gyros \[rad\].
     pub pulse_rad: f64,
-    /// The reference's angle random walk \[rad/√s\].
+    /// Angle random walk of the reference \[rad/√s\].
     pub reference_walk_rad_sqrt_s: f64,
-    /// The reference's white noise of angle \[rad\].
+    /// White angle noise of the reference \[rad\].
     pub reference_angle_rad: f64,
-    /// The model's declared reference noise over the true one.
+    /// Ratio of the model's declared reference noise to the true one.
     pub declared_over_true: f64,
-    /// Whether the model declares the gyros' angle random walk.
+    /// The model declares the gyros' angle random walk.
     pub declares_gyro_walk: bool,
-    /// Whether thermometers are recorded.
+    /// Thermometers are recorded.
     pub has_temperature: bool,
-    /// Whether accelerometers are recorded.
+    /// Accelerometers are recorded.
     pub has_force: bool,
 }
 
-/// Returns a number whose logarithm is uniform.
+/// Draws from a log-uniform distribution.
 pub fn log_uniform(rng: &mut ChaCha8Rng, low: f64, high: f64) -> f64 {
     low * (high / low).powf(rng.random::<f64>())
 }
 
-/// Returns a strength: the logarithm is uniform.
+/// Draws a strength (log-uniform).
 pub fn draw_strength(rng: &mut ChaCha8Rng) -> f64 {
     log_uniform(rng, STRENGTHS[0], STRENGTHS[1])
 }
 
-/// Returns one of several.
+/// Draws one element of a list.
 pub fn one_of<T: Copy>(rng: &mut ChaCha8Rng, list: &[T]) -> T {
     list[rng.random_range(0..list.len())]
 }
 
-/// The first of some hundreds of draws that shows what is planted.
+/// Returns the first of some hundreds of draws in which the injected effect is observable.
 ///
-/// # Errors
-/// None shows what is called `name`.
+/// # Errors No draw shows the effect `name`.
 pub fn shown<T>(name: &str, draw: impl FnMut() -> Option<T>) -> Result<T, InputError> {
     const DRAWS: usize = 200;
     let mut draws = std::iter::repeat_with(draw).take(DRAWS);
@@ -170,7 +169,7 @@ impl Setting {
         // 0.001 to 0.03 °/√h
         let walk = log_uniform(rng, 3e-7, 1e-5);
         let gyro_walk_rad_sqrt_s = std::array::from_fn(|_| walk * log_uniform(rng, 0.8, 1.25));
-        // Up to twice the noise of a row: the noise itself keeps the counter moving.
+        // Up to twice the noise of a row, so that the noise dithers the counter.
         let pulse_rad = walk / rate_hz.sqrt() * log_uniform(rng, 0.1, 2.0);
         let (reference_walk_rad_sqrt_s, reference_angle_rad) = match reference {
             ReferenceKind::FineEncoder => (0.0, 1e-7),
@@ -199,7 +198,7 @@ impl Setting {
         }
     }
 
-    /// Returns the time of one row \[s\].
+    /// Returns the period of a row \[s\].
     pub fn period_s(&self) -> f64 {
         1.0 / self.rate_hz
     }
@@ -209,7 +208,7 @@ impl Setting {
         self.rows as f64 / self.rate_hz
     }
 
-    /// Returns a gyro's noise apart from its pulses.
+    /// Returns a gyro's noise without pulse quantisation.
     pub fn gyro_levels(&self, axis: usize) -> Levels {
         Levels::white(self.gyro_walk_rad_sqrt_s[axis], 0.0).drifting(self.drift)
     }
@@ -219,7 +218,7 @@ impl Setting {
         Levels::white(self.reference_walk_rad_sqrt_s, self.reference_angle_rad)
     }
 
-    /// Returns the noise of gyro less reference, pulses included.
+    /// Returns the noise of gyro less reference, pulse quantisation included.
     pub fn residual_levels(&self, axis: usize) -> Levels {
         let pulses = Levels::white(0.0, self.pulse_rad / 12_f64.sqrt());
         self.gyro_levels(axis)
@@ -227,7 +226,7 @@ impl Setting {
             .beside(self.reference_levels())
     }
 
-    /// Returns the two-sided density of the reference's rate at a frequency \[rad²/s\].
+    /// Returns the two-sided power spectral density of the reference's rate noise at a frequency \[rad²/s\].
     pub fn reference_rate_density(&self, frequency_hz: f64) -> f64 {
         let angle = 2.0 * (PI * frequency_hz * self.period_s()).sin() * self.reference_angle_rad;
         self.reference_walk_rad_sqrt_s.powi(2) + angle.powi(2) / self.period_s()
@@ -256,7 +255,7 @@ impl Setting {
         )
     }
 
-    /// Returns what the setting has in common with others.
+    /// Returns the groups of the setting in the tables.
     pub fn groups(&self) -> Vec<String> {
         let length = match self.length_s() {
             seconds if seconds < 60.0 => "below 60 s",

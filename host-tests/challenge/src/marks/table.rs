@@ -1,4 +1,4 @@
-//! The marks table: each mark with its figure, its limits, and the trials that settle it.
+//! Table of the marks: each with its figure, its confidence limits, and the trials that count against it.
 
 use std::collections::BTreeMap;
 use std::fmt::Write as _;
@@ -13,13 +13,13 @@ use super::record::Answer;
 use super::run::{Outcome, Plan};
 use crate::chance::{limits, upper_limit};
 
-/// "None" is met where this many trials, all without a hit, bound the share: 0 of 600 is below 0.5 %.
+/// Limit for the requirement "none": met if the upper limit of the share is below it; 0 of 600 gives 0.5 %.
 const NONE_BELOW: f64 = 5e-3;
 
-/// Trials after which a share is judged by its figure alone.
+/// Number of trials from which a share is judged by its figure alone.
 const ENOUGH: usize = 300;
 
-/// Whether a mark is met.
+/// Status of a mark.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Status {
@@ -27,30 +27,30 @@ pub enum Status {
     Met,
     /// Missed.
     Missed,
-    /// Too few trials to say.
+    /// Too few trials for a decision.
     Open,
 }
 
-/// One mark.
+/// Mark with its counts.
 #[derive(Debug, Clone, Serialize)]
 pub struct Mark {
-    /// What is counted.
+    /// Counted quantity.
     pub mark: String,
-    /// What it takes.
+    /// Requirement.
     pub needed: String,
-    /// Hits.
+    /// Number of hits.
     pub hits: usize,
-    /// Of so many.
+    /// Number of trials.
     pub of: usize,
-    /// 95 % limits of the share (Clopper and Pearson); one-sided where nothing was hit.
+    /// 95 % limits of the share (Clopper and Pearson); one-sided for zero hits.
     pub limits_95: [f64; 2],
-    /// Whether it is met.
+    /// Met, missed or open.
     pub status: Status,
-    /// `seed:number` of the trials that speak against it.
+    /// `seed:number` of the trials that count against it.
     pub against: Vec<String>,
 }
 
-/// What a share must be.
+/// Requirement on a share.
 #[derive(Debug, Clone, Copy)]
 enum Need {
     None,
@@ -66,17 +66,17 @@ pub struct Scores {
     pub format: u32,
     /// Version of the tool.
     pub version: &'static str,
-    /// What was run.
+    /// Plan of the run.
     pub plan: Plan,
-    /// Trials.
+    /// Number of trials.
     pub trials: usize,
-    /// The table.
+    /// Marks.
     pub marks: Vec<Mark>,
-    /// The same by what is concealed.
+    /// Results by concealed effect.
     pub effects: Vec<EffectRow>,
-    /// Counts by what trials have in common, nulls and positives apart.
+    /// Counts by group of trials, nulls and positives apart.
     pub groups: BTreeMap<String, Counts>,
-    /// What was not right.
+    /// Trials with an incorrect diagnosis.
     pub failures: Vec<Failure>,
 }
 
@@ -124,7 +124,7 @@ fn mark(name: &str, need: Need, hits: usize, of: usize, against: Vec<String>) ->
     }
 }
 
-/// Which trials a mark is of: a family, beside which some conceal something or nothing.
+/// Selection of a mark's trials: a family, with or without a concealed effect.
 type Of<'a> = dyn Fn(&Answer) -> bool + 'a;
 
 fn false_names(name: &str, of: &Of, judged: &[Judged]) -> Mark {
@@ -204,7 +204,7 @@ fn unanswered(judged: &[Judged]) -> Mark {
     mark(name, Need::None, against.len(), judged.len(), against)
 }
 
-/// Marks of trials that conceal nothing.
+/// Marks of trials without a concealed effect.
 const NULLS: [(&str, Family); 10] = [
     (
         "false names, ordinary motions without effects",
@@ -236,7 +236,7 @@ const NULLS: [(&str, Family); 10] = [
     ),
 ];
 
-/// Marks of trials that conceal something.
+/// Marks of trials with a concealed effect.
 const POSITIVES: [(&str, Family); 11] = [
     ("two motions: nothing is said of them", Family::Unrelated),
     (
@@ -278,7 +278,7 @@ const POSITIVES: [(&str, Family); 11] = [
     ),
 ];
 
-/// Whether a trial is listed: it is not right, a number is far off, or the second pass does not match.
+/// True if a trial is listed: it is not right, a parameter is far off, or the second pass does not match.
 fn is_off(judgement: &Judgement) -> bool {
     let is_right = matches!(judgement.score, Score::Right | Score::OrDrift);
     !is_right || judgement.far().next().is_some() || judgement.matches_again == Some(false)
@@ -302,7 +302,7 @@ pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
         marks.push(right_names(name, &conceals(family, true), &judged));
     }
     marks.push(second_passes(&judged));
-    // What the plan has no trials of says nothing.
+    // Marks without trials in the plan are left out.
     marks.retain(|mark| mark.of > 0);
     marks.extend(pulls(&judged));
     marks.push(unanswered(&judged));
@@ -323,7 +323,7 @@ pub fn score(plan: &Plan, answers: &[Answer], outcomes: &[Outcome]) -> Scores {
 }
 
 impl Scores {
-    /// Returns the table in words.
+    /// Formats the table.
     pub fn table(&self) -> String {
         let mut text = String::new();
         for mark in &self.marks {

@@ -1,7 +1,7 @@
-//! Trials: a family by the number, and what the family draws.
+//! Trials: family by the number, and draw of the family.
 //!
-//! A trial's number fixes its family and its ChaCha stream, so that `seed:number` repeats a trial alone, whichever
-//! families were chosen.
+//! A trial's number determines its family and its ChaCha stream, so that `seed:number` repeats a trial alone for any
+//! selection of families.
 
 use std::sync::Arc;
 
@@ -20,18 +20,18 @@ use crate::recorded::record::Recorded;
 use crate::rest::trial::Still;
 use rlg_recording::error::InputError;
 
-/// What is recorded, and by whom it is made.
+/// Recorded data, by their generator.
 #[derive(Debug, Clone)]
 pub enum Source {
     /// Increments in closed form.
     Rows(Box<Rows>),
     /// Dithered counts of the simulator.
     Dithered(Dithered),
-    /// Increments or rates beside attitudes.
+    /// Increments or rates with an attitude reference.
     Attitude(Box<Attitudes>),
     /// A unit at rest.
     Rest(Box<Still>),
-    /// A turned unit with accelerometers.
+    /// Rotated unit with accelerometers.
     Force(Box<Turned>),
     /// Accelerometers in still positions.
     Positions(Box<Stood>),
@@ -39,23 +39,23 @@ pub enum Source {
     Recorded(Box<Recorded>),
 }
 
-/// A trial, drawn.
+/// Drawn trial.
 #[derive(Debug, Clone)]
 pub struct Trial {
-    /// Its number.
+    /// Number of the trial.
     pub number: u64,
-    /// Its family.
+    /// Family.
     pub family: Family,
-    /// What is recorded.
+    /// Recorded data.
     pub source: Source,
     /// Seed of the noise.
     pub noise_seed: u64,
-    /// Random hexadecimal digits that keep the commitment from being guessed.
+    /// Random hexadecimal digits that prevent guessing the truth from its hash.
     pub salt: String,
 }
 
 impl Trial {
-    /// Draws trial `number` of a seed, of a family that needs no recording.
+    /// Draws trial `number` of a seed, of a family without a base recording.
     pub fn draw(
         seed: u64,
         (number, family): (u64, Family),
@@ -83,7 +83,7 @@ impl Trial {
         })
     }
 
-    /// Draws trial `number` of a seed, made of a recording.
+    /// Draws trial `number` of a seed from a base recording.
     pub fn of_recording(seed: u64, number: u64, base: &Arc<Base>) -> Result<Self, InputError> {
         Self::drawn(seed, (number, Family::Recorded), |rng| {
             Ok(Source::Recorded(Box::new(Recorded::draw(

@@ -1,4 +1,4 @@
-//! What is under test: our diagnosis and how it is called, or answers that somebody else gave; and what is read of them.
+//! System under test: our diagnosis with its settings, or another one's answers; and the summary of a diagnosis.
 
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
@@ -12,7 +12,7 @@ use serde_json::Value;
 
 use super::read_as::ReadAs;
 
-/// A number with its spread.
+/// Estimate with its standard deviation.
 #[derive(Debug, Clone, Copy, PartialEq, Serialize, Deserialize)]
 pub struct Estimate {
     /// Value.
@@ -21,40 +21,40 @@ pub struct Estimate {
     pub std: f64,
 }
 
-/// One effect that a diagnosis reports.
+/// Reported effect.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct FoundEffect {
     /// Its kind.
     pub kind: String,
-    /// Kinds that it cannot be told from, but for those that gravity speaks against.
+    /// Kinds in its equivalence class, except those excluded by gravity.
     pub indistinguishable_from: Vec<String>,
-    /// `named`, `measured`, `class`; engines that do not say name what they report.
+    /// `named`, `measured`, `class`; `None` if the engine labels nothing and so names all it reports.
     pub label: Option<String>,
-    /// Its numbers.
+    /// Estimated parameters.
     pub numbers: BTreeMap<String, Estimate>,
-    /// Combinations of its numbers that the recording fixes: weights, and what they are.
+    /// Linear combinations of the parameters that are identifiable: weights, and estimates.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub combinations: Vec<(BTreeMap<String, f64>, Estimate)>,
-    /// Its texts: `axis`.
+    /// Text parameters: `axis`.
     pub texts: BTreeMap<String, String>,
-    /// Its expression, where it is `unlisted`.
+    /// Expression, if `unlisted`.
     pub expression: Option<String>,
-    /// ln evidence gained.
+    /// Gain of ln evidence.
     #[serde(default)]
     pub gain: f64,
 }
 
-/// What is read of a diagnosis.
+/// Summary of a diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct DiagnosisSummary {
-    /// The verdict in one word.
+    /// Verdict in one word.
     pub verdict: String,
-    /// What was left out.
+    /// Reported effects.
     pub effects: Vec<FoundEffect>,
-    /// All that aligns two instruments, each number beside all.
+    /// Joint estimate of the alignment of two instruments, all parameters fitted together.
     #[serde(default, skip_serializing_if = "Vec::is_empty")]
     pub registration: Vec<FoundEffect>,
-    /// What is said of the same recording under the model that was written, where that was asked.
+    /// Diagnosis of the same recording with the updated model, if requested.
     #[serde(default, skip_serializing_if = "Option::is_none")]
     pub again: Option<Box<DiagnosisSummary>>,
 }
@@ -78,7 +78,7 @@ impl DiagnosisSummary {
     }
 }
 
-/// A combination of several numbers; each alone stands among the numbers.
+/// Combination of several parameters; `None` for a single one, which is among the numbers already.
 fn combination(one: &Value) -> Option<(BTreeMap<String, f64>, Estimate)> {
     let weights = one["combination"].as_object()?.iter();
     let weights: BTreeMap<String, f64> = weights
@@ -132,15 +132,15 @@ fn found(effect: &Value) -> FoundEffect {
     }
 }
 
-/// What is under test.
+/// System under test.
 pub enum UnderTest {
     /// Our diagnosis.
     Ours(Box<Ours>),
-    /// A folder of answers: TRIAL/diagnosis.json, trials called as where they were exported.
+    /// Folder of answers: TRIAL/diagnosis.json, with the trials' names of the export.
     Answers(PathBuf),
 }
 
-/// The diagnosis under settings.
+/// Our diagnosis with its settings.
 pub struct Ours {
     settings: Settings<'static>,
     is_twice: bool,
@@ -148,7 +148,7 @@ pub struct Ours {
 }
 
 impl UnderTest {
-    /// Diagnoses with the numbers of a plan, once more under the model that it wrote where `is_twice`.
+    /// Diagnoses with the numbers of a plan, and once more with the updated model if `is_twice`.
     pub fn new(plan: AnalysisPlan, is_twice: bool, read_as: ReadAs) -> Self {
         let settings = Settings {
             plan,
@@ -161,7 +161,7 @@ impl UnderTest {
         }))
     }
 
-    /// What is said of a trial, or why nothing is.
+    /// Diagnosis of a trial, or the reason for its absence.
     pub fn answer(
         &self,
         name: &str,
@@ -197,11 +197,11 @@ impl Ours {
         Ok((DiagnosisSummary::from_json(&json)?, outcome.model))
     }
 
-    /// Diagnoses a recording under a model, or says why it cannot.
+    /// Diagnoses a recording with a model, or returns the reason why it cannot.
     fn diagnose(&self, recording: &Recording, model: &Model) -> Result<DiagnosisSummary, String> {
         let (mut said, written) = self.once(recording, model)?;
         if self.is_twice {
-            // The same model gives the same answer.
+            // The same model gives the same diagnosis.
             let again = match written == *model {
                 true => said.clone(),
                 false => self.once(recording, &written)?.0,

@@ -1,7 +1,7 @@
-//! Recordings of accelerometers in still positions without a reference: nothing, or errors of the accelerometers, in the noise that a
-//! bench has and nobody declares.
+//! Recordings of accelerometers in still positions without a reference: nothing, or accelerometer errors, in an undeclared
+//! bench noise.
 //!
-//! what is planted (`planted`) → positions and what disturbs them (`trial`) → recordings (`record`)
+//! injected effects (`planted`) → positions and their disturbances (`trial`) → recordings (`record`)
 
 pub mod planted;
 pub mod record;

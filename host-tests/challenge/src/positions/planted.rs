@@ -1,4 +1,4 @@
-//! What is planted into accelerometers in still positions, and how often.
+//! Effects injected into accelerometers in still positions, and their frequency.
 
 use std::collections::BTreeMap;
 
@@ -11,7 +11,7 @@ use crate::force::planted::Planted as OfForce;
 use crate::marks::effects::{AXES, Effect};
 use crate::marks::setting::name_of;
 
-/// What a recording conceals.
+/// Injected effect of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Planted {
@@ -21,15 +21,15 @@ pub enum Planted {
     AccelBias,
     /// Scale errors.
     AccelScale,
-    /// Axes that are not perpendicular.
+    /// Non-orthogonal axes.
     AccelMisalignment,
-    /// Squares.
+    /// Quadratic errors.
     AccelQuadratic,
-    /// Biases, scale errors and tilts together, as any new unit has.
+    /// Biases, scale errors and tilts together, as in a new unit.
     NewUnit,
 }
 
-/// What is planted by the trial's number, again and again.
+/// Injected effects by the trial's number, repeated in turn.
 pub const CYCLE: [Planted; 10] = {
     use Planted::{AccelBias, AccelMisalignment, AccelQuadratic, AccelScale, NewUnit, None};
     [
@@ -46,8 +46,9 @@ pub const CYCLE: [Planted; 10] = {
     ]
 };
 
-/// Axes that are not perpendicular, one pair or all: of each pair both lean alike. A triad that is turned as one besides has the same
-/// lengths of gravity but for squares of its tilts, and those are scale errors: axes that lean are longer in the contract's equation.
+/// Non-orthogonality of one pair of axes or of all, with equal tilts of each pair. An additional rotation of the whole
+/// triad changes the lengths of gravity only by squares of its tilts, which act as scale errors: in the contract's equation
+/// a tilted axis is longer.
 fn skew(rng: &mut ChaCha8Rng) -> Effect {
     let is_on_all = rng.random_bool(0.5);
     let chosen = rng.random_range(0..3);
@@ -67,22 +68,22 @@ fn skew(rng: &mut ChaCha8Rng) -> Effect {
 }
 
 impl Planted {
-    /// Returns what the trial of a number plants.
+    /// Returns the injected effect of a trial's number.
     pub fn of(number: u64) -> Self {
         CYCLE[(number % CYCLE.len() as u64) as usize]
     }
 
-    /// Returns its name in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> String {
         name_of(&self)
     }
 
-    /// Whether positions with the axes along gravity alone show it.
+    /// True if it is observable in positions with the axes along gravity alone.
     pub fn is_shown_by_faces(self) -> bool {
         matches!(self, Self::None | Self::AccelBias | Self::AccelScale)
     }
 
-    /// Draws patterns of size 1 in their largest numbers, with the largest size that an accelerometer has.
+    /// Draws patterns of size 1 in their largest parameter, with the largest size in an accelerometer.
     pub fn patterns(self, rng: &mut ChaCha8Rng) -> Vec<(Effect, f64)> {
         let kinds: &[OfForce] = match self {
             Self::None => &[],

@@ -1,4 +1,4 @@
-//! The recording of accelerometers in positions, and its model.
+//! Recording of accelerometers in positions, and its model.
 
 use std::f64::consts::TAU;
 
@@ -12,23 +12,23 @@ use rlg_simulator::instrument::normal;
 use super::trial::{Disturbed, Position, Stood, added_m_s2};
 use crate::marks::instruments::{channel, recording, table};
 
-/// Shaking of a hand \[m/s²\].
+/// Acceleration of a hand's tremor \[m/s²\].
 const HAND_M_S2: f64 = 0.8;
 
-/// A knock \[m/s²\], and how long it rings \[s\].
+/// Knock \[m/s²\], and its decay time \[s\].
 const KNOCK: (f64, f64) = (3.0, 0.1);
 
-/// What shakes a bench \[Hz\].
+/// Frequency of a bench motor \[Hz\].
 const MOTOR_HZ: f64 = 7.3;
 
-/// One row.
+/// Attitude and disturbance of one row.
 struct Row {
     body_from_level: UnitQuaternion<f64>,
-    /// What is felt beside gravity \[m/s²\].
+    /// Specific force in addition to gravity \[m/s²\].
     more_m_s2: Vector3<f64>,
 }
 
-/// Makes a trial's recording and the model that goes with it.
+/// Makes the recording of a trial and its model.
 pub fn record(drawn: &Stood, noise_seed: u64) -> (Recording, Model) {
     let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
     let rows = rows(drawn, &mut rng);
@@ -88,7 +88,7 @@ pub fn record(drawn: &Stood, noise_seed: u64) -> (Recording, Model) {
     (recording(tables, site), model)
 }
 
-/// How the unit lies and what shakes it, row by row: a way by hand, then a position, again and again.
+/// Attitude and disturbance of the unit by row: alternating moves by hand and positions.
 fn rows(drawn: &Stood, rng: &mut ChaCha8Rng) -> Vec<Row> {
     let count = drawn.rows();
     let mut all = Vec::with_capacity(count);

@@ -1,4 +1,4 @@
-//! Accelerometers that are set down in position after position, drawn.
+//! Accelerometers in successive positions, drawn.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::RngExt as _;
@@ -11,64 +11,64 @@ use crate::marks::case::GRAVITY_M_S2;
 use crate::marks::effects::{AXES, Concealed, Effect, Strong};
 use crate::marks::setting::{Limits, log_uniform, one_of, shown};
 
-/// Rows a second \[Hz\].
+/// Row rates \[Hz\].
 const RATES_HZ: [f64; 4] = [20.0, 50.0, 100.0, 200.0];
 
-/// Strength of an effect \[σ\]: from plain to gross.
+/// Range of the strengths \[σ\]: from clear to gross.
 const STRENGTHS: [f64; 2] = [30.0, 3000.0];
 
-/// The same where six positions are all there are: of six lengths six numbers are found.
+/// Range of the strengths for six positions alone \[σ\]: six lengths determine at most six parameters.
 const STRENGTHS_OF_SIX: [f64; 2] = [1000.0, 10_000.0];
 
-/// How the unit is set down.
+/// Programme of positions.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Programme {
     /// Each axis up and down.
     Faces,
-    /// The same, and six of the edges between.
+    /// Faces, and six of the edges.
     FacesAndEdges,
-    /// Faces, edges and corners, 26 less two.
+    /// 24 of the 26 faces, edges and corners.
     Tumble,
-    /// Any way.
+    /// Random attitudes.
     Random(usize),
 }
 
-/// What happens in a position besides standing still.
+/// Disturbance of a position.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Disturbed {
-    /// A motor shakes it all the time \[m/s²\].
+    /// Continuous shaking by a motor \[m/s²\].
     Shaken(f64),
-    /// It turns slowly \[rad/s\].
+    /// Slow rotation \[rad/s\].
     Turning(f64),
-    /// Somebody knocks at it \[s after its begin\].
+    /// Knock \[s after its start\].
     Knocked(f64),
-    /// Somebody leans on the bench \[m/s²\].
+    /// Constant force on the bench \[m/s²\].
     LeanedOn(f64),
 }
 
-/// A position.
+/// Position of the unit.
 #[derive(Debug, Clone, Copy)]
 pub struct Position {
-    /// Body from the local level, z up.
+    /// Body from local level, z up.
     pub body_from_level: UnitQuaternion<f64>,
-    /// Time of the way to it \[s\].
+    /// Duration of the move to it \[s\].
     pub way_s: f64,
-    /// Time that it is held \[s\].
+    /// Duration of the hold \[s\].
     pub dwell_s: f64,
-    /// What is added to each accelerometer while it is held, and none knows of \[m/s²\].
+    /// Random error of each accelerometer in this position, not declared \[m/s²\].
     pub scatter_m_s2: Vector3<f64>,
-    /// What else happens.
+    /// Disturbance.
     pub disturbed: Option<Disturbed>,
 }
 
-/// A recording, drawn.
+/// Drawn recording.
 #[derive(Debug, Clone)]
 pub struct Stood {
-    /// What is planted.
+    /// Injected kind.
     pub planted: Planted,
-    /// How it is set down.
+    /// Programme of positions.
     pub programme: Programme,
-    /// Rows a second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
     /// Positions.
     pub positions: Vec<Position>,
@@ -80,23 +80,22 @@ pub struct Stood {
     pub walk_m_s2_sqrt_s: f64,
     /// Gravity \[m/s²\].
     pub gravity_m_s2: f64,
-    /// Whether the recording names its site.
+    /// The recording states its site.
     pub has_site: bool,
-    /// Whether gyros are recorded, without anything that tells their motion.
+    /// Gyros are recorded, without any reference.
     pub has_gyros: bool,
-    /// Biases that the model knows \[m/s²\].
+    /// Biases known to the model \[m/s²\].
     pub bias_m_s2: [f64; 3],
-    /// Scale errors that the model knows.
+    /// Scale errors known to the model.
     pub scale_error: [f64; 3],
-    /// What is planted.
+    /// Injected effects.
     pub effects: Vec<Strong>,
 }
 
 impl Stood {
-    /// Draws what the trial of a number records.
+    /// Draws the recording of a trial's number.
     ///
-    /// # Errors
-    /// No unit has what is planted.
+    /// # Errors No drawn unit shows the injected effect.
     pub fn draw(number: u64, limits: &Limits, rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
         let planted = Planted::of(number);
         shown(&planted.name(), || Self::attempt(planted, limits, rng))
@@ -118,7 +117,7 @@ impl Stood {
         }
         let rate_hz = one_of(rng, &RATES_HZ);
         let density = log_uniform(rng, 3e-5, 1e-3);
-        // From as much as the noise leaves of a mean to thirty times that.
+        // Between a third of the noise of a mean and thirty times it.
         let scatter_m_s2 = density / (2.0 * 10.0_f64).sqrt() * log_uniform(rng, 0.3, 30.0);
         let is_walking = rng.random_bool(0.4);
         let walk = if is_walking {
@@ -171,7 +170,7 @@ impl Stood {
         Some(drawn)
     }
 
-    /// Returns the time of all \[s\].
+    /// Returns the total duration \[s\].
     fn length_s(&self) -> f64 {
         self.positions
             .iter()
@@ -179,17 +178,17 @@ impl Stood {
             .sum()
     }
 
-    /// Returns all rows.
+    /// Returns the number of rows.
     pub fn rows(&self) -> usize {
         (self.length_s() * self.rate_hz).floor() as usize
     }
 
-    /// Returns what the body feels in a position \[m/s²\].
+    /// Returns the specific force of the body in a position \[m/s²\].
     pub fn force_m_s2(&self, one: &Position) -> Vector3<f64> {
         one.body_from_level * (self.gravity_m_s2 * Vector3::z())
     }
 
-    /// Strength of an effect in what the positions' lengths of the force show, beside a gravity that nobody knows \[σ\].
+    /// Strength of an effect in the positions' lengths of the force, given an unknown gravity \[σ\].
     fn strength(&self, effect: &Effect) -> f64 {
         let walked = self.walk_m_s2_sqrt_s * (0.5 * self.length_s()).sqrt();
         let mut shown = Vec::new();
@@ -209,12 +208,12 @@ impl Stood {
             .sqrt()
     }
 
-    /// Returns what is concealed.
+    /// Returns the concealed effects.
     pub fn concealed(&self) -> Vec<Concealed> {
         self.effects.iter().map(Strong::concealed).collect()
     }
 
-    /// Returns programme, rate and what disturbs it in words.
+    /// Returns programme, rate and disturbances in words.
     pub fn conditions(&self) -> Vec<String> {
         let of =
             |has: bool, with: &str, without: &str| (if has { with } else { without }).to_owned();
@@ -237,7 +236,7 @@ impl Stood {
     }
 }
 
-/// What an effect of accelerometers that stand still adds to a force \[m/s²\] (contract).
+/// Error of accelerometers at rest for an effect \[m/s²\] (contract).
 pub fn added_m_s2(effect: &Effect, f: &Vector3<f64>) -> Vector3<f64> {
     Vector3::from_fn(|i, _| {
         let own = effect.value(AXES[i]);
@@ -286,7 +285,7 @@ fn positions(programme: Programme, scatter_m_s2: f64, rng: &mut ChaCha8Rng) -> V
     let count = ups.len();
     let mut all = Vec::with_capacity(count);
     for up in ups {
-        // By hand, to a degree or two.
+        // Placed by hand, to a degree or two.
         let by_hand = Vector3::from_fn(|_, _| 0.02 * normal(rng));
         let about_up = UnitQuaternion::from_scaled_axis(up * (6.0 * rng.random::<f64>()));
         let lies = UnitQuaternion::rotation_between(&Vector3::z(), &up).unwrap_or_else(|| {
@@ -309,7 +308,7 @@ fn positions(programme: Programme, scatter_m_s2: f64, rng: &mut ChaCha8Rng) -> V
     for _ in 0..rng.random_range(0..=2) {
         let place = rng.random_range(0..last);
         let dwell_s = all[place].dwell_s;
-        // Of six positions each is needed.
+        // All of six positions are needed.
         let disturbed = match rng.random_range(0..4) {
             0 if count > 6 => Disturbed::Shaken(log_uniform(rng, 0.05, 0.5)),
             1 if count > 6 => Disturbed::Turning(log_uniform(rng, 0.03, 0.2) / dwell_s),

@@ -1,4 +1,4 @@
-//! A recording of others: its gyros and attitudes, and what the diagnosis says of it as it is.
+//! Others' recording: its gyros and attitudes, and its diagnosis before any injection.
 
 use std::path::Path;
 
@@ -18,30 +18,30 @@ use crate::marks::effects::{AXES, Concealed};
 /// A stamp and its attitude, body to navigation frame.
 pub type Stamp = (f64, UnitQuaternion<f64>);
 
-/// A recording that trials are made of.
+/// Base recording of trials.
 #[derive(Debug)]
 pub struct Base {
-    /// As it was read.
+    /// Recording as read.
     pub recording: Recording,
-    /// Its model.
+    /// Model of the recording.
     pub model: Model,
-    /// The table of the gyros.
+    /// Place of the gyros' table.
     pub gyro_table: usize,
-    /// Time of a row \[s\].
+    /// Period of a row \[s\].
     pub period_s: f64,
-    /// What the gyros measured \[rad by row\].
+    /// Gyro increments \[rad by row\].
     pub sensed_rad: Vec<Vector3<f64>>,
-    /// The same without their bias.
+    /// Gyro increments without their bias.
     pub sensed_motion_rad: Vec<Vector3<f64>>,
-    /// What accelerometers on the gyros' rows measured \[m/s²\], 0 where there are none.
+    /// Specific force on the gyros' rows \[m/s²\], 0 without accelerometers.
     pub force_m_s2: Vec<Vector3<f64>>,
     /// Attitudes, by the reference's own stamps \[s\].
     pub stamps: Vec<Stamp>,
-    /// Those that nothing is said against, as the aligned gyros show them.
+    /// Attitudes of the aligned gyros at the faultless stamps.
     pub by_gyros: Vec<Stamp>,
-    /// What the reference shows beyond that, as rotations of the navigation frame \[rad\].
+    /// Error of the reference against them, as rotations of the navigation frame \[rad\].
     pub errors_rad: Vec<Vector3<f64>>,
-    /// What is said of the recording as it is: what stands, and all that aligns the two instruments.
+    /// Diagnosis of the unmodified recording: its effects, and all alignment parameters.
     pub said: Vec<Concealed>,
 }
 
@@ -49,7 +49,8 @@ impl Base {
     /// Reads a recording with the model in its folder and diagnoses it.
     ///
     /// # Errors
-    /// It is no recording of rates or increments beside attitudes, or the reference is not aligned with the gyros.
+    /// It is no recording of rates or increments with an attitude reference, or the reference is not aligned with the
+    /// gyros.
     pub fn read(folder: &Path) -> Result<Self, InputError> {
         let recording = Recording::read(folder)?;
         let model_file = folder.join(MODEL);
@@ -130,17 +131,17 @@ impl Base {
         Err(InputError::new(folder, problem).expected("a recording that rlg align aligns"))
     }
 
-    /// Time between attitudes \[s\].
+    /// Mean time between attitudes \[s\].
     pub fn stamp_s(&self) -> f64 {
         let (first, last) = (self.by_gyros[0].0, self.by_gyros[self.by_gyros.len() - 1].0);
         (last - first) / (self.by_gyros.len() - 1) as f64
     }
 }
 
-/// Root mean square of what the reference may show beyond the gyros: rotations add up as long as they are small \[rad\].
+/// Largest root mean square of the reference's errors against the gyros \[rad\]: rotations are additive only if small.
 const LARGEST_RAD: f64 = 0.1;
 
-/// The mean of rotations that are near each other, about the first.
+/// Mean of neighbouring rotations, about the first.
 fn mean(all: impl Iterator<Item = UnitQuaternion<f64>> + Clone) -> UnitQuaternion<f64> {
     const ROUNDS: usize = 5;
     let mut about = all.clone().next().unwrap_or_default();
@@ -155,10 +156,10 @@ fn mean(all: impl Iterator<Item = UnitQuaternion<f64>> + Clone) -> UnitQuaternio
     about
 }
 
-/// Times this near are one \[s\].
+/// Largest difference of coinciding times \[s\].
 const AT_ONCE_S: f64 = 1e-6;
 
-/// The numbers that align the reference, as a model has them.
+/// Alignment parameters of the reference, as in a model.
 struct Aligned<'a> {
     model: &'a Model,
     bias_rad_s: Vector3<f64>,
@@ -186,7 +187,7 @@ impl<'a> Aligned<'a> {
         }
     }
 
-    /// The time on the gyros' clock of what the reference stamps with a time \[s\].
+    /// Converts a reference stamp to the gyros' clock \[s\].
     fn on_gyros_s(&self, time_s: f64) -> f64 {
         let late_s =
             number(self.model, "reference_delay", "all") - number(self.model, "gyro_delay", "all");
@@ -194,7 +195,7 @@ impl<'a> Aligned<'a> {
         time_s - late_s - parted * (time_s - self.middle_s)
     }
 
-    /// Whether the reference is wrong at a time \[s\].
+    /// True if the reference has a fault at a time \[s\].
     fn is_wrong(&self, time_s: f64) -> bool {
         let faults = ["reference_spike", "reference_dropout"];
         let mut own = self.model.effects.iter();
@@ -221,7 +222,7 @@ fn number(model: &Model, kind: &str, name: &str) -> f64 {
     effects.filter_map(|effect| real(effect, name)).sum()
 }
 
-/// The values of a quantity about x, y and z; where they were not measured those of the row before.
+/// Values of a quantity about x, y and z; missing ones are replaced by those of the previous row.
 fn triad(table: &Table, quantity: &Quantity) -> Option<Vec<Vector3<f64>>> {
     let [x, y, z] = AXES.map(|axis| table.channel(quantity, axis));
     let channels = [x?, y?, z?];
@@ -237,7 +238,7 @@ fn triad(table: &Table, quantity: &Quantity) -> Option<Vec<Vector3<f64>>> {
     Some((0..table.rows).map(row).collect())
 }
 
-/// Attitudes that were measured, with their times: of uniform rows their ends.
+/// Measured attitudes, with their times: the ends of uniform rows.
 fn stamps(recording: &Recording) -> Option<Vec<Stamp>> {
     let quantity = Quantity::ReferenceAttitude;
     let (table, w) = recording.channel(&quantity, "w")?;
@@ -261,7 +262,7 @@ fn stamps(recording: &Recording) -> Option<Vec<Stamp>> {
     (stamps.len() > 3).then_some(stamps)
 }
 
-/// What is said of a recording: all that aligns the instruments, each number beside all, and its other effects.
+/// Reported effects of a recording: all alignment parameters from the joint fit, and its other effects.
 fn said(diagnosis: &Diagnosis) -> Vec<Concealed> {
     let of = |kind: &str, parameters: &[ParameterEntry]| {
         let each = parameters.iter().map(|parameter| match parameter {

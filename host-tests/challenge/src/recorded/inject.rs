@@ -1,4 +1,4 @@
-//! A reference's own errors laid out anew, and effects on a recording's own gyros.
+//! Permutation of a reference's own errors, and effects on a recording's own gyros.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rand::seq::SliceRandom as _;
@@ -8,12 +8,12 @@ use rlg_simulator::instrument::normal;
 use super::base::Base;
 use crate::marks::effects::{AXES, Effect};
 
-/// Time of a block of errors, and of its ends, which are laid to those of its neighbours \[s\].
+/// Length of a block of errors, and of its ends, which are joined to those of its neighbours \[s\].
 const BLOCK_S: f64 = 6.0;
 const END_S: f64 = 0.3;
 
-/// Lays errors of attitudes out anew: contiguous blocks in another order, each turned by a rotation of its own, so that they go
-/// with no motion any more. Blocks are moved so that the means of their ends meet.
+/// Permutes attitude errors in contiguous blocks, each with a random rotation, so that they are uncorrelated with the
+/// motion (block permutation). Blocks are offset so that the means of their ends are equal.
 pub fn shuffled(
     errors_rad: &[Vector3<f64>],
     stamp_s: f64,
@@ -29,7 +29,7 @@ pub fn shuffled(
     blocks.shuffle(rng);
     let mut all: Vec<Vector3<f64>> = Vec::with_capacity(errors_rad.len());
     for block in blocks {
-        // Four normal numbers point anywhere on the sphere of quaternions.
+        // Four normal numbers give a uniform direction on the unit quaternion sphere.
         let [w, x, y, z] = std::array::from_fn(|_| normal(rng));
         let turn = UnitQuaternion::from_quaternion(nalgebra::Quaternion::new(w, x, y, z));
         let turned: Vec<Vector3<f64>> = block.iter().map(|row| turn * row).collect();
@@ -43,12 +43,12 @@ pub fn shuffled(
     all
 }
 
-/// What an effect adds to what the gyros sense \[rad by row\], by what they measured; nothing of what is the reference's.
+/// Effect on the gyros' increments \[rad by row\], from the measured ones; zero for an effect of the reference.
 pub fn added_rad(effect: &Effect, base: &Base) -> Vec<Vector3<f64>> {
     let motion = &base.sensed_motion_rad;
     let (period_s, rows) = (base.period_s, motion.len());
     let pair = |gyro: usize, other: usize| effect.value(&format!("{}{}", AXES[gyro], AXES[other]));
-    // Sign and axis that a gyro senses when it tilts about another (physics.md, 1).
+    // Sign and axis sensed by a gyro tilted about another axis (physics.md, 1).
     let tilts = |gyro: usize| {
         let others = (0..3).filter(move |about| *about != gyro);
         others.map(move |about| {
@@ -101,7 +101,7 @@ pub fn added_rad(effect: &Effect, base: &Base) -> Vec<Vector3<f64>> {
     }
 }
 
-/// Rate of change of increments \[rad by row and second\], by central differences of the fourth order.
+/// Derivative of increments \[rad per row and second\], by central differences of the fourth order.
 fn growth(motion_rad: &[Vector3<f64>], period_s: f64) -> Vec<Vector3<f64>> {
     let last = motion_rad.len() - 1;
     let across = |row: usize, by: usize| {

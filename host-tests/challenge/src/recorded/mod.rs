@@ -1,13 +1,13 @@
-//! A recording of others beside attitudes as the ground of trials: its own noise without its physics, or its own gyros with an
-//! effect more.
+//! Others' recording with an attitude reference as the base of trials: its own noise without its physics, or its own gyros
+//! with an additional effect.
 //!
-//! the attitude by its gyros (`path`) → the recording, what is said of it as it is, and what its reference shows beyond the
-//! aligned gyros (`base`) → what is planted (`planted`) → those errors in blocks, permuted and turned, or an effect on its
-//! gyros (`inject`) → the recording of a trial (`record`)
+//! attitude by its gyros (`path`) → the recording, its diagnosis, and its reference's error against the aligned gyros
+//! (`base`) → injected effects (`planted`) → those errors in blocks, permuted and rotated, or an effect on its gyros
+//! (`inject`) → recording of a trial (`record`)
 //!
-//! The equations are written from the contract; the diagnosis gives the numbers that align the two instruments and the times
-//! at which the reference is wrong, and nothing else. Errors are laid on the reference: it is the noisier of the two, and
-//! columns are made of the gyros.
+//! The equations are written from the contract; the diagnosis provides only the alignment parameters of the two instruments
+//! and the times of reference faults. Errors are added to the reference: it is the noisier of the two, and columns are
+//! computed from the gyros.
 
 pub mod base;
 pub mod inject;

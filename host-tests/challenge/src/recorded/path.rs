@@ -1,11 +1,11 @@
-//! The attitude that gyros show by themselves.
+//! Attitude integrated from the gyros alone.
 //!
-//! A row turns the body by the angle that its rates add up to and the coning of adjacent rows (Savage 1998, eq. 33); within a
-//! row a cubic spline of the sums says how far it has turned.
+//! A row rotates the body by the integral of its rates and the coning of adjacent rows (Savage 1998, eq. 33); within a row
+//! the angle is interpolated by a cubic spline of the sums.
 
 use nalgebra::{UnitQuaternion, Vector3};
 
-/// Attitudes from increments; that at the start is none.
+/// Attitudes from increments, starting from the identity.
 #[derive(Debug)]
 pub struct GyroPath {
     start_s: f64,
@@ -40,7 +40,7 @@ impl GyroPath {
         }
     }
 
-    /// The attitude at a time \[s\]; `None` outside the record.
+    /// Attitude at a time \[s\]; `None` outside the record.
     pub fn at(&self, time_s: f64) -> Option<UnitQuaternion<f64>> {
         let place = (time_s - self.start_s) / self.period_s;
         let last = self.nodes.len() - 1;
@@ -57,7 +57,7 @@ impl GyroPath {
     }
 }
 
-/// A natural cubic spline over whole numbers.
+/// Natural cubic spline over integers.
 #[derive(Debug)]
 struct Spline {
     values: Vec<f64>,
@@ -68,7 +68,7 @@ struct Spline {
 impl Spline {
     fn new(values: Vec<f64>) -> Self {
         let last = values.len() - 1;
-        // Elimination forwards, then backwards, of a matrix of three diagonals: 1, 4, 1.
+        // Thomas algorithm for a tridiagonal matrix: 1, 4, 1.
         let (mut above, mut right) = (vec![0.0; last + 1], vec![0.0; last + 1]);
         for k in 1..last {
             let curved = 6.0 * (values[k + 1] - 2.0 * values[k] + values[k - 1]);
@@ -82,7 +82,7 @@ impl Spline {
         Self { values, bends }
     }
 
-    /// The value a share of the way from one number to the next.
+    /// Value at a fraction of the way from one integer to the next.
     fn at(&self, from: usize, share: f64) -> f64 {
         let bend = |share: f64| (share.powi(3) - share) / 6.0;
         (1.0 - share) * self.values[from]

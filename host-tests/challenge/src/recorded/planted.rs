@@ -1,4 +1,4 @@
-//! What is planted into a recording: nothing, or an effect of half, once or twice its size.
+//! Effects injected into others' recording: nothing, or an effect of half, once or twice its size.
 
 use std::collections::BTreeMap;
 
@@ -19,18 +19,18 @@ const SIZES: [(&str, f64); 5] = [
     ("axis_flexure", 1e-3),
 ];
 
-/// Shares of a size, with their words.
+/// Shares of a size, with their names.
 const SHARES: [(f64, &str); 3] = [(0.5, "_half"), (1.0, ""), (2.0, "_double")];
 
-/// What a trial plants.
+/// Injected effect of a trial.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Planted(Option<(&'static str, f64, &'static str)>);
 
-/// Number of different plantings: the first plants nothing.
+/// Number of different injections: the first is nothing.
 pub const COUNT: u64 = 1 + (SIZES.len() * SHARES.len()) as u64;
 
 impl Planted {
-    /// Returns what the trial of a number plants, again and again.
+    /// Returns the injection of a trial's number, repeated in turn.
     pub fn of(number: u64) -> Self {
         let Some(place) = (number % COUNT).checked_sub(1) else {
             return Self(None);
@@ -41,14 +41,14 @@ impl Planted {
         Self(Some((kind, share * size, word)))
     }
 
-    /// Returns its name in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> String {
         self.0
             .map_or("none".to_owned(), |(kind, _, word)| format!("{kind}{word}"))
     }
 
-    /// Draws the effect: a scale error of one gyro, a delay, axes of two gyros that are not square to each other, a bias by force
-    /// along one axis, or flexure of one gyro about one axis: what all share is a filter.
+    /// Draws the effect: a scale error of one gyro, a delay, non-orthogonal axes of two gyros, a g-dependent bias along one
+    /// axis, or flexure of one gyro about one axis. Flexure common to all gyros would act as a filter.
     pub fn effect(self, rng: &mut ChaCha8Rng) -> Option<Effect> {
         let (kind, size, _) = self.0?;
         let one = |name: &str, value: f64| BTreeMap::from([(name.to_owned(), value)]);
@@ -57,7 +57,7 @@ impl Planted {
             "reference_delay" => one("all", size * sign(rng)),
             "gyro_g_bias" => one(one_of(rng, NINE), size * sign(rng)),
             "axis_flexure" => one(one_of(rng, SIX), size * sign(rng)),
-            // Each of two gyros senses the other's axis by as much: of a tilt about the third axis the signs differ.
+            // Each of two gyros senses the other's axis equally: as tilts about the third axis the signs differ.
             _ => {
                 let about = rng.random_range(0..3);
                 let tilt = size * sign(rng);

@@ -1,4 +1,4 @@
-//! The recording of a trial: a recording of others with its reference's errors laid out anew, or with an effect more.
+//! Recording of a trial: others' recording with its reference's errors permuted, or with an additional effect.
 
 use std::sync::Arc;
 
@@ -14,19 +14,19 @@ use super::planted::Planted;
 use crate::marks::effects::{AXES, Effect};
 use crate::marks::instruments::attitudes;
 
-/// What is recorded once more.
+/// Drawn trial of others' recording.
 #[derive(Debug, Clone)]
 pub struct Recorded {
-    /// The recording.
+    /// Base recording.
     pub base: Arc<Base>,
-    /// What is planted.
+    /// Injected kind.
     pub planted: Planted,
-    /// The effect.
+    /// Injected effect.
     pub effect: Option<Effect>,
 }
 
 impl Recorded {
-    /// Draws what the trial of a number records.
+    /// Draws the recording of a trial's number.
     pub fn draw(number: u64, base: &Arc<Base>, rng: &mut ChaCha8Rng) -> Self {
         let planted = Planted::of(number);
         Self {
@@ -36,7 +36,7 @@ impl Recorded {
         }
     }
 
-    /// Returns the recording's name and length in words.
+    /// Returns name and length of the recording in words.
     pub fn conditions(&self) -> Vec<String> {
         let base = &self.base;
         let length_s = base.sensed_rad.len() as f64 * base.period_s;
@@ -47,7 +47,7 @@ impl Recorded {
     }
 }
 
-/// Makes a trial's recording and the model that goes with it.
+/// Makes the recording of a trial and its model.
 pub fn record(drawn: &Recorded, noise_seed: u64) -> (Recording, Model) {
     let base = &*drawn.base;
     let mut recording = base.recording.clone();
@@ -61,7 +61,7 @@ pub fn record(drawn: &Recorded, noise_seed: u64) -> (Recording, Model) {
                 &sensed_rad,
                 base.period_s,
             );
-            // A reference that is late stamps later.
+            // A reference delay shifts the stamps.
             let late_s = match effect.kind {
                 "reference_delay" => effect.value("all"),
                 _ => 0.0,
@@ -69,7 +69,7 @@ pub fn record(drawn: &Recorded, noise_seed: u64) -> (Recording, Model) {
             let late = |(time_s, attitude): &Stamp| (time_s + late_s, *attitude);
             base.stamps.iter().map(late).collect()
         }
-        // The gyros' own motion, with the reference's own errors, which go with no motion.
+        // Motion of the gyros, with the reference's own errors decorrelated from it.
         None => {
             let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
             let errors_rad = shuffled(&base.errors_rad, base.stamp_s(), &mut rng);
@@ -90,7 +90,7 @@ pub fn record(drawn: &Recorded, noise_seed: u64) -> (Recording, Model) {
     (recording, base.model.clone())
 }
 
-/// Writes what the gyros measure into their channels; what was not measured stays so.
+/// Writes gyro increments into their channels; missing values stay missing.
 fn read(table: &mut Table, sensed_rad: &[Vector3<f64>], period_s: f64) {
     for channel in &mut table.channels {
         let unit = match channel.quantity {

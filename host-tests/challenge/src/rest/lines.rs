@@ -13,7 +13,7 @@ use crate::marks::setting::log_uniform;
 /// Matched-filter SNR of lines.
 const STRENGTHS: [f64; 2] = [12.0, 300.0];
 
-/// Resolutions that two lines are apart at least.
+/// Least distance of two lines \[resolutions\].
 const APART: f64 = 10.0;
 
 /// A steady line: amplitudes of the rows' means \[rad/s\] and phases \[rad\], x y z.
@@ -31,14 +31,14 @@ pub struct Line {
     pub rho: f64,
 }
 
-/// What lines are drawn for.
+/// Limits of the drawn lines.
 #[derive(Debug, Clone, Copy)]
 pub struct Room {
-    /// Rows a second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// The gyros' angle random walk \[rad/√s\].
+    /// Angle random walk of the gyros \[rad/√s\].
     pub walk_rad_sqrt_s: [f64; 3],
 }
 
@@ -47,12 +47,12 @@ impl Room {
         self.rows as f64 / self.rate_hz
     }
 
-    /// Returns the frequencies that rows show \[Hz\].
+    /// Returns the observable frequency band \[Hz\].
     fn band_hz(&self) -> [f64; 2] {
         [APART / self.length_s(), 0.45 * self.rate_hz]
     }
 
-    /// Draws the lines that are planted; `None` where they would lie on one another or outside what rows show.
+    /// Draws the injected lines; `None` if they overlap or are outside the band.
     pub fn lines(&self, planted: Planted, rng: &mut ChaCha8Rng) -> Option<Vec<Line>> {
         let lines = match planted {
             Planted::Line => vec![self.line(true, rng)],
@@ -78,7 +78,7 @@ impl Room {
         (is_shown && are_apart).then_some(lines)
     }
 
-    /// Two lines of all gyros and on one gyro c sin a sin b = c/2 (sin(a − b + π/2) + sin(a + b − π/2)).
+    /// Draws two lines of all gyros and, on one gyro, c sin a sin b = c/2 (sin(a − b + π/2) + sin(a + b − π/2)).
     fn product(&self, rng: &mut ChaCha8Rng) -> Vec<Line> {
         let [first, second] = [self.line(false, rng), self.line(false, rng)];
         let mut sum = self.line(true, rng);
@@ -122,7 +122,7 @@ impl Room {
 }
 
 impl Line {
-    /// Returns it as it is committed to.
+    /// Converts the line to its form in the commitment.
     pub fn concealed(&self) -> Concealed {
         let resolution = ("resolution_hz".to_owned(), Value::from(self.resolution_hz));
         let frequency = ("frequency_hz".to_owned(), Value::from(self.frequency_hz));
@@ -138,7 +138,7 @@ impl Line {
     }
 }
 
-/// Returns numbers x, y, z by name.
+/// Returns the parameters x, y, z by name.
 pub fn numbers(values: [f64; 3]) -> impl Iterator<Item = (String, Value)> {
     (0..3).map(move |axis| (AXES[axis].to_owned(), Value::from(values[axis])))
 }

@@ -1,6 +1,6 @@
 //! Recordings of units at rest on the Earth: nothing, one effect, lines, or noise that the model does not declare.
 //!
-//! what is planted (`planted`, `lines`) → trials (`trial`) → recordings (`record`)
+//! injected effects (`planted`, `lines`) → trials (`trial`) → recordings (`record`)
 
 pub mod lines;
 pub mod planted;

@@ -1,10 +1,10 @@
-//! What is planted at rest, and how often.
+//! Effects injected at rest, and their frequency.
 
 use serde::{Deserialize, Serialize};
 
 use crate::marks::setting::name_of;
 
-/// What a recording conceals.
+/// Injected effect of a recording.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, Deserialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Planted {
@@ -20,7 +20,7 @@ pub enum Planted {
     ProductOfLines,
     /// A step of the bias of one gyro or of two.
     GyroBiasStep,
-    /// A bias by temperature, while the unit warms up.
+    /// A temperature-dependent bias, during warm-up.
     GyroBiasTemperature,
     /// Pulses coarser than those of the model.
     PulseQuantisation,
@@ -28,11 +28,11 @@ pub enum Planted {
     AngleRandomWalk,
     /// Bias instability that the model does not declare.
     Flicker,
-    /// A random walk of rate that the model does not declare.
+    /// A rate random walk that the model does not declare.
     RateRandomWalk,
 }
 
-/// What is planted by the trial's number, again and again.
+/// Injected effects by the trial's number, repeated in turn.
 pub const CYCLE: [Planted; 15] = {
     use Planted::{
         AngleRandomWalk, Flicker, GyroBias, GyroBiasStep, GyroBiasTemperature, Line, Lines, None,
@@ -58,12 +58,12 @@ pub const CYCLE: [Planted; 15] = {
 };
 
 impl Planted {
-    /// Returns what the trial of a number plants.
+    /// Returns the injected effect of a trial's number.
     pub fn of(number: u64) -> Self {
         CYCLE[(number % CYCLE.len() as u64) as usize]
     }
 
-    /// Returns its name in tables.
+    /// Returns the name in tables.
     pub fn name(self) -> String {
         name_of(&self)
     }

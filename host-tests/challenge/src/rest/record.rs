@@ -1,4 +1,4 @@
-//! The recording of a trial at rest, and its model.
+//! Recording of a trial at rest, and its model.
 
 use std::f64::consts::PI;
 
@@ -11,7 +11,7 @@ use super::trial::Still;
 use crate::marks::effects::Perturbation;
 use crate::marks::instruments::{graded, recording, sensed_rad, table, thermometers};
 
-/// Makes a trial's recording and the model that goes with it.
+/// Makes the recording of a trial and its model.
 pub fn record(drawn: &Still, noise_seed: u64) -> (Recording, Model) {
     let mut rng = ChaCha8Rng::seed_from_u64(noise_seed);
     let case = drawn.case();

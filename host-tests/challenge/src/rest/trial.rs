@@ -1,4 +1,4 @@
-//! A recording of a unit at rest, drawn.
+//! Recording of a unit at rest, drawn.
 
 use std::collections::BTreeMap;
 
@@ -19,41 +19,41 @@ use crate::marks::motion::{Motion, Term};
 use crate::marks::noise::{Drift, Levels, Weighting, dct};
 use crate::marks::setting::{Limits, draw_strength, log_uniform, one_of, shown, sign};
 
-/// Rows a second \[Hz\].
+/// Row rates \[Hz\].
 const RATES_HZ: [f64; 4] = [10.0, 50.0, 100.0, 200.0];
 
-/// Shortest and longest \[s\].
+/// Shortest and longest recording \[s\].
 const LENGTH_S: [f64; 2] = [60.0, 1200.0];
 
-/// Standard deviations of a bias.
+/// Range of an injected bias \[σ\].
 const BIASES: [f64; 2] = [5.0, 1e4];
 
-/// A recording, drawn.
+/// Drawn recording.
 #[derive(Debug, Clone)]
 pub struct Still {
-    /// What is planted.
+    /// Injected kind.
     pub planted: Planted,
-    /// How good the gyros are.
+    /// Grade of the gyros.
     pub grade: Grade,
-    /// Rows a second \[Hz\].
+    /// Row rate \[Hz\].
     pub rate_hz: f64,
-    /// Rows.
+    /// Number of rows.
     pub rows: usize,
-    /// Where it stands.
+    /// Site of the unit.
     pub site: Site,
-    /// How it lies: body from north, west, up.
+    /// Attitude: body from north, west, up.
     pub body_from_level: UnitQuaternion<f64>,
     /// Noise of each gyro.
     pub levels: [Levels; 3],
-    /// The gyros' angle random walk that the model declares \[rad/√s\].
+    /// Angle random walk declared by the model \[rad/√s\].
     pub declared_walk_rad_sqrt_s: Option<[f64; 3]>,
-    /// The pulse weight \[rad\].
+    /// Pulse weight \[rad\].
     pub pulse_rad: f64,
-    /// That of the model \[rad\].
+    /// Pulse weight in the model \[rad\].
     pub declared_pulse_rad: f64,
-    /// Constants that the model knows.
+    /// Constants known to the model.
     pub unit: Unit,
-    /// Warming of the blocks, where thermometers are recorded.
+    /// Warming of the blocks, if thermometers are recorded.
     pub warming: Option<[Warming; 3]>,
     /// Effects.
     pub effects: Vec<Strong>,
@@ -62,10 +62,9 @@ pub struct Still {
 }
 
 impl Still {
-    /// Draws what the trial of a number records.
+    /// Draws the recording of a trial's number.
     ///
-    /// # Errors
-    /// No unit has what is planted.
+    /// # Errors No drawn unit shows the injected effect.
     pub fn draw(number: u64, limits: &Limits, rng: &mut ChaCha8Rng) -> Result<Self, InputError> {
         let planted = Planted::of(number);
         shown(&planted.name(), || Self::attempt(planted, limits, rng))
@@ -119,13 +118,13 @@ impl Still {
         Some(drawn)
     }
 
-    /// Draws effects and lines; `None` where no unit of the grade has them.
+    /// Draws effects and lines; `None` if not credible for the grade.
     fn plant(&mut self, rng: &mut ChaCha8Rng) -> Option<()> {
         let length_s = self.rows as f64 / self.rate_hz;
         match self.planted {
             Planted::GyroBias => {
                 let direction = Vector3::from_fn(|_, _| normal(rng)).normalize();
-                // What lies to the east turns the Earth's rotation and shows only to second order.
+                // An east component acts like a rotation of the Earth rate, and is observable only to second order.
                 let east = self.body_from_level * -Vector3::y();
                 let pattern = by_axis("gyro_bias", direction);
                 let shown = by_axis("gyro_bias", direction - east * east.dot(&direction));
@@ -170,8 +169,8 @@ impl Still {
         Some(())
     }
 
-    /// Scales `pattern` so that `shown` of it has a strength, beside a bias where it is none itself; `None` where no unit of
-    /// the grade is so.
+    /// Scales `pattern` so that its part `shown` has a strength, given a bias unless it is one itself; `None` if the size
+    /// is not credible for the grade.
     fn scaled(&self, pattern: &Effect, shown: &Effect, rho: f64) -> Option<Strong> {
         let case = self.case();
         let sensing_from_body = self.unit.sensing_from_body();
@@ -190,13 +189,13 @@ impl Still {
             })
             .sum();
         let effect = pattern.scaled(rho / power.sqrt());
-        // A bias may be gross: the recorder's, not the gyro's.
+        // A bias may be gross: an error of the recorder, not of the gyro.
         let is_credible = self.planted == Planted::GyroBias
             || effect.largest() <= self.grade.largest(effect.kind);
         is_credible.then_some(Strong { effect, rho })
     }
 
-    /// Returns what the instruments are exposed to: the Earth's rotation, gravity, warming.
+    /// Returns the input of the instruments: the Earth's rotation, gravity, warming.
     pub fn case(&self) -> Case {
         let period_s = 1.0 / self.rate_hz;
         let (sin, cos) = self.site.latitude_rad.sin_cos();
@@ -224,7 +223,7 @@ impl Still {
         }
     }
 
-    /// Returns what is concealed.
+    /// Returns the concealed effects.
     pub fn concealed(&self) -> Vec<Concealed> {
         let mut all: Vec<Concealed> = self.effects.iter().map(Strong::concealed).collect();
         all.extend(self.lines.iter().map(Line::concealed));
@@ -232,8 +231,8 @@ impl Still {
         all
     }
 
-    /// Returns noise that the model leaves out and the contract has a kind for; its strength is what the power of all rows
-    /// grows by, over the spread of that power.
+    /// Returns undeclared noise of a kind in the contract; its strength is the increase of the rows' power over the
+    /// standard deviation of that power.
     fn concealed_noise(&self) -> Option<Concealed> {
         let declared = self.declared_walk_rad_sqrt_s.unwrap_or_default();
         let excess = |axis: usize| {
@@ -258,7 +257,7 @@ impl Still {
         })
     }
 
-    /// Returns grade, rate, length and what is declared in words.
+    /// Returns grade, rate, length and declarations in words.
     pub fn conditions(&self) -> Vec<String> {
         let of =
             |has: bool, with: &str, without: &str| (if has { with } else { without }).to_owned();

@@ -1,4 +1,4 @@
-//! Which errors still positions can show: the kinds of accelerometers by what they add to the length of the force.
+//! Errors observable in still positions: the accelerometer kinds, by their effect on the length of the specific force.
 
 use nalgebra::Vector3;
 use rlg_findings::result::UNLISTED;
@@ -9,32 +9,32 @@ use rlg_signal::axes::AXES;
 use crate::candidates::{EVERYDAY, ONE_AXIS, SHARED};
 use crate::kinds::{KINDS, Kind};
 
-/// A column of the record.
+/// Design column.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Column {
     /// u_i: a bias.
     Bias(usize),
     /// u_i f_i: a scale error.
     Scale(usize),
-    /// u_i f_j: what is not perpendicular between axes i and j.
+    /// u_i f_j: non-orthogonality of axes i and j.
     Skew(usize, usize),
-    /// u_i f_i²: a square.
+    /// u_i f_i²: a quadratic error.
     Quadratic(usize),
-    /// u_i |f_i|: upwards another scale than downwards.
+    /// u_i |f_i|: an asymmetric scale error.
     Size(usize),
     /// u_i f_i |f_i|.
     Signed(usize),
-    /// u_i f_i³: a cube.
+    /// u_i f_i³: a cubic error.
     Cube(usize),
-    /// u_i t: a bias that grows with time.
+    /// u_i t: a bias that drifts linearly in time.
     Time(usize),
-    /// u_i ΔT: a bias that grows with temperature.
+    /// u_i ΔT: a bias linear in temperature.
     Warming(usize),
-    /// 1 in one position.
+    /// 1 in one position, 0 in the others.
     Position(usize),
 }
 
-/// What columns are made of, by position.
+/// Regressors of the columns, by position.
 pub struct MadeOf<'a> {
     /// Force \[m/s²\].
     pub force_m_s2: &'a [Vector3<f64>],
@@ -45,7 +45,7 @@ pub struct MadeOf<'a> {
 }
 
 impl Column {
-    /// Its values by position \[m/s² per unit of the effect\].
+    /// Values by position \[m/s² per unit of the effect\].
     pub fn values(self, made_of: &MadeOf) -> Vec<f64> {
         let places = 0..made_of.force_m_s2.len();
         let value = |place: usize| {
@@ -67,7 +67,7 @@ impl Column {
         places.map(value).collect()
     }
 
-    /// Its name in expressions, and the accelerometer that it acts on.
+    /// Name in expressions, and the accelerometer of the column.
     pub fn expression(self) -> Option<(usize, String)> {
         let of = |i: usize| AXES[i];
         match self {
@@ -88,17 +88,17 @@ pub struct Candidate {
     pub kind: &'static str,
     /// Column of each parameter.
     pub columns: Vec<Column>,
-    /// What the search sees.
+    /// Hypothesis of the structure search.
     pub hypothesis: Hypothesis,
 }
 
 impl Candidate {
-    /// The kind's row; `None` of what has no name.
+    /// Row of the kind; `None` for an unlisted one.
     pub fn row(&self) -> Option<&'static Kind> {
         KINDS.iter().find(|kind| kind.kind == self.kind)
     }
 
-    /// The position that it is about alone.
+    /// Position, if the candidate is an offset of one position.
     pub fn position(&self) -> Option<usize> {
         match self.columns[..] {
             [Column::Position(place)] => Some(place),
@@ -106,9 +106,10 @@ impl Candidate {
         }
     }
 
-    /// The contract's numbers that have these sizes: names with values.
+    /// Contract parameters for these sizes: names with values.
     ///
-    /// Of two tilts the length shows the difference alone, δ_ik − δ_jk with (i, j, k) cyclic, which is shared out in equal parts.
+    /// The length is sensitive only to the difference of two tilts, δ_ik − δ_jk with (i, j, k) cyclic, which is split into
+    /// equal parts.
     pub fn numbers(&self, sizes: &[f64]) -> Vec<(String, f64)> {
         let each = self.columns.iter().zip(sizes);
         each.flat_map(|(column, size)| {
@@ -119,7 +120,7 @@ impl Candidate {
         .collect()
     }
 
-    /// The same as an effect of a model.
+    /// Model effect with these sizes.
     pub fn effect(&self, sizes: &[f64]) -> ModelEffect {
         let numbers = self.numbers(sizes).into_iter();
         ModelEffect {
@@ -131,7 +132,7 @@ impl Candidate {
     }
 }
 
-/// Names of the contract's numbers that a column's size is the sum of, with signs; of what has no name its size.
+/// Contract parameters, with signs, whose sum is a column's size; for an unlisted column its size.
 pub fn names(column: Column) -> Vec<(String, f64)> {
     match column {
         Column::Skew(i, j) => {
@@ -146,7 +147,7 @@ pub fn names(column: Column) -> Vec<(String, f64)> {
     }
 }
 
-/// Columns of a kind that still positions show; none of one that needs motion.
+/// Columns of a kind in still positions; empty for a kind that needs motion.
 fn columns_of(kind: &str) -> Vec<Column> {
     match kind {
         "accel_bias" => (0..3).map(Column::Bias).collect(),
@@ -157,12 +158,12 @@ fn columns_of(kind: &str) -> Vec<Column> {
     }
 }
 
-/// Whether still positions show a kind at all.
+/// True if a kind is observable in still positions.
 pub fn shows(kind: &Kind) -> bool {
     !columns_of(kind.kind).is_empty()
 }
 
-/// Every candidate over `columns`, which are gathered, kinds in `left_out` excepted.
+/// Lists the candidates, kinds in `left_out` excepted, and collects their columns in `columns`.
 pub fn candidates(
     (positions, is_warmed): (usize, bool),
     left_out: &[&str],
@@ -259,7 +260,7 @@ mod tests {
     use super::*;
     use crate::positions::errors::Errors;
 
-    /// |f + e| − |f| of the contract's equations against columns times sizes, for each number alone.
+    /// |f + e| − |f| of the contract's equations against columns times sizes, for each parameter alone.
     #[test]
     fn columns_are_what_errors_add_to_the_length() {
         let force = [Vector3::new(3.0, -8.0, 4.5), Vector3::new(-6.0, 2.0, 7.0)];

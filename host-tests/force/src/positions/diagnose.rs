@@ -1,4 +1,4 @@
-//! The flow of a diagnosis by still positions, where nothing but gravity is a reference.
+//! Diagnosis of accelerometers in still positions, with gravity as the only reference.
 
 use std::ops::Range;
 
@@ -19,13 +19,13 @@ use super::still::{self, Position};
 use crate::plan::ForcePlan;
 use crate::positions_plan::PositionPlan;
 
-/// What still positions showed.
+/// Result of the diagnosis of still positions.
 pub struct Diagnosed {
     /// Name of the recording.
     pub recording: String,
     /// The model that was diagnosed.
     pub model: Model,
-    /// Where the recording has gyros, that nothing tells their motion.
+    /// The recording has gyros, but no reference for their motion.
     pub has_gyros: bool,
     /// Rows of the accelerometers.
     pub rows: Rows,
@@ -33,19 +33,19 @@ pub struct Diagnosed {
     pub block_rows: usize,
     /// All positions.
     pub positions: Vec<Position>,
-    /// Directions of gravity that differ.
+    /// Number of distinct directions of gravity.
     pub attitudes: usize,
-    /// Stretches that were held and not still.
+    /// Stretches that were held but not still.
     pub restless: Vec<Range<usize>>,
-    /// Places of the positions that are fitted, and of those that only test.
+    /// Places of the fitted positions, and of the held-out ones.
     pub fitted: Vec<usize>,
     /// See `fitted`.
     pub tested: Vec<usize>,
-    /// What is known of all positions.
+    /// Measurements of all positions.
     pub observed: Observed,
-    /// What was searched on the fitted ones.
+    /// Result of the search on the fitted positions.
     pub found: Found,
-    /// The numbers of the analysis.
+    /// Settings of the analysis.
     pub plan: ForcePlan,
     /// Kinds taken out of the catalogue.
     pub left_out: Vec<String>,
@@ -53,8 +53,8 @@ pub struct Diagnosed {
     pub seed: u64,
 }
 
-/// Whether a recording is one of still positions: accelerometers without a reference, and where there are gyros, at least
-/// as many attitudes as tell a unit that was moved from one at rest.
+/// True for a recording of still positions: accelerometers without a reference and, if there are gyros, at least as many
+/// attitudes as distinguish a moved unit from one at rest.
 pub fn serves(recording: &Recording) -> bool {
     let has = |quantity: &Quantity| {
         let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
@@ -95,7 +95,7 @@ fn rows_of(recording: &Recording) -> Result<Rows, String> {
     Rows::new(recording, clock.unwrap_or((1.0, 0.0, 0)))
 }
 
-/// Attitudes that differ among positions.
+/// Number of distinct attitudes among positions.
 fn attitudes(positions: &[Position], plan: &PositionPlan) -> usize {
     let mut all: Vec<Vector3<f64>> = Vec::new();
     for one in positions {
@@ -113,7 +113,7 @@ fn attitudes(positions: &[Position], plan: &PositionPlan) -> usize {
 /// Diagnoses accelerometers by the still positions of a recording.
 ///
 /// # Errors
-/// There are no three accelerometers on one clock, or what they show is no gravity.
+/// There are no three accelerometers on one clock, or their mean force is not gravity.
 pub fn diagnose(
     settings: &Settings,
     recording: &Recording,
@@ -146,7 +146,7 @@ pub fn diagnose(
         .accelerometer
         .as_ref()
         .map_or([0.0; 3], |accelerometer| accelerometer.scale_error);
-    // What is no gravity is no position: a unit held by a crane, or in free fall.
+    // Stretches without gravity's force are no positions: a unit held by a crane, or in free fall.
     let [gravity, _] = gravity_m_s2;
     let force_m_s2 = |one: &Position| known.undone_m_s2(&one.mean_m_s2(), scale_error).norm();
     let first_m_s2 = positions.first().map(force_m_s2);
@@ -194,7 +194,7 @@ pub fn diagnose(
     Ok(diagnosed.outcome())
 }
 
-/// The outcome of a recording whose unit stood in too few attitudes.
+/// Outcome of a recording with the unit in too few attitudes.
 fn not_moved(
     recording: &Recording,
     model: &Model,
@@ -214,10 +214,10 @@ fn not_moved(
     }
 }
 
-/// What to record next where nothing is confused.
+/// Next experiment if nothing is confounded.
 pub(super) const NEXT: &str = "Hold the unit still in 18 positions or more, ten seconds each: every axis up and down, and between two axes by 45 degrees.";
 
-/// Warming of each block at each position since the first \[K\]; `None` where a thermometer is missing there.
+/// Warming of each block at each position since the first \[K\]; `None` if a thermometer has no sample there.
 fn warming_k(
     recording: &Recording,
     rows: &Rows,

@@ -1,10 +1,10 @@
-//! What errors of accelerometers make of a force, and back: the contract's equations for a unit that stands still.
+//! Accelerometer errors applied to a specific force, and their inverse: the contract's equations for a unit at rest.
 
 use nalgebra::Vector3;
 use rlg_model::{Model, ModelEffect};
 use rlg_signal::axes::AXES;
 
-/// Errors of three accelerometers that stand still: a delay and lever arms show nothing there.
+/// Errors of three accelerometers at rest, where delays and lever arms have no effect.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Errors {
     /// b_i \[m/s²\].
@@ -18,7 +18,7 @@ pub struct Errors {
 }
 
 impl Errors {
-    /// Those of a model's effects, and the bias that the model gives its accelerometers.
+    /// Errors of a model's effects, and the model's accelerometer bias.
     pub fn of_model(model: &Model) -> Self {
         let mut errors = Self::default();
         if let Some(accelerometer) = &model.accelerometer {
@@ -30,7 +30,7 @@ impl Errors {
         errors
     }
 
-    /// Adds an effect; others than those of accelerometers change nothing.
+    /// Adds an effect; effects other than those of accelerometers are ignored.
     pub fn add(&mut self, effect: &ModelEffect) {
         for (i, axis) in AXES.iter().enumerate() {
             let own = effect.number(axis);
@@ -48,7 +48,7 @@ impl Errors {
         }
     }
 
-    /// The sum of both.
+    /// Sum of two sets of errors.
     pub fn plus(&self, more: &Self) -> Self {
         let sum = |a: [f64; 3], b: [f64; 3]| [0, 1, 2].map(|i: usize| a[i] + b[i]);
         Self {
@@ -59,7 +59,7 @@ impl Errors {
         }
     }
 
-    /// What they add to a force \[m/s²\], x y z.
+    /// Error of a measured force \[m/s²\], x y z.
     pub fn added_m_s2(&self, force_m_s2: &Vector3<f64>) -> Vector3<f64> {
         Vector3::from_fn(|i, _| {
             let (j, k) = ((i + 1) % 3, (i + 2) % 3);
@@ -70,9 +70,10 @@ impl Errors {
         })
     }
 
-    /// The force of which accelerometers with these errors and a scale error of the model make a reading \[m/s²\].
+    /// Specific force that accelerometers with these errors and the model's scale error measure as `read_m_s2` \[m/s²\]
+    /// (fixed-point iteration).
     pub fn undone_m_s2(&self, read_m_s2: &Vector3<f64>, scale_error: [f64; 3]) -> Vector3<f64> {
-        /// Errors of a twentieth fall below rounding.
+        /// Errors of a twentieth converge to below rounding.
         const STEPS: usize = 14;
         let read = Vector3::from_fn(|i, _| read_m_s2[i] * (1.0 - scale_error[i]));
         (0..STEPS).fold(read, |force, _| read - self.added_m_s2(&force))

@@ -1,4 +1,4 @@
-//! Findings of still positions in the terms of `diagnosis.json`. µg where people read.
+//! Findings of still positions in the terms of `diagnosis.json`. µg in text.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
@@ -22,11 +22,11 @@ use super::errors::Errors;
 use crate::findings::DRIFT;
 use crate::prediction::channel_name;
 
-/// Channel of what is compared with gravity.
+/// Channel of the force's length, which is compared with gravity.
 const LENGTH: &str = "force_length";
 
 impl Diagnosed {
-    /// Everything that was found, as entries, in words and in the model.
+    /// All findings, as entries, in words and in the model.
     pub fn outcome(&self) -> Outcome {
         let places = 0..self.found.named.len();
         let effects: Vec<EffectEntry> = places.map(|place| self.effect(place)).collect();
@@ -81,7 +81,7 @@ impl Diagnosed {
         }
     }
 
-    /// The candidate that a finding is named after.
+    /// Candidate that a finding is named after.
     pub(super) fn candidate(&self, place: usize) -> &Candidate {
         &self.found.candidates[self.found.headlines[place]]
     }
@@ -98,8 +98,8 @@ impl Diagnosed {
         &self.found.named_fit.estimate.as_slice()[self.block(place)]
     }
 
-    /// Whether the scatter that is left between positions is so far beyond what drifts within them that it is none: its chance under
-    /// what is known of it before, an inverse χ² with as many degrees of freedom as positions' worth is known.
+    /// True if the residual scatter between positions is implausibly large against its prior, an inverse χ² centred on the
+    /// drift within positions with `scatter_known` degrees of freedom.
     pub(super) fn is_scatter_incredible(&self) -> bool {
         let found = &self.found;
         let scatter_m2_s4 = found.named_fit.levels[0].angle * found.lengths.unit_m_s2.powi(2);
@@ -109,12 +109,12 @@ impl Diagnosed {
         chance < self.plan.shared.unexplained
     }
 
-    /// Factor of a standard deviation so that three of it hold as often as Gauss says although the scatter between positions is
-    /// itself estimated from few (Student's t, with the effective degrees of freedom of Welch and Satterthwaite).
+    /// Factor of a standard deviation so that ±3σ has Gaussian coverage although the scatter between positions is estimated
+    /// from few of them (Student's t with the effective degrees of freedom of Welch and Satterthwaite).
     fn few_positions(&self) -> f64 {
         /// P(z < 3).
         const THREE: f64 = 0.998_650_101_968_37;
-        /// Beyond, Student's law is Gauss's.
+        /// Above this number of degrees of freedom Student's t equals the Gaussian.
         const MANY: f64 = 1e4;
         let found = &self.found;
         let levels = found.named_fit.levels[0];
@@ -151,7 +151,7 @@ impl Diagnosed {
         let covariance = DMatrix::from_fn(order.len(), order.len(), |a, b| {
             let ((p, w), (q, v)) = (from[order[a]], from[order[b]]);
             let pair = from.iter().filter(|(parameter, _)| *parameter == p).count() > 1;
-            // Of two tilts that share a skew, the sum may be anything that a unit has.
+            // The sum of two tilts that share a skew is not observable: it has the prior variance.
             let unseen = if pair && p == q {
                 0.5 * largest * largest
             } else {
@@ -167,7 +167,7 @@ impl Diagnosed {
         (names, values, covariance)
     }
 
-    /// Covariance of a finding's own parameters.
+    /// Covariance of a finding's parameters.
     fn covariance(&self, place: usize) -> DMatrix<f64> {
         let block = self.block(place);
         let factor = self.few_positions().powi(2);
@@ -190,7 +190,7 @@ impl Diagnosed {
         .collect()
     }
 
-    /// Kinds that the positions cannot tell from a finding.
+    /// Kinds that are not distinguishable from a finding in these positions.
     pub(super) fn alike(&self, place: usize) -> Vec<String> {
         let found = &self.found;
         let member = found.named[place];
@@ -280,7 +280,7 @@ impl Diagnosed {
         }
     }
 
-    /// Share of the squared lengths that a finding explains.
+    /// Share of the squared length residuals explained by a finding.
     fn share(&self, place: usize) -> f64 {
         let found = &self.found;
         let one = self.candidate(place);
@@ -310,8 +310,8 @@ impl Diagnosed {
         [rows.start, rows.end].map(|row| self.rows.start_s + row as f64 / self.rows.rate_hz)
     }
 
-    /// What all positions show less gravity, before and after what was found, and its standard deviation \[m/s²\]: of the noise, and of
-    /// what is not known of the sizes.
+    /// Length residual (force less gravity) of all positions, before and after the findings, and its standard deviation
+    /// \[m/s²\]: noise and uncertainty of the sizes.
     fn lengths_m_s2(&self) -> Vec<[f64; 3]> {
         let found = &self.found;
         let fit = &found.named_fit;
@@ -345,7 +345,7 @@ impl Diagnosed {
             .collect()
     }
 
-    /// Positions that differ from gravity, where anything was found.
+    /// Positions that differ from gravity, if there is any finding.
     fn locations(&self, lengths_m_s2: &[[f64; 3]]) -> Vec<LocationEntry> {
         let mut all = Vec::new();
         if self.found.named.is_empty() {
@@ -375,7 +375,7 @@ impl Diagnosed {
         all
     }
 
-    /// Held-out positions before and after; none where all are fitted.
+    /// Held-out positions before and after; `None` if all are fitted.
     fn channel(&self, lengths_m_s2: &[[f64; 3]]) -> Option<ChannelEntry> {
         let count = self.tested.len() as f64;
         let figures = |which: usize| {
@@ -429,7 +429,7 @@ impl Diagnosed {
         RunnerUp::nearest(rivals.map(|(rival, behind)| (candidates[*rival].kind, *behind)))
     }
 
-    /// How the search answers to noise and to known effects in these positions.
+    /// Self-test: response of the search to noise and to injected effects in these positions.
     fn self_test(&self) -> Option<Tested> {
         let found = &self.found;
         let members = found.fit.members.iter();

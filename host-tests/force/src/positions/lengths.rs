@@ -1,12 +1,13 @@
-//! The length of the force in each position, less gravity: one record, with its noise within positions and between them.
+//! Length of the specific force in each position, less gravity: one record, with noise within and between positions.
 //!
-//! Nobody knows the attitudes, so of a position's three readings only the component along the force tells anything: a turn
-//! changes the other two (Shin and El-Sheimy 2002; IEEE 1293, multi-position test). To first order of an error e it is
-//! |f + e| − g = u·e with u the direction of the force.
+//! The attitudes are unknown, so of a position's three measured components only the component along the force is
+//! informative: a rotation changes the other two (Shin and El-Sheimy 2002; IEEE 1293, multi-position test). To first order
+//! of an error e, |f + e| − g = u·e with u the direction of the force.
 //!
-//! Noise by position: what its rows leave of its mean; a scatter between positions, which no rows within show (how the unit is
-//! set down, what a turn does to it); and a bias of each accelerometer that walks from the first position on. In coordinates in
-//! which the walk is diagonal beside the others all three are; where dwells differ in length, the first two nearly.
+//! Noise by position: the variance of its mean from the scatter of its rows; a scatter between positions that is not
+//! visible within them (placing of the unit, hysteresis of a rotation); and a bias random walk of each accelerometer from
+//! the first position on. In the generalised eigenbasis of the walk all three are diagonal; the first two only nearly if
+//! dwells differ in length.
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use rlg_inference::{Hypothesis, Likelihood, NoiseBasis, NoiseLevels, Term};
@@ -15,26 +16,26 @@ use std::ops::Range;
 use super::still::Position;
 use crate::positions_plan::PositionPlan;
 
-/// Squares that no accelerometer shows \[m²/s⁴\]: nano-g.
+/// Floor of a variance \[m²/s⁴\], below any accelerometer's: nano-g.
 const LEAST_M2_S4: f64 = 1e-16;
 
-/// What is read in each position, and how well.
+/// Means of the positions, with their variances.
 #[derive(Debug, Clone)]
 pub struct Readings {
-    /// Mean reading \[m/s²\].
+    /// Mean force \[m/s²\].
     pub mean_m_s2: Vec<Vector3<f64>>,
-    /// Variance of the mean by what its rows scatter \[m²/s⁴\], x y z.
+    /// Variance of the mean from the scatter of the rows \[m²/s⁴\], x y z.
     pub variance_m2_s4: Vec<Vector3<f64>>,
-    /// Time of its middle since the first's \[s\].
+    /// Time of the position's middle since the first's \[s\].
     pub time_s: Vec<f64>,
-    /// Mean square of what drifts within positions \[m²/s⁴\].
+    /// Mean square of the drift within positions \[m²/s⁴\].
     pub slow_m2_s4: f64,
     /// Degrees of freedom of the variances.
     pub freedom: f64,
 }
 
 impl Readings {
-    /// Means of all positions; their variances, which all share by their length, are of the `fitted` ones alone.
+    /// Computes the means of all positions; the variance per block is common and estimated from the `fitted` ones alone.
     pub fn new(positions: &[Position], fitted: &[usize], rate_hz: f64) -> Self {
         let count = |one: &Position| one.blocks_m_s2.len() as f64;
         let fitted = || fitted.iter().map(|&place| &positions[place]);
@@ -57,30 +58,30 @@ impl Readings {
     }
 }
 
-/// The record in physical units.
+/// Record in physical units.
 #[derive(Debug, Clone)]
 pub struct Record {
-    /// Length of the force less gravity, what errors explain of it in full put back to first order \[m/s²\].
+    /// Length of the force less gravity, linearised: the first-order effect of the corrected errors is added back \[m/s²\].
     pub length_m_s2: Vec<f64>,
-    /// Columns: what an effect of size 1 adds \[m/s² per unit of the effect\].
+    /// Columns: effect of size 1 \[m/s² per unit of the effect\].
     pub columns: Vec<Vec<f64>>,
     /// Direction of the force.
     pub along: Vec<Vector3<f64>>,
-    /// Variance within \[m²/s⁴\].
+    /// Variance of the mean within a position \[m²/s⁴\].
     pub within_m2_s4: Vec<f64>,
     /// Time since the first \[s\].
     pub time_s: Vec<f64>,
     /// Degrees of freedom of `within_m2_s4`.
     pub freedom: f64,
-    /// What the scatter between positions is before looking \[m²/s⁴\].
+    /// Prior of the variance between positions \[m²/s⁴\].
     pub scatter_m2_s4: f64,
-    /// Standard deviation of gravity \[m/s²\]; 0 where it is known.
+    /// Standard deviation of gravity \[m/s²\]; 0 if known.
     pub gravity_std_m_s2: f64,
 }
 
-/// Its sums. Powers are in units of `unit_m_s2` squared.
+/// Sums of a record. Powers are in units of `unit_m_s2` squared.
 pub struct Lengths {
-    /// Standard deviation of a position's mean by what its rows scatter \[m/s²\]: the unit of powers.
+    /// Standard deviation of a position's mean from the scatter of its rows \[m/s²\]: the unit of powers.
     pub unit_m_s2: f64,
     basis: NoiseBasis,
     energy: Vec<f64>,
@@ -92,13 +93,13 @@ pub struct Lengths {
 }
 
 impl Record {
-    /// Covariance between positions of a walk that has the variance 1 at the last.
+    /// Covariance between positions of a random walk with variance 1 at the last position.
     fn walk(&self) -> DMatrix<f64> {
         let count = self.time_s.len();
         let last_s = self.time_s[count - 1].max(f64::MIN_POSITIVE);
         DMatrix::from_fn(count, count, |a, b| {
             let alike = self.along[a].dot(&self.along[b]);
-            // A first position that stands at the walk's origin has yet some of it.
+            // The small diagonal term keeps the walk's variance positive at its origin.
             alike * (self.time_s[a].min(self.time_s[b]) / last_s + 1e-6 * f64::from(a == b))
         })
     }
@@ -121,9 +122,9 @@ impl Record {
     }
 }
 
-/// Coordinates in which the walk is diagonal beside the noise within positions and between them.
+/// Generalised eigenbasis of the walk's covariance and of the noise within and between positions.
 struct Turn {
-    /// Root of the noise without the walk, by position, in units of `unit_m_s2`.
+    /// Square root of the noise variance without the walk, by position, in units of `unit_m_s2`.
     root: Vec<f64>,
     unit_m_s2: f64,
     /// The coordinates, a column each.
@@ -145,12 +146,12 @@ impl Turn {
             root,
             unit_m_s2,
             directions: eigen.eigenvectors,
-            // None is left of rounding.
+            // Eigenvalues at rounding level get a floor.
             walks: eigen.eigenvalues.iter().map(|one| one.max(1e-9)).collect(),
         }
     }
 
-    /// Values by position in these coordinates, in units of the noise without the walk.
+    /// Transforms values by position to these coordinates, in units of the noise without the walk.
     fn turned(&self, values: &[f64]) -> Vec<f64> {
         let scaled = values.iter().zip(&self.root);
         let scaled = scaled.map(|(value, root)| value / (root * self.unit_m_s2));
@@ -158,7 +159,7 @@ impl Turn {
         self.directions.tr_mul(&scaled).iter().copied().collect()
     }
 
-    /// Power of noise that is independent from position to position, along each coordinate.
+    /// Power along each coordinate of noise that is independent between positions.
     fn diagonal(&self, power: impl Fn(usize) -> f64) -> Vec<f64> {
         let along = |direction: nalgebra::DVectorView<f64>| -> f64 {
             let parts = direction.iter().enumerate();
@@ -171,13 +172,13 @@ impl Turn {
 }
 
 impl Lengths {
-    /// Sums of a record; all noise terms are diagonal beside the scatter of `levels`.
+    /// Computes the sums of a record; all noise terms are diagonal given the scatter of `levels`.
     pub fn new(record: &Record, levels: NoiseLevels, plan: &PositionPlan) -> Self {
         let unit_m_s2 = record.unit_m_s2();
         let unit = unit_m_s2 * unit_m_s2;
         let count = record.length_m_s2.len();
         let turn = Turn::new(record, levels, unit_m_s2);
-        // What is known beside the positions: the noise within them, gravity, and how far positions may scatter.
+        // Prior observations: the noise within positions, gravity, and the scatter between positions.
         let beside = |is_within: f64| [is_within, is_within, 1.0 - is_within];
         let with = |mut own: Vec<f64>, is_within: f64| {
             own.extend(beside(is_within));
@@ -187,7 +188,7 @@ impl Lengths {
         let power = [
             with(turn.diagonal(within), 1.0),
             with(turn.diagonal(|_| 1.0), 0.0),
-            // Between white noise and a walk.
+            // Intermediate term between white noise and a random walk.
             with(turn.walks.iter().map(|one| one.sqrt()).collect(), 0.0),
             with(turn.walks.clone(), 0.0),
         ];
@@ -215,7 +216,7 @@ impl Lengths {
             sums.push(turn.turned(column));
         }
         if record.gravity_std_m_s2 > 0.0 {
-            // Too much gravity in the prediction shortens every length; its own standard deviation is one observation more.
+            // An error of gravity in the prediction shortens every length; its standard deviation is one more observation.
             let mut column = turn.turned(&vec![-1.0; count]);
             column.extend([0.0, 1.0 / record.gravity_std_m_s2]);
             sums.push(column);

@@ -1,12 +1,11 @@
-//! Accelerometers by themselves: still positions, and no reference but gravity.
+//! Accelerometers alone: still positions, with gravity as the only reference.
 //!
-//! In the order of the data: [`still`] (positions, from the readings alone) → [`lengths`] (|f| − g by position, its noise within
-//! positions and between them) → [`errors`] and [`candidates`] (what errors of accelerometers do to the length) →
-//! [`search`] (linearisation and structure search in turn) → [`mod@diagnose`] (the flow) →
-//! `words` and [`findings`].
+//! In the order of the data: [`still`] (positions, from the samples alone) → [`lengths`] (|f| − g by position, its noise
+//! within and between positions) → [`errors`] and [`candidates`] (effect of accelerometer errors on the length) →
+//! [`search`] (alternate linearisation and structure search) → [`mod@diagnose`] (the flow) → `words` and [`findings`].
 //!
-//! The length of gravity tells bias, scale error, square and the three angles between the sensing axes (IEEE 1293, multi-position
-//! test; Shin and El-Sheimy 2002). How the three as one are turned against the case it does not tell.
+//! The length of gravity determines bias, scale error, quadratic error and the three angles between the sensing axes (IEEE
+//! 1293, multi-position test; Shin and El-Sheimy 2002). The rotation of the triad against the case is not observable.
 
 pub mod still;
 

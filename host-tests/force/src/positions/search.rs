@@ -1,4 +1,4 @@
-//! Passes of linearisation and structure search until the set and its sizes stand.
+//! Iterates linearisation and structure search until the set and its sizes converge.
 
 use nalgebra::{DVector, Vector3};
 use rlg_findings::result::UNLISTED;
@@ -11,23 +11,23 @@ use super::lengths::{Lengths, Readings, Record};
 use crate::plan::ForcePlan;
 use crate::positions_plan::PositionPlan;
 
-/// What is known of a recording by position, of which some are fitted.
+/// Measurements of a recording by position.
 #[derive(Clone)]
 pub struct Observed {
-    /// Readings.
+    /// Means by position.
     pub readings: Readings,
     /// Warming since the first \[K\].
     pub warming_k: Option<Vec<Vector3<f64>>>,
-    /// Gravity, and its standard deviation; 0 where it is known \[m/s²\].
+    /// Gravity, and its standard deviation, 0 if known \[m/s²\].
     pub gravity_m_s2: [f64; 2],
-    /// What the model says of its accelerometers.
+    /// Accelerometer errors of the model.
     pub known: Errors,
-    /// Scale errors of the model, for the 1/(1 − s_i) of a reading.
+    /// Scale errors of the model, for the factor 1/(1 − s_i) of a sample.
     pub scale_error: [f64; 3],
 }
 
 impl Observed {
-    /// The same of some of its positions.
+    /// Subset of the positions.
     pub fn of(&self, places: &[usize]) -> Self {
         fn of<T: Clone>(all: &[T], places: &[usize]) -> Vec<T> {
             places.iter().map(|&place| all[place].clone()).collect()
@@ -48,10 +48,9 @@ impl Observed {
         }
     }
 
-    /// The record linearised about errors beyond the model's.
+    /// Computes the record linearised about errors beyond the model's.
     ///
-    /// # Inputs
-    /// `about`: the errors; `sizes`: what they are, by column.
+    /// # Inputs `about`: the errors; `sizes`: their sizes, by column.
     pub fn record(
         &self,
         about: &Errors,
@@ -107,35 +106,35 @@ impl Observed {
     }
 }
 
-/// The best set, and what of it is named.
+/// Selected set, and its named members.
 pub struct Concluded {
-    /// The best set.
+    /// Selected set.
     pub fit: Fit,
-    /// Its members with costs and rivals.
+    /// Members with costs and rivals.
     pub judged: JudgedSet,
-    /// Places in the best set of what costs enough to do without.
+    /// Places of the members whose cost of omission exceeds the naming threshold.
     pub named: Vec<usize>,
-    /// The candidate that each of them is named after.
+    /// Candidate that each of them is named after.
     pub headlines: Vec<usize>,
-    /// The fit of the headlines.
+    /// Fit of the headlines.
     pub named_fit: Fit,
-    /// Errors beyond the model's that it says.
+    /// Errors beyond the model's according to that fit.
     pub named_errors: Errors,
-    /// Sets that were looked at.
+    /// Number of sets evaluated.
     pub tried: usize,
 }
 
-/// What a search leaves.
+/// Result of a search.
 pub struct Found {
-    /// The best set.
+    /// Selected set.
     pub concluded: Concluded,
-    /// Log score that each member of the best set gains where every position is predicted from the others.
+    /// Gain of each member in predictive log score (leave-one-out cross-validation over the positions).
     pub confirmed_gain: Vec<f64>,
     /// All candidates.
     pub candidates: Vec<Candidate>,
-    /// The record about what was found.
+    /// Record linearised at the estimates.
     pub record: Record,
-    /// Its sums.
+    /// Sums of the record.
     pub lengths: Lengths,
 }
 
@@ -147,7 +146,7 @@ impl std::ops::Deref for Found {
     }
 }
 
-/// Searches.
+/// Runs the search.
 pub fn find(observed: &Observed, (plan, left_out): (&ForcePlan, &[&str])) -> Found {
     let own = &plan.positions;
     let count = observed.readings.mean_m_s2.len();
@@ -180,9 +179,10 @@ pub fn find(observed: &Observed, (plan, left_out): (&ForcePlan, &[&str])) -> Fou
             &prior,
             vec![start],
         );
-        // A position that is said to be off leaves one less to say so.
+        // Every position with an own offset is one observation less.
         let most = search_plan.most_members.min(count / 2);
-        // Of few positions no error alone is worth its numbers where two act: the search begins once more where a new unit is.
+        // With few positions no error alone is worth its parameters if two act: a second search starts from the errors of a
+        // new unit.
         let first = search.run(&before, most);
         let second = search.run(&new_unit(&candidates, most), most);
         let fit = rlg_inference::search::best_of(vec![second], first);
@@ -205,7 +205,7 @@ pub fn find(observed: &Observed, (plan, left_out): (&ForcePlan, &[&str])) -> Fou
     }
 }
 
-/// Places of the everyday kinds as a whole, bias and scale error first.
+/// Places of the whole everyday kinds, bias and scale error first.
 fn new_unit(candidates: &[Candidate], most: usize) -> Vec<usize> {
     let is_whole = |place: &usize| {
         let one = &candidates[*place];
@@ -216,7 +216,7 @@ fn new_unit(candidates: &[Candidate], most: usize) -> Vec<usize> {
     whole
 }
 
-/// Size of each column by a fit, and whether they stay where they were linearised.
+/// Size of each column in a fit, and true if all stay at their linearisation point.
 fn sizes_of(
     (fit, candidates): (&Fit, &[Candidate]),
     before: &[f64],
@@ -238,8 +238,8 @@ fn sizes_of(
     (sizes, stays)
 }
 
-/// Noise to start from: within positions, and what is known before of the scatter between them. From below a level is found in one step;
-/// from above a set with nearly as many numbers as positions would take many.
+/// Initial noise: within positions, and the prior of the scatter between them. From below, a level converges in one step;
+/// from above it would take many if the set has nearly as many parameters as positions.
 fn first_levels(record: &Record) -> NoiseLevels {
     NoiseLevels {
         white: 1.0,
@@ -248,7 +248,7 @@ fn first_levels(record: &Record) -> NoiseLevels {
     }
 }
 
-/// Judges the best set, names what stands and fits that alone.
+/// Judges the selected set, names its members above the threshold and fits these alone.
 fn conclude(
     mut search: Search<Lengths>,
     fit: Fit,
@@ -277,7 +277,7 @@ fn conclude(
     }
 }
 
-/// Errors that a fit says.
+/// Errors according to a fit.
 fn errors_of(fit: &Fit, candidates: &[Candidate]) -> Errors {
     let mut errors = Errors::default();
     for (&member, block) in fit.members.iter().zip(&fit.blocks) {
@@ -286,8 +286,8 @@ fn errors_of(fit: &Fit, candidates: &[Candidate]) -> Errors {
     errors
 }
 
-/// The candidate that a member is named after: where kinds of the catalogue explain or span what an expression describes, the one
-/// with the fewest numbers; and one position where that alone explains as much as a kind, which is then no error of the unit.
+/// Candidate that a member is named after: of an expression, the kind of the catalogue with the fewest parameters that
+/// explains or spans it; or one position, if its offset alone explains as much as a kind and the error is not the unit's.
 fn headline((fit, judged): (&Fit, &JudgedSet), candidates: &[Candidate], place: usize) -> usize {
     let member = fit.members[place];
     let rivals = || judged.members[place].rivals.iter().map(|(rival, _)| *rival);
@@ -305,7 +305,7 @@ fn headline((fit, judged): (&Fit, &JudgedSet), candidates: &[Candidate], place: 
         .unwrap_or(member)
 }
 
-/// By member, the log score of predicting every position from the others that the set loses without it.
+/// Loss of leave-one-out predictive log score without each member.
 fn gains(of: &Concluded, made_of: (&[Candidate], &Record), lengths: &Lengths) -> Vec<f64> {
     let score = |fit: &Fit| predictive_score(fit, made_of, lengths.unit_m_s2);
     let whole = score(&of.fit);
@@ -313,14 +313,14 @@ fn gains(of: &Concluded, made_of: (&[Candidate], &Record), lengths: &Lengths) ->
     without.map(|without| whole - score(without)).collect()
 }
 
-/// Σ ln p of each position given all others, sizes with their priors by physical size: with K the inverse of the covariance of all,
+/// Leave-one-out predictive log score Σ ln p, with physical priors of the sizes: with K the inverse of the full covariance,
 /// position k is predicted with the error (K y)_k / K_kk and the variance 1/K_kk (Rasmussen and Williams 2006, eq. 5.12).
 fn predictive_score(
     fit: &Fit,
     (candidates, record): (&[Candidate], &Record),
     unit_m_s2: f64,
 ) -> f64 {
-    /// Largest difference from gravity that anybody would expect \[m/s²\]: of what has no prior.
+    /// Standard deviation for columns without a prior \[m/s²\]: the largest plausible difference from gravity.
     const LARGEST_M_S2: f64 = 1.0;
     let count = record.length_m_s2.len();
     let mut covariance = record.covariance(fit.levels[0], unit_m_s2);

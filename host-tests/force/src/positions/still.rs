@@ -1,8 +1,8 @@
-//! Still positions of a unit that is moved between them, found from its accelerometers alone.
+//! Detection of the still positions of a moved unit from its accelerometers alone.
 //!
-//! Time is cut into blocks. A block is still where no accelerometer scatters more than in the quiet ones; neighbours that are
-//! still and show the force from one direction are a position (Tedaldi, Pretto and Menegatti 2014, sec. III-C, with the threshold
-//! from the recording's own quiet blocks). What is between them is left out.
+//! Time is divided into blocks. A block is still if no accelerometer's variance exceeds that of the quiet blocks;
+//! neighbouring still blocks with one direction of the force are a position (Tedaldi, Pretto and Menegatti 2014, sec.
+//! III-C, with the threshold from the recording's own quiet blocks). The rows between positions are not used.
 
 use std::ops::Range;
 
@@ -11,22 +11,22 @@ use rlg_signal::accelerometer_rows::Rows;
 
 use crate::positions_plan::PositionPlan;
 
-/// A position: blocks of still rows.
+/// Position: blocks of still rows.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Position {
-    /// Rows from its first still block to its last; what was knocked within is none of its blocks.
+    /// Rows from the first to the last still block; disturbed blocks within are left out of `blocks_m_s2`.
     pub rows: Range<usize>,
-    /// Mean of each of its blocks \[m/s²\], x y z.
+    /// Mean of each block \[m/s²\], x y z.
     pub blocks_m_s2: Vec<Vector3<f64>>,
 }
 
 impl Position {
-    /// Mean over its blocks \[m/s²\].
+    /// Mean over the blocks \[m/s²\].
     pub fn mean_m_s2(&self) -> Vector3<f64> {
         mean(&self.blocks_m_s2)
     }
 
-    /// Squared differences of its blocks from their mean, summed \[m²/s⁴\], x y z.
+    /// Sum of squared deviations of the blocks from their mean \[m²/s⁴\], x y z.
     pub fn scatter_m2_s4(&self) -> Vector3<f64> {
         let mean = self.mean_m_s2();
         let squares = self
@@ -36,8 +36,8 @@ impl Position {
         squares.sum()
     }
 
-    /// Half of what its first half differs from its second, along the force \[m/s²\]: as uncertain as its mean where the noise is
-    /// white, and larger by what drifts within.
+    /// Half of the difference between the means of the second and the first half, along the force \[m/s²\]: as uncertain as
+    /// the position's mean for white noise, larger by the drift within.
     pub fn half_difference_m_s2(&self) -> f64 {
         let (first, second) = self.blocks_m_s2.split_at(self.blocks_m_s2.len() / 2);
         0.5 * (mean(second) - mean(first)).dot(&self.mean_m_s2().normalize())
@@ -49,13 +49,13 @@ fn mean(blocks: &[Vector3<f64>]) -> Vector3<f64> {
     sum / blocks.len().max(1) as f64
 }
 
-/// What was found of positions.
+/// Detected positions.
 pub struct Found {
-    /// In the order of time.
+    /// Positions in the order of time.
     pub positions: Vec<Position>,
     /// Rows of a block.
     pub block_rows: usize,
-    /// Stretches that were held long enough for a position and scattered or turned too much for one.
+    /// Stretches that were held long enough for a position, with too much scatter or rotation for one.
     pub restless: Vec<Range<usize>>,
 }
 
@@ -76,7 +76,7 @@ pub fn find(rows: &Rows, plan: &PositionPlan) -> Found {
     let digit = least_step_m_s2(rows);
     let quiet = quiet_variance(&blocks, plan.quiet_share);
     let quiet = Vector3::from_fn(|axis, _| quiet[axis].max(digit[axis].powi(2) / 12.0));
-    // Six standard deviations of a variance of so many rows.
+    // Six standard deviations of the variance of so many rows.
     let limit = plan.restless_ratio + 6.0 * (2.0 / (block_rows as f64 - 1.0)).sqrt();
     let scatters = |block: &Block| (0..3).any(|axis| block.variance[axis] > limit * quiet[axis]);
     let is_still: Vec<bool> = blocks
@@ -118,10 +118,10 @@ pub fn find(rows: &Rows, plan: &PositionPlan) -> Found {
 }
 
 impl Found {
-    /// Takes blocks as a position, where they are enough and do not turn.
+    /// Adds blocks as a position, if they are enough and do not rotate.
     fn take(&mut self, blocks: &[Block], at: &[usize], plan: &PositionPlan) {
         let rows = at[0] * self.block_rows..(at[at.len() - 1] + 1) * self.block_rows;
-        // A hand lets go during the first and the last block.
+        // The hand still touches the unit during the first and the last block.
         let inner = match at.len() > plan.least_blocks + 2 {
             true => &at[1..at.len() - 1],
             false => at,
@@ -144,7 +144,7 @@ impl Found {
 }
 
 impl Block {
-    /// Standard deviation of the direction of the mean, by what the rows scatter \[rad\].
+    /// Standard deviation of the direction of the mean, from the scatter of the rows \[rad\].
     fn unsure_rad(&self) -> f64 {
         (self.variance.sum() / self.rows as f64).sqrt() / self.mean_m_s2.norm()
     }
@@ -167,19 +167,20 @@ impl Block {
     }
 }
 
-/// Least change from one row to the next \[m/s²\], x y z: the last digit of channels that have so few that a quiet one stands still.
+/// Quantisation step of each accelerometer, x y z: least change from one row to the next \[m/s²\]. A quiet channel of
+/// coarse resolution has no variance of its own.
 fn least_step_m_s2(rows: &Rows) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| {
         let pairs = rows.sensed_m_s[axis].windows(2);
         let steps = pairs.map(|pair| (pair[1] - pair[0]).abs() * rows.rate_hz);
-        // Rounding of the sums is no step.
+        // Rounding errors of the sums are no step.
         let steps = steps.filter(|step| *step > 1e-9);
         steps.fold(f64::INFINITY, f64::min)
     })
     .map(|step| if step.is_finite() { step } else { 0.0 })
 }
 
-/// Variance of each accelerometer within a quiet block: that which a share of the blocks does not exceed.
+/// Quantile `share` of the blocks' variance for each accelerometer, taken as that of a quiet block.
 fn quiet_variance(blocks: &[Block], share: f64) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| {
         let measured = blocks.iter().filter(|block| block.is_measured);
@@ -190,7 +191,7 @@ fn quiet_variance(blocks: &[Block], share: f64) -> Vector3<f64> {
     })
 }
 
-/// Runs of measured blocks, too restless for a position, in which the force yet keeps its direction.
+/// Runs of measured blocks that are too restless for a position although the force keeps its direction.
 fn held<'a>(
     blocks: &'a [Block],
     is_still: &'a [bool],
@@ -221,7 +222,7 @@ mod tests {
     use super::*;
     use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
 
-    /// Rows of a recording at 20 a second; readings by row, x y z.
+    /// Rows of a recording at 20 Hz; samples by row, x y z.
     fn rows(of: impl Fn(usize) -> [f64; 3], count: usize) -> Rows {
         let channel = |axis: usize| Channel {
             column: String::new(),
@@ -247,13 +248,13 @@ mod tests {
         Rows::new(&recording, (rate_hz, start_s, count)).expect("three accelerometers")
     }
 
-    /// Noise without a generator: digits of multiples of an irrational number.
+    /// Deterministic noise: fractional parts of multiples of an irrational number.
     fn noise(row: usize, axis: usize) -> f64 {
         let digits = (row as f64 * 0.754_877_666 + axis as f64 * 0.569_840_29).fract();
         (digits - 0.5) * 0.01
     }
 
-    /// Ten seconds up, two of motion, ten down, of which half a second in the middle is a knock.
+    /// Ten seconds up, two of motion, ten down with a knock of half a second in the middle.
     fn turned_over(row: usize) -> [f64; 3] {
         let force = match row {
             0..200 => 9.8,

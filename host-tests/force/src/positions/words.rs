@@ -1,4 +1,4 @@
-//! What still positions showed in sentences, and what they could not show.
+//! Sentences on the findings of still positions, and on the effects that they cannot show.
 
 use nalgebra::DMatrix;
 use rlg_findings::result::{ChannelEntry, EffectEntry, UNLISTED, Verdict};
@@ -11,11 +11,11 @@ use super::diagnose::{Diagnosed, NEXT};
 use crate::findings::{MICRO_G, are_equal};
 use crate::kinds::{KINDS, Kind};
 
-/// Why some kinds do not show.
+/// Reason why some kinds are not observable.
 const STILL: &str = "the unit stood still wherever it was compared with gravity";
 
 impl Diagnosed {
-    /// What a finding means, and what gravity alone leaves open of it.
+    /// Meaning of a finding, and the ambiguities that remain with gravity alone.
     pub(super) fn left_out(
         &self,
         place: usize,
@@ -46,7 +46,7 @@ impl Diagnosed {
         format!("{}{also}", kind.meaning)
     }
 
-    /// That one position does not fit the others; `own` counts the fitted ones.
+    /// Sentence for one position that does not fit the others; `own` counts the fitted ones.
     fn off(&self, own: usize, size_m_s2: f64) -> String {
         let [from_s, to_s] = self.span_s(self.fitted[own]);
         format!(
@@ -55,7 +55,7 @@ impl Diagnosed {
         )
     }
 
-    /// Standard deviation of each number of a kind, alone beside the noise that is left \[its unit\].
+    /// Standard deviation of each parameter of a kind, fitted alone with the estimated noise \[its unit\].
     fn stds(&self, kind: &Kind) -> Vec<(Column, f64)> {
         let found = &self.found;
         let whole = found.candidates.iter().find(|one| one.kind == kind.kind);
@@ -96,7 +96,7 @@ impl Diagnosed {
         all
     }
 
-    /// Which numbers of a kind would not show at its typical size.
+    /// Parameters of a kind that would not show at its typical size.
     fn too_small(&self, kind: &Kind) -> Option<String> {
         let needed = self.plan.needed_snr;
         let snr = |std: f64| kind.typical / std.max(f64::MIN_POSITIVE);

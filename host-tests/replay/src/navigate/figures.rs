@@ -1,9 +1,9 @@
-//! Sums up a navigated trajectory: attitude after the motion against before it, largest velocity.
+//! Figures of a navigated trajectory: attitude after the motion against before it, largest velocity.
 //!
-//! [`TrajectoryFigures`] are in degrees, arcsec and °/h as the names say; they are those of the paper's Tables 4 and 5.
+//! [`TrajectoryFigures`] are in degrees, arcsec and °/h as the names indicate; they are those of the paper's Tables 4 and
+//! 5.
 //!
-//! The unit did not travel, so velocity and offset are errors as they stand. Its attitude did move: it is
-//! compared only where it rests again.
+//! The unit did not travel, so velocity and offset are errors. Its attitude did move: it is compared only at rest.
 
 use nalgebra::Vector3;
 use serde::Serialize;
@@ -16,13 +16,13 @@ use rlg_recording::Segment;
 /// °/h in one rad/s, and arcseconds in one rad.
 const DEG_H_PER_RAD_S: f64 = 180.0 / std::f64::consts::PI * 3600.0;
 
-/// What the end of a trajectory is averaged over \[s\]: many periods of any vibration, little drift.
+/// Averaging time at the end of a trajectory \[s\]: many periods of any vibration, little drift.
 const END_S: f64 = 1.0;
 
 /// Figures of one trajectory.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct TrajectoryFigures {
-    /// Attitude found at rest \[°\].
+    /// Attitude estimated at rest \[°\].
     pub alignment: Angles,
     /// Mean rate at rest less the Earth's, north, east, down \[°/h\].
     pub rate_residual_deg_h: [f64; 3],
@@ -49,12 +49,12 @@ pub struct Angles {
     pub heading_deg: f64,
 }
 
-/// One stretch of rest.
+/// Stretch of rest.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct AtRest {
-    /// Its segment.
+    /// Segment name.
     pub segment: String,
-    /// Begin \[s\].
+    /// Start \[s\].
     pub start_s: f64,
     /// End \[s\].
     pub end_s: f64,
@@ -73,7 +73,7 @@ impl Angles {
 }
 
 impl TrajectoryFigures {
-    /// Of a trajectory through `readings`.
+    /// Computes the figures of a trajectory through `readings`.
     pub fn of(
         trajectory: &Trajectory,
         place: &Place,
@@ -123,7 +123,7 @@ impl TrajectoryFigures {
     }
 }
 
-/// `None` without a reference, and where it was not measured to the end.
+/// Returns `None` without a reference, or if it was not measured to the end.
 fn final_error_arcsec(trajectory: &Trajectory, period_s: f64) -> Option<[f64; 3]> {
     let errors = trajectory.attitude_error_rad.as_ref()?;
     let count = ((END_S / period_s).round() as usize).clamp(1, errors.len().max(1));

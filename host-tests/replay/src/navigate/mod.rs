@@ -1,18 +1,18 @@
-//! Navigates a recording: its increments become attitude, velocity and position, before and after the dynamic
+//! Navigation of a recording: attitude, velocity and position from its increments, before and after the dynamic
 //! compensation.
 //!
-//! From [`Recording`](rlg_recording::Recording) and [`Model`](rlg_model::Model) it makes [`Trajectory`]s in north,
-//! east, down, and [`figures`] of them.
+//! [`Recording`](rlg_recording::Recording) and [`Model`](rlg_model::Model) give [`Trajectory`]s in north, east, down, and
+//! [`figures`] of them.
 //!
-//! Data flow: recording and model → the chain → increments (`readings`) → alignment and strapdown navigation
-//! (`trajectory`) → what people compare (`figures`).
+//! Data flow: recording and model → the chain → increments (`readings`) → alignment and strapdown navigation (`trajectory`)
+//! → figures (`figures`).
 //!
 //! "Before" is Eq. (7) with the static installation alone, "after" has the dynamic terms too.
 //!
 //! # Assumptions
-//! The unit stays where it is (a table, a shaker), so that its velocity over the Earth is an error and its height is
-//! that of the site. Vehicles under way (the `strapdown` package navigates them; a recording of one says nothing of its
-//! height) and aids are not handled.
+//! The unit does not travel (a table, a shaker), so that its velocity over the Earth is an error and its height is that of
+//! the site. Vehicles under way (the `strapdown` package navigates them; a recording of one contains no height) and aids
+//! are not handled.
 
 pub mod figures;
 pub mod readings;

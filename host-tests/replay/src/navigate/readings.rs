@@ -1,7 +1,7 @@
-//! Reads from a recording what the navigator takes: rotation vectors \[rad\] and velocity increments \[m/s\].
+//! Input of the navigator from a recording: rotation vectors \[rad\] and velocity increments \[m/s\].
 //!
 //! The recording has gyros and accelerometers, with its model, or its rows are rotation vectors already
-//! (`compensated.parquet` of `rlg replay`). [`Readings`] are in the body frame at the beginning of each period.
+//! (`compensated.parquet` of `rlg replay`). [`Readings`] are in the body frame at the start of each period.
 
 use std::ops::Range;
 use std::path::Path;
@@ -20,38 +20,38 @@ use rlg_recording::{Axis, Channel, Clock, Quantity, Recording, Table};
 /// Increments per output period.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Readings {
-    /// Beginning of the first period \[s\].
+    /// Start of the first period \[s\].
     pub start_s: f64,
     /// Length of a period \[s\].
     pub period_s: f64,
-    /// Without the dynamic terms; `None` where the model has none.
+    /// Increments without the dynamic terms; `None` if the model has none.
     pub before: Option<Vec<Increment>>,
-    /// As the chain gives them.
+    /// Increments as output by the chain.
     pub after: Vec<Increment>,
-    /// The reference's rotation vectors \[rad\], NaN where it was not measured.
+    /// Rotation vectors of the reference \[rad\], NaN if not measured.
     pub reference_rad: Option<Vec<[f64; 3]>>,
-    /// Whether the reference shows the Earth's rotation.
+    /// The reference contains the Earth's rotation.
     pub earth_in_reference: bool,
-    /// Kinds of the model's effects that the chain has no term for.
+    /// Kinds of the model's effects for which the chain has no term.
     pub uncompensated: Vec<String>,
 }
 
-/// Share of a period by which a bound may miss a period's and still count as on it: times are decimals.
+/// Tolerance of a bound against a period's \[periods\], since times are decimals.
 const BOUND_TOLERANCE_PERIODS: f64 = 1e-3;
 
 impl Readings {
-    /// The periods that lie between two times whole, the first of the recording excepted: in it the chain
-    /// only primes its difference of pickoff readings, and part of the rotation is missing.
+    /// Periods wholly between two times, except the first of the recording: in it the chain only primes its difference of
+    /// pickoff samples, and part of the rotation is missing.
     pub fn periods_in(&self, start_s: f64, end_s: f64) -> Range<usize> {
         let place = |time_s: f64| (time_s - self.start_s) / self.period_s;
         let first = (place(start_s) - BOUND_TOLERANCE_PERIODS).ceil().max(1.0);
         let end = (place(end_s) + BOUND_TOLERANCE_PERIODS).floor();
-        // a cast of floats saturates: what is before the recording becomes 0
+        // a cast of floats saturates: times before the recording become 0
         let end = (end as usize).min(self.after.len());
         (first as usize).min(end)..end
     }
 
-    /// Through the chain in `core`, with and without the dynamic terms.
+    /// Runs the recording through the chain in `core`, with and without the dynamic terms.
     pub fn through_chain(
         recording: &Recording,
         model: &Model,
@@ -92,8 +92,8 @@ impl Readings {
         })
     }
 
-    /// Rows that are rotation vectors and velocity increments already, and need no chain. Mean rates and
-    /// forces times the period count as such: of a slow recording nothing is known of the motion within.
+    /// Uses rows that are rotation vectors and velocity increments already, without the chain. Mean rates and forces times
+    /// the period count as such: the motion within a row of a slow recording is unknown.
     pub fn as_recorded(recording: &Recording) -> Result<Self, InputError> {
         let gyros = [Quantity::GyroIncrement, Quantity::GyroRate];
         let accelerometers = [Quantity::VelocityIncrement, Quantity::SpecificForce];
@@ -139,7 +139,7 @@ struct Rows<'a> {
 }
 
 impl<'a> Rows<'a> {
-    /// Increments before means.
+    /// Prefers increments to means.
     fn find(
         recording: &'a Recording,
         [increment, mean]: &[Quantity; 2],

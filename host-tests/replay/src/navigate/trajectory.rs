@@ -1,11 +1,11 @@
-//! Aligns the unit at rest, then navigates by its increments; and compares the attitude with a reference.
+//! Alignment at rest, strapdown navigation by increments, and comparison of the attitude with a reference.
 //!
-//! From increments per period in the body frame, the place and the periods of rest it makes a [`Trajectory`]: solutions
-//! in north, east, down, one a period from the end of rest on.
+//! From increments per period in the body frame, the place and the periods of rest: a [`Trajectory`] of solutions in north,
+//! east, down, one a period from the end of rest on.
 //!
-//! The reference's attitude starts from the same alignment and takes the reference's rotation vectors; where
-//! they contain the Earth's rotation, that is taken out at the site. So the error is what the gyros of the
-//! unit add, beyond alignment and beyond the motion itself, however large.
+//! The reference's attitude starts from the same alignment and integrates the reference's rotation vectors; the Earth's
+//! rotation, if contained in them, is removed at the site. So the error is that of the unit's gyros alone, not of alignment
+//! or motion.
 
 use std::ops::Range;
 
@@ -15,54 +15,54 @@ use strapdown::{
     earth, level,
 };
 
-/// Where the unit stands.
+/// Site of the unit.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Place {
     /// Geodetic latitude \[rad\].
     pub latitude_rad: f64,
-    /// Gravity \[m/s²\]; absent: the ellipsoid's.
+    /// Gravity \[m/s²\]; `None`: the ellipsoid's.
     pub gravity_m_s2: Option<f64>,
 }
 
 impl Place {
-    /// Gravity there, downward \[m/s²\].
+    /// Gravity at the site, downward \[m/s²\].
     pub fn gravity_m_s2(&self) -> f64 {
         self.gravity_m_s2
             .unwrap_or_else(|| earth::gravity_m_s2(self.latitude_rad, 0.0).z)
     }
 }
 
-/// Where a trajectory begins: the periods of rest, and the heading if it is given.
+/// Start of a trajectory: the periods of rest, and the heading if given.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Start {
     /// Periods of rest.
     pub periods: Range<usize>,
-    /// Heading of the body's x axis \[rad\], where it is not to be found by gyrocompassing.
+    /// Heading of the body's x axis \[rad\]; `None`: by gyrocompassing.
     pub heading_rad: Option<f64>,
 }
 
-/// A navigated trajectory with its alignment.
+/// Navigated trajectory with its alignment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Trajectory {
     /// The alignment.
     pub alignment: Alignment,
-    /// Mean rate at rest less the Earth's, north, east, down \[rad/s\]. Gyrocompassing leaves no east.
+    /// Mean rate at rest less the Earth's, north, east, down \[rad/s\]; the east component is zero after gyrocompassing.
     pub rate_residual_rad_s: Vector3<f64>,
     /// Mean specific force at rest less gravity \[m/s²\].
     pub force_residual_m_s2: f64,
     /// The first period navigated.
     pub first_period: usize,
-    /// At the end of each period from the first one on.
+    /// Solution at the end of each period from the first one on.
     pub solutions: Vec<Solution>,
-    /// The attitude's error against the reference at the same times, a turn about north, east, down \[rad\];
-    /// NaN from the first period on that the reference did not measure.
+    /// Attitude error against the reference at the same times, a rotation about north, east, down \[rad\]; NaN from the
+    /// first period on that the reference did not measure.
     pub attitude_error_rad: Option<Vec<Vector3<f64>>>,
 }
 
-/// Why the unit cannot be navigated.
+/// Reason why the unit cannot be navigated.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum NotAtRest {
-    /// The alignment refused the interval.
+    /// The alignment rejected the interval.
     Alignment(AlignmentError),
     /// Mean rate less the Earth's \[rad/s\].
     Rate(f64),
@@ -70,15 +70,13 @@ pub enum NotAtRest {
     Force(f64),
 }
 
-/// Half the Earth's rate: more is a unit that turns, one whose biases the model lacks, or a recording made
-/// without the Earth.
+/// Half the Earth's rate: more is a rotating unit, biases missing in the model, or a recording made without the Earth.
 const LARGEST_RATE_RESIDUAL_RAD_S: f64 = 0.5 * earth::ROTATION_RAD_S;
 
-/// 1 % of gravity: no accelerometer of a navigator is so wrong; another unit of force, or a moving table, is.
+/// 1 % of gravity: more is no accelerometer error of a navigator, but another unit of force, or a moving table.
 const LARGEST_FORCE_RESIDUAL_M_S2: f64 = 0.1;
 
-/// Aligns and navigates; `reference_rad` are the reference's rotation vectors and whether the Earth's
-/// rotation is in them.
+/// Aligns and navigates; `reference_rad`: the reference's rotation vectors, and true if they contain the Earth's rotation.
 pub fn navigate(
     increments: &[Increment],
     place: &Place,

@@ -1,5 +1,5 @@
-//! Writes what was found, a line each: physics by its share of what differs, then faults of the data, then what has no
-//! explanation. Many of one kind are one line with their number.
+//! Text on the findings, a line each: physics by its share of the difference, then data faults, then unexplained stretches.
+//! Many of one kind are one line with their number.
 
 use std::collections::BTreeSet;
 
@@ -11,18 +11,18 @@ use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
 use super::sizes::{strength, text, value, words};
 use crate::lines::{frequency, is_line};
 
-/// What entries have in common that share a line.
+/// Group of entries that share a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
 enum Group<'a> {
     /// Physics of one kind.
     Kind(&'a str),
-    /// An expression, which has a line of its own.
+    /// An expression, on a separate line.
     Expression(&'a str, &'a str),
     /// Steady lines of a unit at rest.
     Lines,
     /// Rows of one fault.
     Fault(&'a str),
-    /// Channels that were put right, said in a sentence.
+    /// Corrected channels, described in a sentence.
     Sentence(&'a str),
     /// Stretches without an explanation.
     Unexplained,
@@ -45,7 +45,7 @@ fn group(effect: &EffectEntry) -> Group<'_> {
     }
 }
 
-/// Names and sizes of all effects and of the registration beside them, in the order of their lines.
+/// Names and sizes of all effects and of the registration, in the order of their lines.
 pub(super) fn said(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     let mut groups: Vec<(Group<'_>, Vec<&EffectEntry>)> = Vec::new();
     for effect in &diagnosis.effects {
@@ -89,7 +89,7 @@ pub(super) fn said(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     said
 }
 
-/// The lines of all effects and of the registration beside them, at most `room`.
+/// Lines of all effects and of the registration, at most `room`.
 pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
     let mut said = said(diagnosis);
     let hidden = said.len().saturating_sub(room);
@@ -108,7 +108,7 @@ pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
     lines
 }
 
-/// What each effect could also be.
+/// Alternative causes of each effect.
 pub(super) fn not_told_apart(diagnosis: &Diagnosis) -> Option<String> {
     let mut said: Vec<String> = Vec::new();
     for effect in &diagnosis.effects {
@@ -130,7 +130,7 @@ pub(super) fn not_told_apart(diagnosis: &Diagnosis) -> Option<String> {
     (!all.is_empty()).then(|| all.join(" "))
 }
 
-/// The other causes of one effect in plain words.
+/// Alternative causes of one effect in words.
 fn rivals(effect: &EffectEntry) -> Vec<String> {
     let alike = effect.indistinguishable_from.iter();
     let alike = alike.filter(|kind| !effect.gravity_speaks_against.contains(kind));
@@ -152,7 +152,7 @@ fn rivals(effect: &EffectEntry) -> Vec<String> {
     words
 }
 
-/// One line: a name and what is said of it.
+/// Line of a group: its name and description.
 fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
     match group {
         Group::Kind(kind) => sized(plain(kind), members),
@@ -191,7 +191,7 @@ fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
     }
 }
 
-/// Sizes of one kind; of several the strongest, and how many there are.
+/// Sizes of one kind; of several effects the strongest, and their number.
 fn sized(name: String, members: &[&EffectEntry]) -> (String, String) {
     let strongest = members
         .iter()
@@ -220,7 +220,7 @@ fn sized(name: String, members: &[&EffectEntry]) -> (String, String) {
     }
 }
 
-/// Faults of one kind by channel: rows, places, times.
+/// Data faults of one kind by channel: rows, places, times.
 fn faults(members: &[&EffectEntry]) -> String {
     let mut channels: Vec<(String, Vec<&EffectEntry>)> = Vec::new();
     for effect in members {
@@ -253,7 +253,7 @@ fn on_one_channel(places: &[&EffectEntry]) -> String {
     let to_s = of("end_s").fold(0.0, f64::max);
     let between = format!("{}–{} s", seconds(from_s), seconds(to_s));
     if let Some(rows) = of("rows").next() {
-        // The spread of a time is that of one reading.
+        // The standard deviation of a time is that of one sample.
         let age_ms = 1e3 * 0.5 * (1.0 - 1.0 / rows) * row_s(places[0]);
         return format!(
             "each reading stands for {rows:.4} rows (mean age {age_ms:.1} ms), {between}"

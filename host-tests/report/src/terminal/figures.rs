@@ -1,4 +1,4 @@
-//! Writes where a recording and its model differ, and held-out time before and after, a line each.
+//! Text on the differences between recording and model, and on held-out time before and after, a line each.
 
 use rlg_findings::names::spaced;
 use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, band, chance, happened, seconds};
@@ -6,13 +6,13 @@ use rlg_findings::result::{ChannelEntry, Diagnosis};
 
 use super::sizes::to_two_digits;
 
-/// Probability that noise alone is as far from zero as [`SIGNIFICANT_SIGMAS`], either way.
+/// Two-sided probability of [`SIGNIFICANT_SIGMAS`] in noise alone.
 const SIGNIFICANT_CHANCE: f64 = 0.0027;
 
-/// Stretches of one channel that are written out; more are counted.
+/// Number of stretches of one channel that are written out; more are counted.
 const MOST_STRETCHES: usize = 2;
 
-/// Where the difference stands above the noise, channel by channel.
+/// Locations where the difference exceeds the noise, channel by channel.
 pub(super) fn places(diagnosis: &Diagnosis) -> Option<String> {
     let mut channels: Vec<&str> = Vec::new();
     for location in &diagnosis.locations {
@@ -20,7 +20,7 @@ pub(super) fn places(diagnosis: &Diagnosis) -> Option<String> {
             channels.push(&location.channel);
         }
     }
-    // How it goes with the motion stands for the name while there is none.
+    // Until an effect is named, the relation to the motion replaces the name.
     let is_named = diagnosis
         .effects
         .iter()
@@ -70,7 +70,7 @@ pub(super) fn places(diagnosis: &Diagnosis) -> Option<String> {
     (!each.is_empty()).then(|| format!("Where: {}.", each.join("; ")))
 }
 
-/// The channels that were compared on held-out time.
+/// Channels compared on held-out time.
 fn held_out(diagnosis: &Diagnosis) -> &[ChannelEntry] {
     match &diagnosis.fit.whole {
         Some(whole) if diagnosis.fit.channels.is_empty() => &whole.channels,
@@ -78,7 +78,7 @@ fn held_out(diagnosis: &Diagnosis) -> &[ChannelEntry] {
     }
 }
 
-/// The mean rates on held-out time that are significant, before and after.
+/// Significant mean rates on held-out time, before and after.
 pub(super) fn drift(diagnosis: &Diagnosis) -> Option<String> {
     let channels = held_out(diagnosis);
     if channels.is_empty() && !diagnosis.fit.fitted_on.is_empty() {
@@ -109,7 +109,7 @@ pub(super) fn drift(diagnosis: &Diagnosis) -> Option<String> {
     (!said.is_empty()).then(|| format!("Held-out drift: {}.", said.join("; ")))
 }
 
-/// The mean rate of one channel, as "gyro x falls 1.436 → 0.030 ± 0.055".
+/// Mean rate of one channel, as "gyro x falls 1.436 → 0.030 ± 0.055".
 fn drift_of(channel: &ChannelEntry, scale: &Scale) -> String {
     let (before, after) = (&channel.held_out_before, &channel.held_out_after);
     let (from, to) = (before.drift_rad_s, after.drift_rad_s);
@@ -148,7 +148,7 @@ pub(super) fn power(diagnosis: &Diagnosis) -> Option<String> {
             same.push(after);
             continue;
         }
-        // A mean of 2 B T squares of unit variance scatters by 1/√(B T).
+        // The mean of 2 B T squares of unit variance has the relative standard deviation 1/√(B T).
         let [low_hz, high_hz] = channel.band_hz;
         let scatter = after / ((high_hz - low_hz) * held_s).sqrt();
         said.push(format!(
@@ -179,7 +179,7 @@ pub(super) fn power(diagnosis: &Diagnosis) -> Option<String> {
     })
 }
 
-/// Where something is left: the channels whose held-out residual is not noise.
+/// Channels with a held-out residual that is not white (unexplained remainder).
 pub(super) fn unlike_noise(diagnosis: &Diagnosis) -> Option<String> {
     if diagnosis.verdict.is_told() {
         return None;

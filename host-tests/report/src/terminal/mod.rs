@@ -1,7 +1,7 @@
-//! Says a diagnosis on a terminal: in at most [`MOST_LINES`] lines, none of them cut.
+//! Text of a diagnosis for a terminal: at most [`MOST_LINES`] lines, none of them cut.
 //!
-//! verdict → what was found, with sizes → where → held-out time before and after → what it could also be → what to
-//! record next. Everything is made of the fields of [`Diagnosis`], never of its sentences, save the verdict's own.
+//! verdict → findings, with sizes → locations → held-out time before and after → alternative causes → next experiment.
+//! Everything is formatted from the fields of [`Diagnosis`], never from its sentences, except the verdict's own.
 
 mod effects;
 mod figures;
@@ -16,18 +16,18 @@ use rlg_findings::numbers::Scale;
 use rlg_findings::result::{Diagnosis, Verdict};
 use rlg_findings::sentences::NEEDED_SNR;
 
-/// Lines of an answer; the one that names the page comes after them.
+/// Largest number of lines of an answer, before the line with the page's path.
 pub const MOST_LINES: usize = 14;
 
-/// Kinds that a recording without findings is said to have been sensitive to.
+/// Largest number of kinds listed as detectable in a recording without findings.
 const MOST_KINDS: usize = 5;
 
-/// Names and sizes of what was found, as the answer says them.
+/// Names and sizes of the findings, as in the answer.
 pub fn findings(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     effects::said(diagnosis)
 }
 
-/// What the answer says of held-out time and of other causes, a line each.
+/// Lines of the answer on held-out time and on alternative causes.
 pub fn beside_findings(diagnosis: &Diagnosis) -> Vec<String> {
     let drift = figures::drift(diagnosis);
     drift
@@ -36,9 +36,9 @@ pub fn beside_findings(diagnosis: &Diagnosis) -> Vec<String> {
         .collect()
 }
 
-/// Writes the answer, a line each.
+/// Formats the answer, a line each.
 ///
-/// `note`: what the reader must know beside the verdict, as a model that was assumed.
+/// `note`: additional information for the reader, such as an assumed model.
 pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     let mut head: Vec<String> = diagnosis.summary.first().cloned().into_iter().collect();
     head.extend(note.map(str::to_owned));
@@ -61,7 +61,7 @@ pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     head
 }
 
-/// Where nothing was found: what would have been, the kinds that this recording shows best.
+/// For a recording without findings: the kinds with the highest sensitivity.
 fn sensitive(diagnosis: &Diagnosis) -> Option<String> {
     if !diagnosis.effects.is_empty() {
         return None;

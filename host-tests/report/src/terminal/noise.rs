@@ -1,4 +1,4 @@
-//! Writes the noise of a unit at rest in the terms of IEEE 952, in one line.
+//! Text on the noise of a unit at rest in the terms of IEEE 952, in one line.
 
 use rlg_findings::numbers::Scale;
 use rlg_findings::result::{Diagnosis, LevelEntry, NoiseEntry, NoiseTermsEntry};
@@ -6,7 +6,7 @@ use rlg_recording::AXES;
 
 use super::sizes::to_two_digits;
 
-/// One term of IEEE 952: its letter, its unit, where it stands, and whether a bound of it is worth a place.
+/// Term of IEEE 952: its letter, its unit, its field, and true if an upper bound is reported too.
 type Term = (
     &'static str,
     &'static str,
@@ -14,7 +14,7 @@ type Term = (
     bool,
 );
 
-/// The terms in the order of their slopes. N, B and K are what data sheets state, so that their bounds are said, too.
+/// Terms in the order of their slopes. Data sheets state N, B and K, so their upper bounds are reported too.
 const TERMS: [Term; 4] = [
     ("Q", "rad", |terms| terms.quantisation_rad, false),
     (
@@ -32,7 +32,7 @@ const TERMS: [Term; 4] = [
     ),
 ];
 
-/// The terms of every gyro that has them: value ± σ, or below which bound a term lies that does not stand out.
+/// Terms of every gyro with estimates: value ± σ, or the upper bound of an insignificant term.
 pub(super) fn noise(diagnosis: &Diagnosis) -> Option<String> {
     let said = TERMS.iter().filter_map(|term| one_term(diagnosis, term));
     let mut said: Vec<String> = said.collect();
@@ -42,7 +42,7 @@ pub(super) fn noise(diagnosis: &Diagnosis) -> Option<String> {
     (!said.is_empty()).then(|| format!("Noise: {}.", said.join("; ")))
 }
 
-/// One term of all gyros; `None` where nothing is known of it, or nothing worth saying.
+/// One term of all gyros; `None` if it is unknown or not worth reporting.
 fn one_term(diagnosis: &Diagnosis, (letter, unit, of, is_bounded): &Term) -> Option<String> {
     let known = diagnosis.noise.iter().filter_map(|noise| {
         let axis = noise.channel.rsplit('_').next()?;
@@ -70,7 +70,7 @@ fn one_term(diagnosis: &Diagnosis, (letter, unit, of, is_bounded): &Term) -> Opt
     Some(format!("{letter} {}", scale.with_unit(&each.join(", "))))
 }
 
-/// What the gyros were judged with is what a recording without findings shows.
+/// Noise used for the whitening, reported for a recording without findings.
 fn judged_with(noise: &[NoiseEntry]) -> String {
     let walks: Vec<f64> = noise
         .iter()

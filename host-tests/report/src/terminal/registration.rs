@@ -1,13 +1,13 @@
-//! Says how two instruments are aligned: what the recording supports, what it does not, and held-out time.
+//! Text on the alignment of two instruments: supported and unsupported parameters, and held-out time.
 
 use rlg_findings::names::plain;
 use rlg_findings::result::Diagnosis;
 
 use super::{effects, figures, sizes};
 
-/// Writes an alignment, a line each, every number of the registration among them.
+/// Formats an alignment, a line each, with every parameter of the registration.
 ///
-/// `note`: what the reader must know besides, as a model that was assumed.
+/// `note`: additional information for the reader, such as an assumed model.
 pub fn alignment(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     let registration = &diagnosis.registration;
     let supported = registration.iter().filter(|one| one.supported).count();

@@ -1,16 +1,16 @@
-//! Writes the sizes of one effect: those that are significant, in one unit, with the digits that their σ allow.
+//! Text on the sizes of one effect: the significant ones, in one unit, with the digits justified by their σ.
 
 use rlg_findings::names::{plain, plain_at, spaced};
 use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, number};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::sentences::combination;
 
-/// One number of an effect: a parameter, or a combination that the data fix.
+/// Parameter of an effect, or an identifiable combination.
 #[derive(Debug, Clone)]
 struct Size<'a> {
-    /// Name as people read it; "all" where there is one for the whole unit.
+    /// Name in text; "all" for a value common to the whole unit.
     name: String,
-    /// The contract's name of a parameter in it.
+    /// Contract name of a parameter in it.
     parameter: &'a str,
     value: f64,
     std: f64,
@@ -18,7 +18,7 @@ struct Size<'a> {
 }
 
 impl Size<'_> {
-    /// Standard deviations from zero.
+    /// Absolute value in standard deviations.
     fn sigmas(&self) -> f64 {
         match self.std > 0.0 {
             true => (self.value / self.std).abs(),
@@ -27,13 +27,14 @@ impl Size<'_> {
     }
 }
 
-/// What is said of an effect: its name, and its sizes with units.
+/// Name of an effect, and its sizes with units.
 pub(super) struct Words {
     pub(super) name: String,
     pub(super) sizes: String,
 }
 
-/// Names an effect and its significant sizes; of one number that number, and of several of which none is, that none is.
+/// Formats an effect's name and significant sizes; a single parameter in any case, and for several insignificant ones a
+/// statement of that.
 pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&EffectEntry>) -> Words {
     let mut sizes = entry.map_or_else(Vec::new, fixed);
     if sizes.is_empty() {
@@ -55,7 +56,7 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
     if let Some(axis) = text(effect, "axis") {
         name = format!("{name} {axis}");
     }
-    // The name of one number belongs to what is named.
+    // A single parameter's name becomes part of the effect's name.
     if let [only] = &mut sizes[..] {
         if !matches!(only.name.as_str(), "all" | "size" | "coefficient") {
             name = format!("{name} {}", only.name);
@@ -69,7 +70,7 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
     Words { name, sizes: said }
 }
 
-/// Says that the data fix none of several sizes by itself, and how well they do.
+/// States that none of several sizes is significant by itself, with their precision.
 fn none_alone(sizes: &[Size<'_>]) -> String {
     let widest = |a: &&Size<'_>, b: &&Size<'_>| a.std.total_cmp(&b.std);
     let names: Vec<&str> = sizes.iter().map(|size| size.name.as_str()).collect();
@@ -85,19 +86,19 @@ fn none_alone(sizes: &[Size<'_>]) -> String {
     )
 }
 
-/// The sizes, those of one unit together.
+/// Formats the sizes, those of one unit together.
 fn listed(sizes: &[Size<'_>]) -> String {
     listed_in(sizes, None)
 }
 
-/// The same, read in the unit that suits a size, of each unit its own where there is none.
+/// Formats the sizes in the unit suitable for `suits`, or for the largest of each unit if `None`.
 fn listed_in(sizes: &[Size<'_>], suits: Option<f64>) -> String {
     let mut parts: Vec<String> = Vec::new();
     for same in sizes.chunk_by(|a, b| a.unit == b.unit) {
         let largest = same.iter().map(|size| size.value.abs()).fold(0.0, f64::max);
         let largest = suits.unwrap_or(largest);
         let scale = Scale::of(same[0].parameter, same[0].unit, largest);
-        // Names of one value stand before it together.
+        // Equal values are written once, after all their names.
         let mut pairs: Vec<(Vec<&str>, String)> = Vec::new();
         for size in same {
             let pair = scale.pair(size.value, size.std);
@@ -115,7 +116,7 @@ fn listed_in(sizes: &[Size<'_>], suits: Option<f64>) -> String {
     parts.join("; ")
 }
 
-/// The combinations that the data fix.
+/// Identifiable combinations.
 fn fixed(entry: &EffectEntry) -> Vec<Size<'_>> {
     let of = |fixed: &rlg_findings::result::Identifiable| {
         entry
@@ -139,7 +140,7 @@ fn fixed(entry: &EffectEntry) -> Vec<Size<'_>> {
     entry.identifiable.iter().filter_map(of).collect()
 }
 
-/// The parameters, each by itself, save times.
+/// Single parameters, except times.
 fn single(parameters: &[ParameterEntry]) -> Vec<Size<'_>> {
     let of = |parameter| match parameter {
         &ParameterEntry::Number {
@@ -159,7 +160,7 @@ fn single(parameters: &[ParameterEntry]) -> Vec<Size<'_>> {
     parameters.iter().filter_map(of).collect()
 }
 
-/// Every parameter with its unit, save times.
+/// Formats every parameter with its unit, except times.
 pub(super) fn all(parameters: &[ParameterEntry]) -> String {
     let sizes = single(parameters);
     let mut largest = 0.0_f64;
@@ -169,13 +170,13 @@ pub(super) fn all(parameters: &[ParameterEntry]) -> String {
     listed_in(&sizes, Some(largest))
 }
 
-/// "x_pole_s" as "x pole": the unit stands behind the value.
+/// Parameter name without its unit suffix ("x_pole_s" as "x pole"): the unit follows the value.
 fn without_unit(name: &str) -> String {
     let bare = name.strip_suffix("_s").or_else(|| name.strip_suffix("_hz"));
     spaced(bare.unwrap_or(name))
 }
 
-/// The number of this name.
+/// Value of a numeric parameter.
 pub(super) fn value(parameters: &[ParameterEntry], wanted: &str) -> Option<f64> {
     parameters.iter().find_map(|parameter| match parameter {
         ParameterEntry::Number { name, value, .. } if name == wanted => Some(*value),
@@ -183,7 +184,7 @@ pub(super) fn value(parameters: &[ParameterEntry], wanted: &str) -> Option<f64> 
     })
 }
 
-/// The text of this name.
+/// Value of a text parameter.
 pub(super) fn text<'a>(parameters: &'a [ParameterEntry], wanted: &str) -> Option<&'a str> {
     parameters.iter().find_map(|parameter| match parameter {
         ParameterEntry::Text { name, value } if name == wanted => Some(value.as_str()),
@@ -191,13 +192,13 @@ pub(super) fn text<'a>(parameters: &'a [ParameterEntry], wanted: &str) -> Option
     })
 }
 
-/// How large the largest number is against its own spread.
+/// Largest ratio of a parameter to its standard deviation.
 pub(super) fn strength(effect: &EffectEntry) -> f64 {
     let sizes = single(&effect.parameters);
     sizes.iter().map(Size::sigmas).fold(0.0, f64::max)
 }
 
-/// A value to two significant digits.
+/// Formats a value to two significant digits.
 pub(super) fn to_two_digits(value: f64) -> String {
     number(format!("{value:.1e}").parse().unwrap_or(value))
 }

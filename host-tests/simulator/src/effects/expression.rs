@@ -1,4 +1,4 @@
-//! Physics outside the catalogue (`unlisted`): a coefficient times a product of what the case is exposed to.
+//! Physics outside the catalogue (`unlisted`): a coefficient times a product of measured inputs of the case.
 //!
 //! A text such as `omega_x*force_z` is evaluated at a quadrature node. The names are those of `diagnosis.json`:
 //! `omega_x` \[rad/s\], `alpha_x` \[rad/s²\], `force_x` \[m/s²\] (with `abs_` before them, their magnitude),
@@ -9,7 +9,7 @@
 use super::Exposure;
 use std::f64::consts::TAU;
 
-/// One factor of a product.
+/// Factor of a product.
 #[derive(Debug, Clone, Copy, PartialEq)]
 enum Factor {
     Rate(usize),
@@ -30,7 +30,7 @@ enum Factor {
     Decay(f64),
 }
 
-/// A product of factors that adds to one gyro's rate.
+/// Product of factors, added to one gyro's rate.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Expression {
     /// Index of the gyro.
@@ -41,7 +41,7 @@ pub struct Expression {
 }
 
 impl Expression {
-    /// Parses the product; the error is the factor that is not known.
+    /// Parses the product; the error is the unknown factor.
     pub fn parse(axis: usize, coefficient: f64, text: &str, start_s: f64) -> Result<Self, String> {
         let factors = text
             .split('*')
@@ -55,7 +55,7 @@ impl Expression {
         })
     }
 
-    /// The rate that the expression adds \[rad/s\].
+    /// Rate added by the expression \[rad/s\].
     pub fn rate_rad_s(&self, exposure: &Exposure) -> f64 {
         let t = exposure.since_start_s;
         self.factors

@@ -1,23 +1,23 @@
-//! Applies faults of the data itself: `lost_samples`, `stuck_channel`, `saturation`.
+//! Faults of the data: `lost_samples`, `stuck_channel`, `saturation`.
 //!
-//! From a reading as the instrument made it, and the time its row begins in s, it gives what the recorder keeps:
-//! nothing (NaN), the last reading before the fault, or the reading within a limit.
+//! From a sample of the instrument, and the start of its row in s, the recorded value: none (NaN), the last sample before
+//! the fault, or the sample clipped to a limit.
 //!
-//! A saturation's limit is the scenario's `level`, in the channel's stored unit; without one, two thirds of the
-//! largest reading before the fault.
+//! The limit of a saturation is the scenario's `level`, in the channel's stored unit; without one, two thirds of the
+//! largest sample before the fault.
 
-/// What goes wrong.
+/// Type of a fault.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Failure {
-    /// The reading is not measured (NaN).
+    /// The sample is missing (NaN).
     Lost,
-    /// The last reading before the fault is repeated.
+    /// The last sample before the fault is repeated.
     Stuck,
-    /// The reading is held within this limit; `None`: a share of the largest reading so far.
+    /// The sample is clipped to this limit; `None`: a share of the largest sample so far.
     Saturated(Option<f64>),
 }
 
-/// One fault of one channel.
+/// Fault of one channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct FaultEntry {
     /// The channel's name in results: `gyro_x`, `dither_y`, `reference_z`, ....
@@ -26,15 +26,15 @@ pub struct FaultEntry {
     pub start_s: f64,
     /// End \[s\].
     pub end_s: f64,
-    /// What goes wrong.
+    /// Type of the fault.
     pub failure: Failure,
 }
 
-/// Limit of a saturation without a level, as a share of the largest reading so far, so that the peaks of a vibration or
-/// a dither are cut.
+/// Limit of a saturation without a level, as a share of the largest sample so far, so that the peaks of a vibration or a
+/// dither are clipped.
 const SHARE_OF_LARGEST: f64 = 2.0 / 3.0;
 
-/// A fault of one channel with the readings that it needs to remember.
+/// Fault of one channel, with the samples to remember.
 #[derive(Debug, Clone)]
 pub struct Fault {
     entry: FaultEntry,
@@ -43,7 +43,7 @@ pub struct Fault {
 }
 
 impl Fault {
-    /// The fault before the first row.
+    /// State of a fault before the first row.
     pub fn new(entry: &FaultEntry) -> Self {
         Self {
             entry: entry.clone(),
@@ -52,7 +52,7 @@ impl Fault {
         }
     }
 
-    /// What the recorder keeps of `reading`; `weight` is the channel's resolution.
+    /// Returns the recorded value of a sample; `weight` is the channel's resolution.
     pub fn keep(&mut self, reading: f64, begin_s: f64, weight: f64) -> f64 {
         if !(self.entry.start_s..self.entry.end_s).contains(&begin_s) {
             self.last = reading;

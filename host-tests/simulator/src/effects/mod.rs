@@ -1,13 +1,13 @@
-//! Applies the physics that a scenario switches on: entries of the contract's catalogue, as coefficients.
+//! Physics switched on in a scenario: entries of the contract's catalogue, as coefficients.
 //!
-//! [`Effects`] is the sum of all `[[effect]]` entries. Each acts in its place: on the rates the gyros sense and the
-//! forces the accelerometers feel ([`Exposure`] at the quadrature nodes), on the blocks' angles (`block`), on what a
-//! reference reads (`reference`), on the data (`faults`).
+//! [`Effects`] is the sum of all `[[effect]]` entries. They act on the rates sensed by the gyros and the forces on the
+//! accelerometers ([`Exposure`] at the quadrature nodes), on the blocks' angles (`block`), on the reference's increments
+//! (`reference`), on the data (`faults`).
 //!
 //! Equations: the catalogue's, with tilts δ_ij as right-hand rotations of gyro i's axis about body axis j:
 //! gyro i senses + δ_ik ω_j − δ_ij ω_k with (i, j, k) cyclic; accelerometers alike.
 //!
-//! Out of scope: how much a model compensates; that is `model::compensation`, which shares no code.
+//! Out of scope: the compensation by a model; that is `model::compensation`, which shares no code.
 
 mod block;
 mod expression;
@@ -23,16 +23,16 @@ use nalgebra::{Matrix3, Vector3};
 pub use parse::EffectContext;
 pub use reference::Harmonic;
 
-/// What the case is exposed to at one instant, body frame.
+/// Input of the instruments at one instant, body frame.
 #[derive(Debug, Clone)]
 pub struct Exposure {
-    /// Since the recording's start \[s\].
+    /// Time since the recording's start \[s\].
     pub since_start_s: f64,
     /// Motion of the case relative to space.
     pub motion: BodyMotion,
     /// Specific force at the body's origin \[m/s²\].
     pub force_m_s2: Vector3<f64>,
-    /// Its derivative \[m/s³\].
+    /// Derivative of the specific force \[m/s³\].
     pub force_rate_m_s3: Vector3<f64>,
     /// Warming of each block since the start \[K\].
     pub warming_k: Vector3<f64>,
@@ -40,13 +40,13 @@ pub struct Exposure {
     pub warming_rate_k_s: Vector3<f64>,
     /// Magnetic flux density \[T\].
     pub field_t: Vector3<f64>,
-    /// Angle \[rad\] and rate \[rad/s\] of each block relative to the case; zeros where no effect needs them.
+    /// Angle \[rad\] and rate \[rad/s\] of each block relative to the case; zeros if no effect needs them.
     pub block_rad: [[f64; 2]; 3],
     /// Tilts by the suspensions' modes, \[gyro i, axis j\] \[rad\].
     pub bent_rad: Matrix3<f64>,
 }
 
-/// A jump of the rate or of the angle of one gyro.
+/// Jump of the rate or of the angle of one gyro.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Jump {
     /// Index of the gyro.
@@ -65,7 +65,7 @@ struct FlexureMode {
     damping: f64,
 }
 
-/// All effects of a scenario, summed. Matrices are \[gyro i, axis j\].
+/// Sum of all effects of a scenario. Matrices are \[gyro i, axis j\].
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Effects {
     bias_rad_s: Vector3<f64>,
@@ -114,7 +114,7 @@ pub struct Effects {
     expressions: Vec<Expression>,
 }
 
-/// What tilts \[sensor i, axis j\] add to a triad's readings of `v`.
+/// Contribution of tilts \[sensor i, axis j\] to a triad's measurement of `v`.
 fn tilted(tilt: impl Fn(usize, usize) -> f64, v: &Vector3<f64>) -> Vector3<f64> {
     let mut added = Vector3::zeros();
     for i in 0..3 {
@@ -125,7 +125,7 @@ fn tilted(tilt: impl Fn(usize, usize) -> f64, v: &Vector3<f64>) -> Vector3<f64> 
 }
 
 impl Effects {
-    /// What the effects add to the rates the gyros sense (case part, before 1/(1 − s)) \[rad/s\].
+    /// Contribution of the effects to the rates sensed by the gyros (case part, before 1/(1 − s)) \[rad/s\].
     pub fn sensed_rate(&self, exposure: &Exposure) -> Vector3<f64> {
         let rate = &exposure.motion.rate_rad_s;
         let alpha = &exposure.motion.acceleration_rad_s2;
@@ -161,7 +161,7 @@ impl Effects {
         sensed
     }
 
-    /// Specific force where each accelerometer sits \[m/s²\]: at the end of its lever arm.
+    /// Specific force on each accelerometer \[m/s²\], at the end of its lever arm.
     pub fn felt_force(&self, exposure: &Exposure) -> Vector3<f64> {
         if self.lever_arm_m == Matrix3::zeros() {
             return exposure.force_m_s2;
@@ -177,7 +177,7 @@ impl Effects {
         felt
     }
 
-    /// What the accelerometers' own errors add to the mean force they feel, before 1/(1 − s) \[m/s²\].
+    /// Contribution of the accelerometers' own errors to the mean force, before 1/(1 − s) \[m/s²\].
     pub fn accelerometer_error(&self, force_m_s2: &Vector3<f64>) -> Vector3<f64> {
         let square = force_m_s2.component_mul(force_m_s2);
         tilted(|i, j| self.accel_tilt_rad[(i, j)], force_m_s2)
@@ -186,12 +186,12 @@ impl Effects {
             + self.accel_quadratic.component_mul(&square)
     }
 
-    /// How late each accelerometer is \[s\].
+    /// Delay of each accelerometer \[s\].
     pub fn accelerometer_delay_s(&self, axis: usize) -> f64 {
         self.accel_delay_s[axis]
     }
 
-    /// How late each gyro is \[s\].
+    /// Delay of each gyro \[s\].
     pub fn gyro_delay_s(&self, axis: usize) -> f64 {
         self.delay_s[axis]
     }
@@ -216,7 +216,7 @@ impl Effects {
         }
     }
 
-    /// What steps of the bias add to gyro `axis` over \[begin, end) \[rad\], before 1/(1 − s).
+    /// Contribution of steps of the bias to gyro `axis` over \[begin, end) \[rad\], before 1/(1 − s).
     pub fn stepped_angle_rad(&self, axis: usize, begin_s: f64, end_s: f64) -> f64 {
         self.bias_steps
             .iter()
@@ -234,7 +234,7 @@ impl Effects {
             .sum()
     }
 
-    /// Angle random walk with the model's share `modelled` \[rad/√s\].
+    /// Angle random walk, the model's share `modelled` included \[rad/√s\].
     pub fn angle_random_walk(&self, axis: usize, modelled: f64) -> f64 {
         modelled.hypot(self.angle_random_walk[axis])
     }
@@ -254,7 +254,7 @@ impl Effects {
         self.converter_rad[axis]
     }
 
-    /// Earth's rotation in the body frame at the start that the reference does not show \[rad/s\].
+    /// Earth's rotation in the body frame at the start that the reference does not contain \[rad/s\].
     pub fn earth_rate_rad_s(&self) -> Vector3<f64> {
         self.earth_rate_rad_s
     }
@@ -272,12 +272,12 @@ impl Effects {
         &self.faults
     }
 
-    /// Whether any effect needs the blocks' motion at the nodes.
+    /// True if any effect needs the blocks' motion at the nodes.
     pub fn has_expressions(&self) -> bool {
         !self.expressions.is_empty()
     }
 
-    /// Lets the gyros' scale follow their temperature \[1/K\].
+    /// Sets the temperature coefficients of the gyros' scale \[1/K\].
     pub fn set_scale_temperature(&mut self, scale_error_k: [f64; 3]) {
         self.scale_temperature = Vector3::from(scale_error_k);
     }

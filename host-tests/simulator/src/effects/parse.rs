@@ -1,7 +1,7 @@
 //! Parses `[[effect]]` entries into coefficients.
 //!
-//! From one entry, whose `concealed` has been taken already, it makes the entry in the form of a model and its numbers
-//! in [`Effects`]. A kind is known if the catalogue knows it; a kind without a channel to act on is refused.
+//! Takes one entry, its `concealed` already removed, and returns it in the form of a model; its coefficients are added to
+//! [`Effects`]. A kind must be in the catalogue; a kind without a channel to act on is refused.
 
 use super::expression::Expression;
 use super::faults::{Failure, FaultEntry};
@@ -13,25 +13,25 @@ use rlg_model::{EffectValue, ModelEffect};
 use rlg_recording::error::InputError;
 use std::collections::BTreeMap;
 
-/// Longest delay \[s\]: four hundred rows at 4 kHz, beyond which two clocks are not merely late.
+/// Longest delay \[s\]: four hundred rows at 4 kHz; a larger difference of two clocks is no mere delay.
 const LONGEST_DELAY_S: f64 = 0.1;
 
 /// Facts of the scenario that effects depend on.
 #[derive(Debug, Clone)]
 pub struct EffectContext {
-    /// Begin of the recording \[s\].
+    /// Start of the recording \[s\].
     pub start_s: f64,
-    /// Names of the channels that will be recorded.
+    /// Names of the recorded channels.
     pub channels: Vec<String>,
-    /// Whether blocks are dithered.
+    /// Blocks are dithered.
     pub dithered: bool,
-    /// Whether there is a reference.
+    /// There is a reference.
     pub referenced: bool,
-    /// Whether there are accelerometers.
+    /// There are accelerometers.
     pub accelerometers: bool,
-    /// Whether the blocks have a temperature.
+    /// The blocks have a temperature.
     pub thermal: bool,
-    /// Whether there is a magnetic field.
+    /// There is a magnetic field.
     pub magnetic: bool,
 }
 
@@ -148,7 +148,7 @@ impl Effects {
     }
 }
 
-/// Checks that the scenario has the channel that the effect acts on: without it the effect would conceal nothing.
+/// Checks that the scenario has the channel that the effect acts on: without it the effect would change nothing.
 fn needs(kind: &str, entry: &Entry, context: &EffectContext) -> Result<(), InputError> {
     let (section, there) = if kind.starts_with("dither_") {
         ("[dither]", context.dithered)

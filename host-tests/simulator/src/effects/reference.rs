@@ -1,10 +1,10 @@
-//! Applies effects to the reference's reading.
+//! Effects on the reference's increments.
 //!
-//! From the increment that the reference is exposed to, body frame, and the table's angle, in rad, it gives the
-//! increment that the reference reads, in rad.
+//! From the true increment, body frame, and the table's angle, in rad, the increment measured by the reference, in rad.
 //!
-//! Equations: turned by the rotation vector r it reads Rᵀ(r) ω, which is ω − r × ω for a small r; with a scale error (1 + r_i) times that; an
-//! encoder adds the increments of cos · cos nθ + sin · sin nθ at the table angle θ, which is 0 at the start.
+//! Equations: misaligned by the rotation vector r it measures Rᵀ(r) ω, which is ω − r × ω for a small r; with a scale error
+//! (1 + r_i) times that; an encoder adds the increments of cos · cos nθ + sin · sin nθ at the table angle θ, 0 at the
+//! start.
 
 use super::Effects;
 use nalgebra::{Rotation3, Vector3};
@@ -23,7 +23,7 @@ pub struct Harmonic {
 }
 
 impl Effects {
-    /// What the reference reads of an increment, without its harmonics \[rad\].
+    /// Increment measured by the reference, without its harmonics \[rad\].
     pub fn reference_reads(&self, case_rad: &Vector3<f64>) -> Vector3<f64> {
         let mut turned = *case_rad;
         // a product with zeros would still round −0.0 away
@@ -45,7 +45,7 @@ impl Effects {
             .sum()
     }
 
-    /// How late the reference is \[s\].
+    /// Delay of the reference \[s\].
     pub fn reference_delay_s(&self) -> f64 {
         self.reference_delay_s
     }

@@ -1,7 +1,7 @@
-//! Computes circular coning in closed form, tapered ends included.
+//! Circular coning in closed form, tapered ends included.
 //!
-//! From the cone's axis, the turn rate in rad/s and the half-angle with its derivatives in rad it gives the body rate
-//! and its first two derivatives, body frame.
+//! From the cone's axis, the cone frequency in rad/s and the half-angle with its derivatives in rad: the body rate and its
+//! first two derivatives, body frame.
 //!
 //! Equation: the attitude is the rotation φ(t) about u(t) = (0, cos ψ, sin ψ), ψ = Ωt, so that exactly
 //! ω = φ' u + sin φ u' − (1 − cos φ) u × u'.
@@ -9,8 +9,8 @@
 use super::BodyMotion;
 use super::jet::Jet;
 
-/// The exact body rate of coning. In the plane across the axis the rate is (P + iQ) e^{iψ} with P = φ' and
-/// Q = Ω sin φ; each derivative adds iΩ times the bracket to the bracket's own.
+/// Exact body rate of coning. In the plane across the axis the rate is (P + iQ) e^{iψ} with P = φ' and Q = Ω sin φ; each
+/// derivative adds iΩ times the bracket to the bracket's own derivative.
 pub fn coning(motion: &mut BodyMotion, axis: usize, omega_rad_s: f64, time_s: f64, angle: Jet) {
     let (sin_phase, cos_phase) = (omega_rad_s * time_s).sin_cos();
     let (sin, cos) = angle[0].sin_cos();

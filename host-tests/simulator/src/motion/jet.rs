@@ -1,9 +1,9 @@
-//! Carries values with their time derivatives, and forms the smooth steps of which motions are made.
+//! Values with their time derivatives, and the smooth steps of the motions.
 //!
 //! A jet at time t (s) is a value and its derivatives per s, per s², and so on.
 //!
-//! Equation: 35x⁴ − 84x⁵ + 70x⁶ − 20x⁷, the lowest-order step from 0 to 1 with three continuous derivatives,
-//! which jerk (the second derivative of a rate that is already a first one) needs.
+//! Equation: 35x⁴ − 84x⁵ + 70x⁶ − 20x⁷, the lowest-order step from 0 to 1 with three continuous derivatives, as required by
+//! jerk (the second derivative of a rate, itself a first derivative).
 
 /// Value and first three derivatives of a scalar of time.
 pub type Jet = [f64; 4];
@@ -11,7 +11,7 @@ pub type Jet = [f64; 4];
 /// Value and first two derivatives.
 pub type ShortJet = [f64; 3];
 
-/// The step from 0 to 1 over `duration_s`.
+/// Step from 0 to 1 over `duration_s`.
 pub fn smooth_step(time_s: f64, duration_s: f64) -> Jet {
     if time_s <= 0.0 {
         return [0.0; 4];
@@ -30,7 +30,7 @@ pub fn smooth_step(time_s: f64, duration_s: f64) -> Jet {
     ]
 }
 
-/// Up over `ramp_s`, 1, down over `ramp_s` at the end of `duration_s`.
+/// Taper: up over `ramp_s`, 1, down over `ramp_s` at the end of `duration_s`.
 pub fn taper(time_s: f64, duration_s: f64, ramp_s: f64) -> Jet {
     if 2.0 * time_s <= duration_s {
         smooth_step(time_s, ramp_s)

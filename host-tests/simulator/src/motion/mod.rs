@@ -1,13 +1,13 @@
-//! Computes the motion of the base relative to the ground in closed form: one file a kind.
+//! Motion of the base relative to the ground in closed form: one file a kind.
 //!
-//! From a profile of a scenario and the time since its segment began it gives [`BaseMotion`]: the body rate with its
-//! first two derivatives (rad/s, rad/s², rad/s³) and the linear acceleration with its first (m/s², m/s³), body frame.
+//! From a profile of a scenario and the time since its segment's start: [`BaseMotion`], the body rate with its first two
+//! derivatives (rad/s, rad/s², rad/s³) and the linear acceleration with its first (m/s², m/s³), body frame.
 //!
-//! Slew, oscillation, spin, tumbling and vibration are given as rates; coning as an attitude (`coning`,
-//! `rotation_vector`). Derivatives are written out, never differenced.
+//! Slew, oscillation, spin, tumbling and vibration are given as rates; coning as an attitude (`coning`, `rotation_vector`).
+//! Derivatives are analytic, never differenced.
 //!
-//! Assumes segments of whole sample periods, each of which begins and ends at rest (C³ tapers), so that
-//! quadrature inside a period never meets a kink.
+//! Assumes segments of whole sample periods, each of which begins and ends at rest (C³ tapers), so that no kink lies inside
+//! a quadrature period.
 //!
 //! Out of scope: the Earth's rotation and gravity (`attitude.rs`), the isolator between base and
 //! case (`isolator.rs`), sustained linear motion: the base vibrates at its site and does not travel.
@@ -45,14 +45,14 @@ impl BodyMotion {
     };
 }
 
-/// The base at one instant, body frame.
+/// Motion of the base at one instant, body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct BaseMotion {
     /// Rotation relative to the ground.
     pub angular: BodyMotion,
-    /// Linear acceleration beside gravity \[m/s²\].
+    /// Linear acceleration without gravity \[m/s²\].
     pub linear_m_s2: Vector3<f64>,
-    /// Its derivative \[m/s³\].
+    /// Derivative of the linear acceleration \[m/s³\].
     pub linear_rate_m_s3: Vector3<f64>,
 }
 
@@ -65,24 +65,24 @@ impl BaseMotion {
     };
 }
 
-/// How a segment moves. Axes are 0, 1, 2 for x, y, z.
+/// Motion of a segment. Axes are 0, 1, 2 for x, y, z.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Profile {
     /// At rest on the Earth.
     Still,
-    /// The body tilts by `angle_rad` about an axis that runs round in the plane across `axis`; at the
-    /// segment's end it is back where it began.
+    /// The body tilts by `angle_rad` about an axis that rotates in the plane across `axis`; at the segment's end it is back
+    /// at its initial attitude.
     Coning {
         /// Cone axis.
         axis: usize,
-        /// Turns per second; negative runs the other way round \[Hz\].
+        /// Frequency of the cone; negative for the opposite sense \[Hz\].
         frequency_hz: f64,
         /// Half-angle of the cone \[rad\].
         angle_rad: f64,
         /// Length of each taper \[s\].
         ramp_s: f64,
     },
-    /// Coning of which the rotation vector draws ellipses, at one frequency or several.
+    /// Coning with a rotation vector on ellipses, at one frequency or several.
     EllipticConing {
         /// Cone axis.
         axis: usize,
@@ -91,18 +91,18 @@ pub enum Profile {
         /// Length of each taper \[s\].
         ramp_s: f64,
     },
-    /// A turn by `angle_rad` about one axis over the whole segment.
+    /// Rotation by `angle_rad` about one axis over the whole segment.
     Slew {
-        /// Axis turned about.
+        /// Axis of the rotation.
         axis: usize,
-        /// Angle turned \[rad\].
+        /// Angle of the rotation \[rad\].
         angle_rad: f64,
     },
-    /// A constant rate about `axis`, with an oscillation about `oscillation_axis` beside it.
+    /// Constant rate about `axis`, plus an oscillation about `oscillation_axis`.
     Spin {
         /// Axis of the constant rate.
         axis: usize,
-        /// The constant rate \[rad/s\].
+        /// Constant rate \[rad/s\].
         rate_rad_s: f64,
         /// Length of each taper \[s\].
         ramp_s: f64,
@@ -112,7 +112,7 @@ pub enum Profile {
         oscillation_frequency_hz: f64,
         /// Peak angle \[rad\]; 0 for none.
         oscillation_angle_rad: f64,
-        /// Phase of the oscillation's rate at the segment's begin \[rad\].
+        /// Phase of the oscillation's rate at the segment's start \[rad\].
         oscillation_phase_rad: f64,
     },
     /// Large rates about all axes at once, ω_i = R_i cos(2πf_i t + φ_i).
@@ -132,15 +132,15 @@ pub enum Profile {
         low_hz: f64,
         /// Upper edge of the band \[Hz\].
         high_hz: f64,
-        /// Rate, rms, of each axis \[rad/s\].
+        /// Rms rate of each axis \[rad/s\].
         rate_rms_rad_s: [f64; 3],
-        /// `Some`: the axes share every tone, each behind a common phase by this much \[rad\]: elliptical
-        /// motion, which rectifies. `None`: independent phases.
+        /// `Some`: the axes share every tone, each at this phase offset from a common phase \[rad\]: elliptical motion,
+        /// which rectifies. `None`: independent phases.
         axis_phase_rad: Option<[f64; 3]>,
         /// Length of each taper \[s\].
         ramp_s: f64,
     },
-    /// Random vibration after tables of power spectral density; axes without one do not move.
+    /// Random vibration from tables of power spectral density; axes without one do not move.
     RandomVibration {
         /// Body rate, x y z \[Hz, (rad/s)²/Hz\].
         angular: [Spectrum; 3],
@@ -151,7 +151,7 @@ pub enum Profile {
     },
 }
 
-/// The motion of one segment, evaluated period by period at fixed fractions of a period.
+/// Motion of one segment, evaluated period by period at fixed fractions of a period.
 #[derive(Debug, Clone)]
 pub struct SegmentMotion {
     profile: Profile,
@@ -159,7 +159,7 @@ pub struct SegmentMotion {
     duration_s: f64,
     node_fractions: [f64; 4],
     row: usize,
-    /// Rates about x, y, z, then accelerations along x, y, z; none unless a vibration.
+    /// Rates about x, y, z, then accelerations along x, y, z; empty unless a vibration.
     banks: Vec<ToneBank>,
 }
 
@@ -203,7 +203,7 @@ impl SegmentMotion {
         }
     }
 
-    /// The motion at the nodes of the next period.
+    /// Returns the motion at the nodes of the next period.
     pub fn next_period(&mut self) -> [BaseMotion; 4] {
         let begin_s = self.row as f64 * self.period_s;
         self.row += 1;
@@ -303,7 +303,7 @@ impl SegmentMotion {
     }
 }
 
-/// a cos(phase) and its first two derivatives, the phase turning at `omega`.
+/// a cos(phase) and its first two derivatives, for a phase rate `omega`.
 fn cosine(amplitude: f64, omega: f64, phase: f64) -> [f64; 3] {
     let (sin, cos) = phase.sin_cos();
     [

@@ -1,4 +1,4 @@
-//! Bounds how fast a motion can get (rad/s), for the check against a counter.
+//! Upper bounds of the rate of a motion (rad/s), for the check against a counter.
 //!
 //! For random profiles the bound is five times the rms.
 
@@ -13,14 +13,14 @@ impl ConingTone {
     }
 }
 
-/// The steepest slope of the smooth step, times its length: 140/64.
+/// Largest slope of the smooth step, times its length: 140/64.
 const STEEPEST: f64 = 2.1875;
 
-/// Peaks of a random signal over its rms: once in two million.
+/// Peak of a random signal over its rms: exceeded once in two million.
 const PEAK_OVER_RMS: f64 = 5.0;
 
 impl Profile {
-    /// A rate about any axis that the motion does not exceed \[rad/s\]; of random ones, hardly ever.
+    /// Upper bound of the rate about any axis \[rad/s\]; for random motions, hardly ever exceeded.
     pub fn peak_rate_rad_s(&self, duration_s: f64) -> f64 {
         match self {
             Self::Still => 0.0,

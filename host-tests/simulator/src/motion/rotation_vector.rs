@@ -1,11 +1,11 @@
-//! Computes elliptic coning and coning at several frequencies, exactly.
+//! Elliptic coning and coning at several frequencies, exact.
 //!
-//! From the tones of a rotation vector across an axis and the time in s it gives the body rate and its first two
-//! derivatives, body frame.
+//! From the tones of a rotation vector across an axis and the time in s: the body rate and its first two derivatives, body
+//! frame.
 //!
 //! Equations: φ(t) = w(t) Σ (A cos ψ, B sin ψ) in the plane across the axis, ψ = 2πft + ψ0, and (Bortz)
 //! ω = φ' − c₁(x) φ × φ' + c₂(x) φ × (φ × φ'), x = |φ|², c₁ = (1 − cos √x)/x, c₂ = (√x − sin √x)/x^{3/2}.
-//! Derivatives go through by Leibniz's rule; c₁ and c₂ by their series, which know no division by a small x.
+//! Derivatives by Leibniz's rule; c₁ and c₂ by their series, which avoid a division by a small x.
 //!
 //! Assumes |φ| ≤ π, where twelve terms of the series are exact to 1e-14.
 
@@ -13,20 +13,20 @@ use super::BodyMotion;
 use super::jet::{Jet, ShortJet, product, short_product};
 use std::f64::consts::TAU;
 
-/// One tone of the rotation vector.
+/// Tone of the rotation vector.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct ConingTone {
-    /// Turns per second; negative runs the other way round \[Hz\].
+    /// Frequency; negative for the opposite sense \[Hz\].
     pub frequency_hz: f64,
     /// Semi-axis of the ellipse along the first axis after the cone's \[rad\].
     pub angle_rad: f64,
     /// Semi-axis along the second axis after the cone's \[rad\].
     pub across_angle_rad: f64,
-    /// Phase at the segment's begin \[rad\].
+    /// Phase at the segment's start \[rad\].
     pub phase_rad: f64,
 }
 
-/// Terms of the series.
+/// Number of terms of the series.
 const TERMS: usize = 12;
 
 /// Σ (−x)^k/(2k + first)! with its derivatives with respect to x.
@@ -61,7 +61,7 @@ fn of(function: [f64; 3], x: &ShortJet) -> ShortJet {
     ]
 }
 
-/// The body's motion at `time_s`; `taper` is w(t).
+/// Motion of the body at `time_s`; `taper` is w(t).
 pub fn rotation_vector(
     motion: &mut BodyMotion,
     axis: usize,

@@ -1,33 +1,33 @@
-//! Makes random vibration as a sum of tones: band-limited, or after a table of power spectral density.
+//! Random vibration as a sum of tones: band-limited, or from a table of power spectral density.
 //!
-//! From a band with an rms, or a table of (Hz, unit²/Hz), and a seeded generator it makes one signal with its first two
-//! derivatives at the quadrature nodes of one period after another.
+//! From a band with an rms, or a table of (Hz, unit²/Hz), and a seeded generator: one signal with its first two derivatives
+//! at the quadrature nodes of successive periods.
 //!
-//! Equations: u(t) = Σ a_n cos(2πf_n t + φ_n), a_n²/2 the power of cell n of the band, f_n drawn inside its cell.
-//! Between two points of a table the density is a straight line in log–log, as vibration standards draw it.
-//! Phasors step by one period with one complex product each.
+//! Equations: u(t) = Σ a_n cos(2πf_n t + φ_n), a_n²/2 the power of cell n of the band, f_n drawn inside its cell. Between
+//! two points of a table the density is a straight line in log–log, as in vibration standards. Phasors step by one period
+//! with one complex product each.
 //!
-//! Out of scope: which axis a signal moves, and its taper.
+//! Out of scope: the axis of a signal, and its taper.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// Tones that stand in for a continuous band: enough that the sum is Gaussian to 1 % in its fourth moment
-/// (excess kurtosis −3/(2·64)), few enough that a minute costs well under a second.
+/// Number of tones of a continuous band: enough for a sum that is Gaussian to 1 % in its fourth moment (excess kurtosis
+/// −3/(2·64)), few enough that a minute costs well under a second.
 pub const BAND_TONES: usize = 64;
 
-/// Tones of a table: some ten to the octave over the decades that vibration standards span.
+/// Number of tones of a table: some ten to the octave over the decades of vibration standards.
 pub const TABLE_TONES: usize = 128;
 
-/// Amplitude and frequency of a tone.
+/// Tone with amplitude, frequency and phase.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Tone {
     /// Amplitude in the signal's unit.
     pub amplitude: f64,
     /// Angular frequency ω \[rad/s\].
     pub omega_rad_s: f64,
-    /// Phase at the segment's begin \[rad\].
+    /// Phase at the segment's start \[rad\].
     pub phase_rad: f64,
 }
 
@@ -36,7 +36,7 @@ pub struct Tone {
 pub struct Spectrum(pub Vec<[f64; 2]>);
 
 impl Spectrum {
-    /// Power between two frequencies of one straight piece: ∫ S₁ (f/f₁)^m df.
+    /// Power between two frequencies of one log–log segment: ∫ S₁ (f/f₁)^m df.
     fn piece(from: [f64; 2], to: [f64; 2], low_hz: f64, high_hz: f64) -> f64 {
         let slope = (to[1] / from[1]).ln() / (to[0] / from[0]).ln();
         let at = |hz: f64| from[1] * (hz / from[0]).powf(slope);
@@ -62,8 +62,8 @@ impl Spectrum {
             .sum()
     }
 
-    /// Tones for it. Cells share the band's width and its power half and half, so that a peak is finely
-    /// divided and a floor is not left empty.
+    /// Draws the tones of the table. Cells have equal shares of the mean of bandwidth and power, so that a peak is finely
+    /// divided and the floor is covered too.
     pub fn tones(&self, rng: &mut ChaCha8Rng) -> Vec<Tone> {
         let (Some(first), Some(last)) = (self.0.first(), self.0.last()) else {
             return Vec::new();
@@ -74,7 +74,7 @@ impl Spectrum {
         let edge = |cell: usize| {
             let wanted = cell as f64 / TABLE_TONES as f64;
             let (mut low, mut high) = (begin, end);
-            // the share rises; 50 halvings leave 1e-15 of the band
+            // the share is increasing; 50 bisections leave 1e-15 of the band
             for _ in 0..50 {
                 let middle = 0.5 * (low + high);
                 if share(middle) < wanted {
@@ -102,7 +102,7 @@ impl Spectrum {
     }
 }
 
-/// Tones of a flat band for the three axes: the same frequencies; phases free, or behind a common one.
+/// Draws the tones of a flat band for the three axes: equal frequencies; phases independent, or relative to a common one.
 pub fn band_tones(
     low_hz: f64,
     high_hz: f64,
@@ -113,7 +113,7 @@ pub fn band_tones(
     let width_hz = (high_hz - low_hz) / BAND_TONES as f64;
     let mut tones: [Vec<Tone>; 3] = Default::default();
     for tone in 0..BAND_TONES {
-        // one tone in each cell of the band: the spectrum is filled evenly, the tones stay irregular
+        // one tone in each cell of the band: the spectrum is covered evenly, the tones stay irregular
         let frequency_hz = low_hz + width_hz * (tone as f64 + rng.random::<f64>());
         let common: f64 = rng.random::<f64>() * TAU;
         let free: [f64; 3] = [rng.random(), rng.random(), rng.random()];
@@ -148,9 +148,9 @@ pub struct ToneBank {
 }
 
 impl ToneBank {
-    /// The tones from the segment's begin, at these fractions of periods of `period_s`.
+    /// Bank of tones from the segment's start, at these fractions of periods of `period_s`.
     pub fn new(tones: &[Tone], node_fractions: [f64; 4], period_s: f64) -> Self {
-        // an empty bank costs nothing
+        // an empty bank needs no computation
         if tones.iter().all(|tone| tone.amplitude == 0.0) {
             return Self::default();
         }
@@ -178,7 +178,7 @@ impl ToneBank {
         }
     }
 
-    /// Value and two derivatives at `node` of the period under way, which then is over for this node.
+    /// Returns value and two derivatives at `node` of the current period, and advances that node by a period.
     pub fn next(&mut self, node: usize) -> [f64; 3] {
         let mut sums = [0.0; 3];
         let Some(phasors) = self.nodes.get_mut(node) else {

@@ -1,15 +1,15 @@
-//! Reads one section, `[[motion]]` or `[[effect]]` of a scenario or instrument, key by key.
+//! Reader of one section, `[[motion]]` or `[[effect]]` of a scenario or instrument, key by key.
 //!
-//! An entry is the parsed table and its place. Each value is asked for once; a key that was never asked for is unknown
-//! and reported with its line.
+//! An entry is the parsed table and its place. Each key is read once; a key that is never read is unknown and reported with
+//! its line.
 
 use rlg_recording::error::InputError;
 use std::path::Path;
 
-/// Letters by which a misspelt key, or one in another unit, differs from the one that is meant.
+/// Largest edit distance of a misspelt key, or of one in another unit, from the expected key.
 const MISSPELT: usize = 3;
 
-/// A table of which every key must be asked for.
+/// Table of which every key must be read.
 #[derive(Debug, Clone)]
 pub struct Entry<'a> {
     path: &'a Path,
@@ -19,7 +19,7 @@ pub struct Entry<'a> {
 }
 
 impl<'a> Entry<'a> {
-    /// `begin` is the byte of `text` at which the entry stands.
+    /// `begin`: byte of `text` at which the entry starts.
     pub fn new(path: &'a Path, text: &'a str, begin: usize, table: &toml::Table) -> Self {
         Self {
             path,
@@ -29,7 +29,7 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// An error at `key`, with the line of the key, or of the entry where the key is absent.
+    /// Error at `key`, with the line of the key, or of the entry if the key is absent.
     pub fn error(&self, key: &str, problem: &str) -> InputError {
         let mut begin = self.begin.min(self.text.len());
         let entry_line = line_of(self.text, begin);
@@ -49,7 +49,7 @@ impl<'a> Entry<'a> {
         InputError::new(self.path, format!("line {line}: {problem}")).channel(key)
     }
 
-    /// Whether the key is present and has not been asked for.
+    /// True if the key is present and not yet read.
     pub fn has(&self, key: &str) -> bool {
         self.remaining.contains_key(key)
     }
@@ -58,8 +58,8 @@ impl<'a> Entry<'a> {
         self.remaining.remove(key).ok_or_else(|| self.missing(key))
     }
 
-    /// The error of an absent key. If a similar key is present, the error names that one: `angle_deg` where `angle_rad`
-    /// is expected.
+    /// Error for an absent key. If a similar key is present, the error names that one: `angle_deg` for an expected
+    /// `angle_rad`.
     fn missing(&self, key: &str) -> InputError {
         let near = |other: &&String| strsim::damerau_levenshtein(other, key) <= MISSPELT;
         match self.remaining.keys().find(near) {
@@ -94,13 +94,13 @@ impl<'a> Entry<'a> {
         self.to_number(key, &value)
     }
 
-    /// A finite number, 0 where the key is absent.
+    /// A finite number, 0 if the key is absent.
     pub fn number_or_zero(&mut self, key: &str) -> Result<f64, InputError> {
         let present = self.has(key);
         self.number_if(key, present)
     }
 
-    /// Takes a finite number if `wanted`; otherwise gives 0 and leaves the key, which is then reported as unknown.
+    /// Reads a finite number if `wanted`; otherwise returns 0 and leaves the key, which is then reported as unknown.
     pub fn number_if(&mut self, key: &str, wanted: bool) -> Result<f64, InputError> {
         if wanted { self.number(key) } else { Ok(0.0) }
     }
@@ -135,7 +135,7 @@ impl<'a> Entry<'a> {
         Ok(numbers)
     }
 
-    /// One finite number or more.
+    /// One or more finite numbers.
     pub fn list(&mut self, key: &str) -> Result<Vec<f64>, InputError> {
         let value = self.take(key)?;
         match value.as_array().filter(|list| !list.is_empty()) {
@@ -147,7 +147,7 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// A table of its own under `key`, as rows of two numbers; none where it is absent.
+    /// A nested table under `key`, as rows of two numbers; empty if absent.
     pub fn pairs(&mut self, key: &str) -> Result<Vec<[f64; 2]>, InputError> {
         if !self.has(key) {
             return Ok(Vec::new());
@@ -184,7 +184,7 @@ impl<'a> Entry<'a> {
         Ok(number)
     }
 
-    /// The same, `default` where the key is absent.
+    /// A finite number from `low` to `high` \[`unit`\], `default` if the key is absent.
     pub fn within_or(
         &mut self,
         key: &str,
@@ -213,7 +213,7 @@ impl<'a> Entry<'a> {
         Ok(numbers)
     }
 
-    /// The same, `default` where the key is absent.
+    /// Three numbers in a range \[`unit`\], `default` if the key is absent.
     pub fn triple_within_or(
         &mut self,
         key: &str,
@@ -228,7 +228,7 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// Whether a value of `key` is in its range.
+    /// Checks that a value of `key` is in its range.
     pub fn check(
         &self,
         key: &str,
@@ -248,7 +248,7 @@ impl<'a> Entry<'a> {
         ))
     }
 
-    /// A table inside this one, as an entry that stands at the same place; absent: none.
+    /// A table inside this one, as an entry at the same place; `None` if absent.
     pub fn inner(&mut self, key: &str) -> Result<Option<Self>, InputError> {
         if !self.has(key) {
             return Ok(None);
@@ -276,7 +276,7 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// true or false, `default` where absent.
+    /// true or false, `default` if absent.
     pub fn flag(&mut self, key: &str, default: bool) -> Result<bool, InputError> {
         if !self.has(key) {
             return Ok(default);
@@ -302,12 +302,12 @@ impl<'a> Entry<'a> {
         }
     }
 
-    /// The entry's place in the text, for an error that is found later.
+    /// Place of the entry in the text, for a later error.
     pub fn begin(&self) -> usize {
         self.begin
     }
 
-    /// Checks that every key has been asked for.
+    /// Checks that every key has been read.
     pub fn finish(self) -> Result<(), InputError> {
         match self.remaining.keys().next() {
             None => Ok(()),
@@ -316,7 +316,7 @@ impl<'a> Entry<'a> {
     }
 }
 
-/// The line on which a byte of `text` stands, from 1.
+/// Line of a byte of `text`, from 1.
 pub fn line_of(text: &str, byte: usize) -> usize {
     1 + text[..byte.min(text.len())].matches('\n').count()
 }

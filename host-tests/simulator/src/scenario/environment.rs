@@ -1,7 +1,7 @@
-//! Reads the sections of what is around the gyros: `[thermal]`, `[magnetic]`, `[isolator]`.
+//! Sections of the gyros' surroundings: `[thermal]`, `[magnetic]`, `[isolator]`.
 //!
-//! Each section comes as an [`Entry`]; its numbers must be finite and in range, and the first that is not is named with
-//! its line. SI units; x, y, z where three.
+//! Each section is an [`Entry`]; its numbers must be finite and in range, and the first that is not is reported with its
+//! line. SI units; x, y, z for triples.
 
 use super::Entry;
 use super::instrument::TINY;
@@ -9,7 +9,7 @@ use crate::isolator::IsolatorEntry;
 use crate::surroundings::{MagneticEntry, ThermalEntry};
 use rlg_recording::error::InputError;
 
-/// A rate of readings that divides the sample rate.
+/// Sample rate of a slow channel, which must divide the gyros' rate.
 fn slow_rate(entry: &mut Entry, rate_hz: f64) -> Result<f64, InputError> {
     let slow_hz = entry.positive("rate_hz")?;
     let rows = rate_hz / slow_hz;
@@ -26,7 +26,7 @@ fn slow_rate(entry: &mut Entry, rate_hz: f64) -> Result<f64, InputError> {
 pub fn thermal(mut entry: Entry, rate_hz: f64) -> Result<ThermalEntry, InputError> {
     let swing = entry.has("ambient_swing_k");
     let thermal = ThermalEntry {
-        // electronics live between −73 and 127 °C
+        // electronics operate between −73 and 127 °C
         start_k: entry.within("start_k", [200.0, 400.0], "K")?,
         self_heating_k: entry.triple_within("self_heating_k", [-100.0, 100.0], "K")?,
         time_constant_s: entry.triple_within("time_constant_s", [TINY, 1e6], "s")?,
@@ -75,7 +75,7 @@ pub fn isolator(mut entry: Entry) -> Result<IsolatorEntry, InputError> {
             return Ok([None; 3]);
         }
         let frequency_hz = entry.triple_within(frequency, [TINY, 1e5], "Hz")?;
-        // beyond 10 a mount is a dashpot; 0 rings for ever, which is no mount
+        // above 10 a mount is a dashpot; an undamped mode is no mount
         let damping = entry.triple_within(damping, [TINY, 10.0], "")?;
         Ok([0, 1, 2].map(|axis| Some((frequency_hz[axis], damping[axis]))))
     };

@@ -1,8 +1,8 @@
-//! Reads the sections of the gyros themselves, in a scenario or in an instrument's file: `[gyro]` and `[dither]`.
+//! Sections of the gyros, in a scenario or in an instrument's file: `[gyro]` and `[dither]`.
 //!
-//! Each section comes as an [`Entry`]; its numbers must be finite and physically possible, and the first that is not is
-//! named with its line. The bounds refuse wrong units and slips of the pen; they do not judge an instrument. SI units;
-//! x, y, z where three.
+//! Each section is an [`Entry`]; its numbers must be finite and physically possible, and the first that is not is reported
+//! with its line. The bounds refuse wrong units and typing errors; they do not rate an instrument. SI units; x, y, z for
+//! triples.
 
 use super::Entry;
 use rlg_model::Installation;
@@ -16,27 +16,27 @@ pub const PULSE_RAD: [f64; 2] = [TINY, 1e-2];
 pub const BIAS_RAD_S: [f64; 2] = [-0.1, 0.1];
 /// Scale errors are parts per million; a tenth is a wrong unit.
 pub const SCALE: [f64; 2] = [-0.1, 0.1];
-/// Small angles, to first order of which the model is right.
+/// Small angles, for which the first-order model is accurate.
 pub const SMALL_RAD: [f64; 2] = [-0.1, 0.1];
 /// Noise of an angle.
 pub const NOISE_RAD: [f64; 2] = [0.0, 0.1];
 /// Resolution of an angle.
 pub const WEIGHT_RAD: [f64; 2] = [TINY, 0.1];
-/// No gyro has a random walk beyond 1.
+/// No gyro has an angle random walk above 1 rad/√s.
 pub const WALK: [f64; 2] = [0.0, 1.0];
 /// The pickoff is calibrated to per cent.
 pub const GAIN: [f64; 2] = [0.1, 10.0];
 
-/// What the gyros' channels hold.
+/// Quantity of the gyros' channels.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum GyroOutput {
-    /// Pulses counted.
+    /// Pulse counts.
     Count,
     /// Angles in multiples of the pulse weight: gyros without dither.
     Increment,
 }
 
-/// Section `[gyro]`, each value x y z: the truth that the model also states.
+/// Section `[gyro]`, each value x y z: the true values, also stated in the model.
 #[derive(Debug, Clone)]
 pub struct GyroEntry {
     /// Pulse weight \[rad\].
@@ -47,13 +47,13 @@ pub struct GyroEntry {
     pub scale_error: [f64; 3],
     /// Angle random walk \[rad/√s\].
     pub angle_random_walk_rad_sqrt_s: [f64; 3],
-    /// Random walk of the bias, which the model does not state \[rad/s/√s\].
+    /// Rate random walk, which the model does not state \[rad/s/√s\].
     pub rate_random_walk_rad_s_sqrt_s: [f64; 3],
     /// ε_ij0 \[rad\].
     pub installation_rad: Installation,
-    /// What the channels hold.
+    /// Quantity of the channels.
     pub output: GyroOutput,
-    /// Width of the counter of one row, sign included; `None`: wide enough for anything.
+    /// Width of the counter of one row, sign included \[bit\]; `None`: unlimited.
     pub counter_bits: Option<u32>,
 }
 
@@ -140,11 +140,11 @@ pub struct DitherEntry {
     pub amplitude_spread: f64,
     /// Block angle over pickoff angle \[1\].
     pub pickoff_gain: [f64; 3],
-    /// White noise of one reading \[rad\].
+    /// White noise of a pickoff sample \[rad\].
     pub pickoff_noise_rad: [f64; 3],
-    /// Resolution of a reading \[rad\].
+    /// Resolution of a pickoff sample \[rad\].
     pub pickoff_weight_rad: f64,
-    /// J_block/(J_block + J_case): how far the case turns back \[1\].
+    /// Reaction ratio of the case, J_block/(J_block + J_case) \[1\].
     pub reaction_ratio: [f64; 3],
 }
 
@@ -154,7 +154,7 @@ impl DitherEntry {
         let dither = Self {
             frequency_hz: entry.triple("frequency_hz")?,
             amplitude_rad: entry.triple_within("amplitude_rad", NOISE_RAD, "rad")?,
-            // a spread of 0.3 already lets the amplitude come down to a tenth of its mean (3 spreads)
+            // with a spread of 0.3 the amplitude falls to a tenth of its mean (3 spreads)
             amplitude_spread: entry.within("amplitude_spread", [0.0, 0.3], "")?,
             pickoff_gain: entry.triple_within("pickoff_gain", GAIN, "")?,
             pickoff_noise_rad: entry.triple_within("pickoff_noise_rad", NOISE_RAD, "rad")?,

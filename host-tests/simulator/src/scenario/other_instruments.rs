@@ -1,7 +1,7 @@
-//! Reads the sections of what stands beside the gyros: `[reference]`, `[fibre_optic]`, `[encoder]`, `[accelerometer]`.
+//! Sections of the other instruments: `[reference]`, `[fibre_optic]`, `[encoder]`, `[accelerometer]`.
 //!
-//! Each section comes as an [`Entry`]; its numbers must be finite and in range, and the first that is not is named with
-//! its line. SI units; x, y, z where three.
+//! Each section is an [`Entry`]; its numbers must be finite and in range, and the first that is not is reported with its
+//! line. SI units; x, y, z for triples.
 
 use super::Entry;
 use super::instrument::{BIAS_RAD_S, NOISE_RAD, SCALE, TINY, WALK, WEIGHT_RAD};
@@ -16,7 +16,7 @@ pub struct ReferenceEntry {
     pub angle_random_walk_rad_sqrt_s: f64,
     /// Resolution of the angle \[rad\].
     pub weight_rad: f64,
-    /// Whether it also reports attitude (`reference_attitude`, in the north-west-up frame).
+    /// Attitude is recorded too (`reference_attitude`, in the north-west-up frame).
     pub attitude: bool,
 }
 
@@ -80,7 +80,7 @@ impl FibreOpticEntry {
     }
 }
 
-/// `[encoder]`: angle encoders of the table's axes, on the base; they know nothing of the Earth's rotation.
+/// `[encoder]`: angle encoders of the table's axes, on the base; they do not measure the Earth's rotation.
 #[derive(Debug, Clone, Copy)]
 pub struct EncoderEntry {
     /// White noise of the angle \[rad\].
@@ -108,9 +108,9 @@ pub struct AccelerometerEntry {
     pub bias_m_s2: [f64; 3],
     /// Scale error \[1\].
     pub scale_error: [f64; 3],
-    /// One-sided density \[m/s²/√Hz\].
+    /// One-sided noise density \[m/s²/√Hz\].
     pub noise_m_s2_sqrt_hz: f64,
-    /// Resolution of a reading \[m/s²\].
+    /// Resolution of a sample \[m/s²\].
     pub weight_m_s2: f64,
 }
 

@@ -1,7 +1,7 @@
 //! Parses `[[motion]]` entries into profiles.
 //!
-//! From one entry and the sample rate in Hz it makes a [`SegmentEntry`]: its length in whole rows, every frequency
-//! below half the sample rate; and the largest rate that it can reach, for the check against the counter.
+//! From one entry and the sample rate in Hz, a [`SegmentEntry`]: its length in whole rows, every frequency below half the
+//! sample rate; and the largest rate of its motion, for the check against the counter.
 
 use super::Entry;
 use crate::motion::Profile;
@@ -13,17 +13,17 @@ use std::f64::consts::{PI, TAU};
 /// One `[[motion]]`.
 #[derive(Debug, Clone)]
 pub struct SegmentEntry {
-    /// Its name in the recording.
+    /// Name in the recording.
     pub name: String,
-    /// Its kind in the recording.
+    /// Kind in the recording.
     pub kind: String,
-    /// Its length in rows.
+    /// Length in rows.
     pub rows: usize,
-    /// How it moves.
+    /// Motion of the segment.
     pub profile: Profile,
 }
 
-/// Motions by name.
+/// Names of the motions.
 const KINDS: &str = "still, coning, multi_coning, slew, spin, spin_synchronous, tumble, vibration or \
                      random_vibration";
 
@@ -68,7 +68,7 @@ pub fn segment(mut entry: Entry, rate_hz: f64) -> Result<SegmentEntry, InputErro
         format!("{kind}{suffix}")
     };
     entry.finish()?;
-    // the recording's kinds, by which readers of it choose
+    // kinds of the recording, used by its readers to select segments
     let kind = match kind.as_str() {
         "multi_coning" => "coning",
         "spin_synchronous" => "spin",
@@ -83,7 +83,7 @@ pub fn segment(mut entry: Entry, rate_hz: f64) -> Result<SegmentEntry, InputErro
     })
 }
 
-/// What every motion of a segment must respect.
+/// Limits of every motion of a segment.
 struct Limits {
     duration_s: f64,
     rate_hz: f64,
@@ -151,7 +151,7 @@ impl Limits {
             } else if key == "phase_rad" {
                 vec![0.0; count]
             } else {
-                // circular unless said otherwise
+                // circular by default
                 lists[0].clone()
             };
             if list.len() != count {
@@ -215,7 +215,7 @@ impl Limits {
         Ok((profile, format!("-{letter}")))
     }
 
-    /// A spin whose oscillation has the spin's own frequency: what separates the six K_ij.
+    /// Spin with an oscillation at the spin's own frequency, which separates the six K_ij.
     fn spin_synchronous(&self, entry: &mut Entry) -> Read {
         let (axis, letter) = entry.axis("axis")?;
         let rate_rad_s = entry.number("rate_rad_s")?;

@@ -1,7 +1,7 @@
-//! Holds a scenario's or an instrument's file as parsed: its sections with their places.
+//! Parsed file of a scenario or an instrument: its sections with their places.
 //!
-//! From TOML text and its path it makes a [`Source`], whose sections are read as [`Entry`], so that every error names
-//! file and line. Numbers are judged where the sections are read.
+//! From TOML text and its path, a [`Source`], whose sections are read as [`Entry`], so that every error has file and line.
+//! Numbers are checked when the sections are read.
 
 use super::Entry;
 use super::entry::line_of;
@@ -36,7 +36,7 @@ pub struct File {
     pub effect: Vec<Spanned<toml::Table>>,
 }
 
-/// A file that was read: its sections, and its text to name lines by.
+/// Parsed file: its sections, and its text for the line numbers of errors.
 pub struct Source {
     pub path: PathBuf,
     pub text: String,
@@ -66,7 +66,7 @@ impl Source {
         Entry::new(&self.path, &self.text, table.span().start, table.get_ref())
     }
 
-    /// An error at a key of the top.
+    /// Error at a top-level key.
     pub fn error(&self, key: &str, problem: &str) -> InputError {
         Entry::new(&self.path, &self.text, 0, &toml::Table::new()).error(key, problem)
     }
@@ -74,7 +74,7 @@ impl Source {
 
 type Section = fn(&File) -> Option<&Spanned<toml::Table>>;
 
-/// The sections of an instrument by name.
+/// Sections of an instrument by name.
 pub const SECTIONS: [(&str, Section); 9] = [
     ("gyro", |file| file.gyro.as_ref()),
     ("dither", |file| file.dither.as_ref()),
@@ -91,7 +91,7 @@ pub fn text_of(path: &Path) -> Result<String, InputError> {
     std::fs::read_to_string(path).map_err(|error| InputError::unreadable(path, &error))
 }
 
-/// The instrument's file, if the scenario names one.
+/// File of the instrument, if the scenario names one.
 pub fn instrument_of(own: &Source) -> Result<Option<Source>, InputError> {
     let Some(name) = &own.file.instrument else {
         return Ok(None);
