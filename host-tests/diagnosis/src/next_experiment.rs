@@ -1,8 +1,8 @@
-//! What to do next: the experiment that tells apart what this recording confuses, or else knows the numbers of what was
-//! found best, with the figure that it promises.
+//! Next experiment: it separates effects that this recording confuses, or else has the smallest standard deviations of the
+//! finding's parameters, with the predicted figures.
 //!
-//! What was found, its rivals and everyday errors → what this recording says of them → what it and each of the catalogue's
-//! experiments would say together, under this recording's noise → the one that decides most, the least trouble first.
+//! Finding, rivals and everyday errors → their Fisher information in this recording → joint information with each of the
+//! catalogue's experiments, under this recording's noise → selects the experiment that decides most, at the least trouble.
 
 use std::ops::Range;
 
@@ -23,32 +23,32 @@ use super::finding::{Finding, card, unit_of};
 use super::plan::AnalysisPlan;
 use super::search::Found;
 
-/// Errors of any gyro, free beside what is told apart.
+/// Errors of any gyro, nuisance parameters of a separation.
 const PLAIN: [&str; 3] = ["gyro_bias", "gyro_scale", "installation"];
 
-/// An hour at the table \[s\]: an experiment is repeated no longer.
+/// Longest duration of a repeated experiment \[s\]: an hour at the table.
 const MOST_S: f64 = 3600.0;
 
-/// Standard deviations of a log ratio that chance may take of it.
+/// Standard deviations of a log ratio allowed for chance.
 const CHANCE: f64 = 2.0;
 
-/// An experiment that knows numbers better is one that halves their standard deviations at least.
+/// Ratio of standard deviations at which an experiment is worthwhile: it halves them at least.
 const WORTHWHILE: f64 = 0.5;
 
-/// What to do next where nothing was found.
+/// Sentence for a recording without findings.
 pub const NONE_NEEDED: &str =
     "None needed for this recording; a motion that excites what is not excluded would show more.";
 
-/// What to do next.
+/// Next experiment.
 pub(crate) struct Next {
-    /// In words.
+    /// Sentence.
     pub(crate) sentence: String,
-    /// In figures, where a motion or temperature does it.
+    /// Figures, where a motion or temperature makes the experiment.
     pub(crate) entry: Option<ExperimentEntry>,
 }
 
 impl Next {
-    /// What the catalogue says of a kind.
+    /// Returns the experiment on the catalogue's card of a kind.
     fn of_card(kind: &str) -> Self {
         Self {
             sentence: card(kind).experiment.to_string(),
@@ -57,13 +57,13 @@ impl Next {
     }
 }
 
-/// Separation \[σ\] from which on a rival falls behind by more than `within` in log posterior, chance counted: the log ratio is
-/// half its square, with itself as standard deviation.
+/// Separation \[σ\] from which a rival loses more than `within` in log posterior, chance included: the log ratio is half the
+/// squared separation, with the separation as standard deviation.
 fn deciding_sigma(within: f64) -> f64 {
     CHANCE + (CHANCE * CHANCE + 2.0 * within).sqrt()
 }
 
-/// The next experiment: of the first finding that the recording confuses with something, else of the first.
+/// Returns the next experiment for the first finding that the recording confuses with a rival or drift, else for the first.
 pub(crate) fn next_experiment(
     (data, found): (&Data, &Found),
     confirmed: &Confirmed,
@@ -90,18 +90,18 @@ pub(crate) fn next_experiment(
     next.unwrap_or_else(|| Next::of_card(kind))
 }
 
-/// What a hypothesis is to the question.
+/// Role of a hypothesis in the question.
 #[derive(Clone, Copy, PartialEq)]
 enum Role {
-    /// What was found.
+    /// The finding.
     Own,
-    /// What may stand in its place.
+    /// A rival of the finding.
     Rival,
-    /// What was found besides.
+    /// Another finding.
     Other,
     /// An everyday error.
     Plain,
-    /// Where a drift begins.
+    /// Initial level of a drift.
     Level,
 }
 
@@ -110,27 +110,27 @@ struct Asked {
     kind: &'static str,
     role: Role,
     hypothesis: Hypothesis,
-    /// Places of its parameters in the information.
+    /// Indices of its parameters in the information.
     block: Range<usize>,
 }
 
-/// What was found with all that may stand in its place.
+/// A finding with its rivals and nuisance hypotheses.
 struct Question<'a> {
     one: &'a Finding<'a>,
     fit: &'a Fit,
     pool: Pool,
     asked: Vec<Asked>,
-    /// Noise with the drift that comes nearest to it.
+    /// Noise levels with the drift nearest to the finding.
     drift_levels: &'a [NoiseLevels],
-    /// Rows a second and length of this recording.
+    /// Row rate \[Hz\] and length \[s\] of this recording.
     rows: (f64, f64),
-    /// Scale error and installation of the model.
+    /// Scale error and installation matrix of the model.
     gyros: ([f64; 3], Matrix3<f64>),
-    /// What this recording says, everyday errors set aside.
+    /// Information of this recording, zero for the everyday errors.
     here: Information,
 }
 
-/// An experiment with what it says when it is made once.
+/// Experiment with the information of a single run.
 struct Said {
     experiment: Experiment,
     information: Information,
@@ -153,7 +153,7 @@ impl<'a> Question<'a> {
         let fit = &confirmed.last.fit;
         let (pool, asked) = asked((found, confirmed, place), one)?;
         let mut here = of_recording(data, found, (&pool, &asked), &fit.levels)?;
-        // Everyday errors are those of the experiment: here the search has weighed them.
+        // Everyday errors are nuisance parameters of the experiment only: here the search has weighed them.
         let is_new = |one: &&Asked| matches!(one.role, Role::Plain | Role::Level);
         for place in asked
             .iter()
@@ -175,7 +175,7 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// What each experiment would say; `None` of one too short to transform.
+    /// Computes the information of an experiment; `None` if it is too short to transform.
     fn said(&self, experiment: Experiment) -> Option<Said> {
         let (scale_error, sensing_from_body) = self.gyros;
         let signals = experiment.signals(scale_error, sensing_from_body);
@@ -196,7 +196,7 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// What was found.
+    /// The finding.
     fn own(&self) -> &Asked {
         &self.asked[0]
     }
@@ -205,7 +205,7 @@ impl<'a> Question<'a> {
         self.asked.iter().filter(|one| one.role == Role::Rival)
     }
 
-    /// Parameters with the standard deviation of their prior.
+    /// Indices of the parameters with the standard deviation of their prior.
     fn free<'b>(&self, those: impl Iterator<Item = &'b Asked>) -> Vec<(usize, f64)> {
         let of = |one: &'b Asked| {
             let bound = |k: usize| one.hypothesis.bound(k).std;
@@ -215,20 +215,20 @@ impl<'a> Question<'a> {
         those.flat_map(of).collect()
     }
 
-    /// What is free beside what is told apart.
+    /// Hypotheses with the nuisance parameters of a separation.
     fn beside(&self) -> impl Iterator<Item = &Asked> {
         let is_free = |one: &&Asked| matches!(one.role, Role::Other | Role::Plain);
         self.asked.iter().filter(is_free)
     }
 
-    /// This recording and an experiment that is made `repeats` times.
+    /// Joint information of this recording and `repeats` runs of an experiment.
     fn together(&self, experiment: &Information, repeats: u32) -> Information {
         let mut all = self.here.clone();
         all.fisher += &experiment.fisher * f64::from(repeats);
         all
     }
 
-    /// The numbers of what was found, and 1 for what it does without any.
+    /// Estimated parameters of the finding, and 1 for its fixed terms.
     fn values(&self) -> Vec<f64> {
         let own = self.own().block.len();
         let mut values: Vec<f64> = self.fit.estimate.as_slice()[self.one.block.clone()].to_vec();
@@ -236,7 +236,7 @@ impl<'a> Question<'a> {
         values
     }
 
-    /// The numbers that a rival has in the place of what was found.
+    /// Parameters of a rival in the place of the finding.
     fn values_of(&self, rival: &Asked) -> Vec<f64> {
         let free = self.free([rival].into_iter().chain(self.beside()));
         let own = self.own().block.clone();
@@ -245,7 +245,7 @@ impl<'a> Question<'a> {
         values
     }
 
-    /// Every pair of kinds, either of them taken for true, where an experiment is made `repeats` times.
+    /// Separation of every pair of kinds, either taken as true, with `repeats` runs of an experiment.
     fn apart(&self, said: &Said, repeats: u32) -> Vec<SeparationEntry> {
         let own = self.own();
         let together = self.together(&said.information, repeats);
@@ -279,7 +279,7 @@ impl<'a> Question<'a> {
         all
     }
 
-    /// Rivals that an experiment made `repeats` times tells apart whichever is true, and the others.
+    /// Divides the rivals into those separated by `needed` \[σ\], whichever is true, and the others.
     fn told<'b>(&self, apart: &'b [SeparationEntry], needed: f64) -> (Vec<&'b str>, Vec<&'b str>) {
         let own = self.own().kind;
         let mut rivals: Vec<&str> = apart.iter().map(|one| one.other_than(own)).collect();
@@ -290,7 +290,7 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// The experiment that tells what was found from most rivals, repeated least.
+    /// Selects the experiment that separates the finding from most rivals, with the fewest repeats.
     fn separated(&self, plan: &AnalysisPlan) -> Option<Next> {
         let needed = deciding_sigma(plan.class_within);
         let mut best: Option<(usize, u32, Said)> = None;
@@ -328,7 +328,8 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// The experiment that knows the numbers of what was found best; `None` where none does so much better.
+    /// Selects the experiment with the smallest standard deviations of the finding's parameters; `None` if none is
+    /// worthwhile.
     fn known_better(&self) -> Option<Next> {
         let here = self.deviations(&self.here);
         let worst = |said: &Said| {
@@ -350,7 +351,7 @@ impl<'a> Question<'a> {
         })
     }
 
-    /// Standard deviations of the numbers of what was found.
+    /// Standard deviations of the finding's parameters.
     fn deviations(&self, information: &Information) -> Vec<f64> {
         let own = self.free([self.own()].into_iter());
         let free = self.free(self.beside());
@@ -390,8 +391,8 @@ impl<'a> Question<'a> {
     }
 }
 
-/// What was found first, then what was found besides, its rivals, everyday errors and where a drift begins; `None` of what
-/// happened once, which it does on no table's command.
+/// Collects the finding first, then other findings, its rivals, everyday errors and the level of a drift; `None` for an
+/// event, which no table repeats on command.
 fn asked(
     (found, confirmed, place): (&Found, &Confirmed, usize),
     one: &Finding,
@@ -449,7 +450,7 @@ fn asked(
     Some((pool, asked))
 }
 
-/// All parameters of an everyday error.
+/// Hypothesis with all parameters of an everyday error.
 fn everyday(pool: &mut Pool, kind: &str, signals: &Signals) -> Option<Hypothesis> {
     let entry = entries::find(kind)?;
     let whole = pool.whole(entry, signals);
@@ -466,7 +467,7 @@ fn everyday(pool: &mut Pool, kind: &str, signals: &Signals) -> Option<Hypothesis
     Some(hypothesis)
 }
 
-/// What this recording says; `None` where too few rows can be fitted.
+/// Computes the information of this recording; `None` where too few rows can be fitted.
 fn of_recording(
     data: &Data,
     found: &Found,

@@ -1,4 +1,4 @@
-//! Noise levels before anything is known, and in the terms of the report.
+//! Noise levels before any effect is found, and in the terms of the report.
 
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::DriftPrior;
@@ -8,9 +8,9 @@ use rlg_model::Gyro;
 use super::noise_spectrum::Noise;
 use rlg_signal::streams::{Triad, each_axis};
 
-/// Levels that explain a residual as noise alone.
+/// Fits noise levels to a residual as noise alone.
 pub fn first_levels(residual_rad: &Triad, observations: &Observations) -> Vec<NoiseLevels> {
-    // Ends and gaps weigh all frequencies alike where nothing is known; then by what came out.
+    // Ends and gaps are first projected out under flat noise, then under the noise of the first fit.
     let flat = NoiseLevels {
         white: 1.0,
         ..NoiseLevels::default()
@@ -19,7 +19,7 @@ pub fn first_levels(residual_rad: &Triad, observations: &Observations) -> Vec<No
     levels_under(NoiseLevels::mean(&first), residual_rad, observations)
 }
 
-/// The same, with ends and gaps weighed by a known noise.
+/// The same, with ends and gaps projected out under a known noise.
 fn levels_under(
     known: NoiseLevels,
     residual_rad: &Triad,
@@ -55,11 +55,10 @@ fn levels_under(
     .to_vec()
 }
 
-/// Reads each gyro's drift from what a model declares: a random walk where K is above 0, else flicker where B is, else
-/// none.
+/// Reads each gyro's drift from the declaration of a model: a random walk if K is above 0, else flicker if B is, else none.
 ///
-/// A declaration says which terms there are, not how strong they are: levels are fitted all the same. Of K and B a key
-/// that is absent beside the other counts as 0; where both are absent, drift is unknown.
+/// A declaration states the terms, not their levels, which are fitted all the same. Of K and B a key that is absent beside
+/// the other counts as 0; if both are absent, drift is unknown.
 pub fn drift_prior(gyro: &Gyro) -> DriftPrior {
     if gyro.rate_random_walk_rad_s_sqrt_s.is_none() && gyro.flicker_rad_s.is_none() {
         return DriftPrior::Unknown;

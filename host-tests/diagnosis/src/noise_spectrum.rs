@@ -7,11 +7,11 @@ use super::portion::{Portion, differenced};
 /// Number of noise terms.
 pub const TERMS: usize = 4;
 
-/// The mean of a rate that walks at random over T has variance σ²T/3, the drifting terms' shape has σ²T/π² at
-/// half the first bin: so the lowest bin is taken this share of the first bin's frequency.
+/// Lowest frequency of the drifting terms, as a share of the first bin's: the mean over T of a rate that walks at random has
+/// variance σ²T/3, the terms' shape has σ²T/π² at half the first bin.
 pub const LOWEST_SHARE: f64 = 0.275;
 
-/// Names of the terms, for people.
+/// Names of the terms in reports.
 pub const TERM_NAMES: [&str; TERMS] = [
     "angle random walk",
     "white angle noise",
@@ -29,7 +29,7 @@ pub struct Noise {
 }
 
 impl Noise {
-    /// White noise of angle of 1 rad²: weighs all rows alike where no noise is known yet.
+    /// Random walk of angle with θ = 1 rad²: weights all rows alike before any noise is known.
     pub fn unit(rate_hz: f64) -> Self {
         Self {
             theta: [1.0, 0.0, 0.0, 0.0],
@@ -67,7 +67,7 @@ impl Noise {
             .sum()
     }
 
-    /// 1/S in every bin of a portion; nothing where the bin does not count.
+    /// 1/S in every bin of a portion; 0 if the bin does not count.
     pub fn weights(&self, portion: &Portion) -> Vec<f64> {
         let floor_hz = portion.frequency_hz(1) * LOWEST_SHARE;
         let weight = |bin: usize| {
@@ -85,7 +85,7 @@ impl Noise {
             .collect()
     }
 
-    /// The same without what drifts.
+    /// The same without the drifting terms.
     pub fn steady(&self) -> Self {
         Self {
             theta: [self.theta[0], self.theta[1], 0.0, 0.0],
@@ -133,7 +133,7 @@ impl Noise {
     }
 }
 
-/// What the model declares: random walk of angle and white angle noise as θ, where known.
+/// Noise declared by the model: random walk of angle and white angle noise as θ, where known.
 #[derive(Debug, Clone, Copy)]
 pub struct Declared {
     /// θ of the random walk \[rad²\].

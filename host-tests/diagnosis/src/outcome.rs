@@ -5,12 +5,12 @@ use rlg_model::Model;
 
 use super::pictures;
 
-/// Everything a diagnosis leaves behind.
+/// Files and pictures of a diagnosis.
 pub struct Outcome {
     /// `diagnosis.json`.
     pub diagnosis: result::Diagnosis,
     /// The model with the found effects switched on.
     pub model: Model,
-    /// What the report draws; absent where the recording was too short to say anything.
+    /// Series of the report's pictures; `None` if the recording was too short for a diagnosis.
     pub pictures: Option<pictures::Pictures>,
 }

@@ -1,4 +1,4 @@
-//! What a search is about: one motion, its columns and their candidates; and what a fit leaves of it.
+//! One pass of a search: motion, its columns and their candidates; and the residual of a fit.
 
 use std::collections::BTreeSet;
 
@@ -11,42 +11,42 @@ use super::case_motion::Motion;
 use super::lattice::Lattice;
 use super::plan::AnalysisPlan;
 
-/// Where a search begins.
+/// Settings of a search.
 pub(super) struct Begin<'a> {
     pub(super) kinds: usize,
     pub(super) levels: &'a [NoiseLevels],
     pub(super) plan: &'a AnalysisPlan,
-    /// Kinds that are taken out of the catalogue.
+    /// Kinds excluded from the catalogue.
     pub(super) left_out: &'a [&'a str],
 }
 
 impl Begin<'_> {
-    /// Whether a kind is in the catalogue.
+    /// True if a kind is in the catalogue.
     pub(super) fn seeks(&self, kind: &str) -> bool {
         !self.left_out.contains(&kind)
     }
 
-    /// Log prior that a candidate without a price of its own must overcome to be worth a fit.
+    /// Log prior that a candidate without a price of its own must overcome to be fitted.
     pub(super) fn least(&self) -> f64 {
         let each = (self.plan.search.expected_effects / self.kinds as f64).ln();
         -self.plan.search.screening - each
     }
 }
 
-/// What a search is about.
+/// Data of one pass.
 pub(super) struct Pass {
     pub(super) motion: Motion,
     pub(super) residual_rad: Triad,
-    /// Noise under which gaps and ends were taken out.
+    /// Noise under which gaps and ends were projected out.
     pub(super) levels: NoiseLevels,
     pub(super) pool: Pool,
     pub(super) candidates: Vec<Candidate>,
     pub(super) equations: NormalEquations,
     pub(super) drift: DriftPrior,
     pub(super) lattice: Lattice,
-    /// Rows at which another kind of motion begins, the first and the end among them.
+    /// Rows at which another kind of motion begins, the first and the end included.
     pub(super) cuts: Vec<usize>,
-    /// Whether the motion is the Earth's alone.
+    /// True if the Earth's rotation is the only motion.
     pub(super) is_at_rest: bool,
 }
 
@@ -67,7 +67,7 @@ pub fn sizes_on(fit: &Fit, candidates: &[Candidate], gyro: usize) -> Vec<(usize,
     sizes
 }
 
-/// Coefficients of what a fit leaves on one gyro, what its gaps and free constants leave unknown at its best.
+/// Coefficients of the residual of a fit on one gyro, the nuisance parameters of gaps and free constants at their estimates.
 pub fn left_on(
     equations: &NormalEquations,
     fit: &Fit,
@@ -85,7 +85,7 @@ pub fn left_on(
     equations.residual_spectrum(gyro, &sizes)
 }
 
-/// Takes a fit's effects out of `residual_rad`.
+/// Subtracts a fit's effects from `residual_rad`.
 pub fn subtract(
     residual_rad: &mut Triad,
     fit: &Fit,
@@ -97,7 +97,7 @@ pub fn subtract(
     subtract_by(residual_rad, fit, candidates, pool, of_column);
 }
 
-/// The same by values of a column that are made otherwise.
+/// The same with column values by `values_of`.
 pub(super) fn subtract_by(
     residual_rad: &mut Triad,
     fit: &Fit,
@@ -123,7 +123,7 @@ pub(super) fn subtract_by(
 }
 
 impl Pass {
-    /// What a fit leaves \[rad\].
+    /// Residual of a fit \[rad\].
     pub(super) fn left_by(&self, fit: &Fit) -> Triad {
         let mut left_rad = self.residual_rad.clone();
         let signals = &self.motion.signals;

@@ -1,4 +1,4 @@
-//! What a set says of the path between the reference and the gyros, and whether columns were made about that.
+//! Path between the reference and the gyros by a set, and convergence of the columns linearised about it.
 
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::{Variant, delay_sign, is_delay};
@@ -6,13 +6,13 @@ use rlg_catalogue::entries::MOUNT;
 use rlg_catalogue::signals::Path;
 use rlg_inference::Fit;
 
-/// Standard deviations that no number is worth another pass for.
+/// Change of a parameter \[σ\] below which no further pass is made.
 pub(super) const SETTLED: f64 = 0.1;
 
-/// Standard deviations from which on a gyro's delay or low pass is shown: one that hardly turns has one of any length.
+/// Significance \[σ\] from which a gyro's delay or low pass is used: a gyro that hardly turns fits one of any length.
 const SHOWN: f64 = 3.0;
 
-/// What is estimated of a member beyond its base; of low passes that nothing shows, that they are not there.
+/// Estimate of a member's parameters beyond its base; minus the base for an insignificant low pass.
 pub(super) fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Vec<f64> {
     block
         .clone()
@@ -29,12 +29,12 @@ pub(super) fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<us
         .collect()
 }
 
-/// Whether a candidate lies between the reference and the gyros.
+/// True if a candidate is part of the path between the reference and the gyros.
 pub(super) fn is_of_path(one: &Candidate) -> bool {
     is_delay(one.kind) || one.kind == MOUNT || one.variant == Variant::LowPass
 }
 
-/// The path that a set describes: its delays, mounts and low passes.
+/// Path of a set: its delays, mounts and low passes.
 pub(super) fn path_of(fit: &Fit, candidates: &[Candidate]) -> Path {
     let mut path = Path {
         delay_s: shown_delays(fit, candidates).0,
@@ -52,14 +52,14 @@ pub(super) fn path_of(fit: &Fit, candidates: &[Candidate]) -> Path {
     path
 }
 
-/// Whether two candidates are the same, columns aside.
+/// True if two candidates are the same, columns aside.
 pub fn is_same(a: &Candidate, b: &Candidate) -> bool {
-    // A low pass that nothing shows leaves the others as they are.
+    // A low pass that is insignificant on one gyro stays the same candidate on the others.
     let same_parts = a.names == b.names || a.variant == Variant::LowPass;
     a.kind == b.kind && a.variant == b.variant && same_parts
 }
 
-/// Delay of each gyro by the set \[s\], with its standard deviation; infinite where there is none.
+/// Delay of each gyro by the set \[s\], with its standard deviation; infinite without a delay.
 pub(super) fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
     let mut delay_s = [0.0; 3];
     let mut std_s = [f64::INFINITY; 3];
@@ -77,7 +77,7 @@ pub(super) fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]
     (delay_s, std_s)
 }
 
-/// The same of delays that are shown, 0 of others: columns are made about these.
+/// The same for significant delays, 0 for others: the linearisation point of the columns.
 fn shown_delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
     let (mut delay_s, std_s) = delays(fit, candidates);
     for (delay_s, std_s) in delay_s.iter_mut().zip(&std_s) {
@@ -88,7 +88,7 @@ fn shown_delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
     (delay_s, std_s)
 }
 
-/// Whether two paths have delays, mounts and low passes on the same gyros.
+/// True if two paths have delays, mounts and low passes on the same gyros.
 pub(super) fn is_alike(a: &Path, b: &Path) -> bool {
     (0..3).all(|gyro| {
         (a.delay_s[gyro] == 0.0) == (b.delay_s[gyro] == 0.0)
@@ -97,7 +97,7 @@ pub(super) fn is_alike(a: &Path, b: &Path) -> bool {
     })
 }
 
-/// Whether a set has numbers that columns are made about.
+/// True if a set has parameters about which columns are linearised.
 pub(super) fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
     let (delay_s, _) = shown_delays(fit, candidates);
     let mut members = fit.members.iter();
@@ -105,7 +105,7 @@ pub(super) fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
         || members.any(|&place| candidates[place].base.iter().any(|base| *base != 0.0))
 }
 
-/// Whether the numbers that the columns were made with are those that came out.
+/// True if the linearisation point of the columns agrees with the estimates.
 pub(super) fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
     let (delay_s, std_s) = shown_delays(fit, candidates);
     let mut numbers = fit.members.iter().zip(&fit.blocks);

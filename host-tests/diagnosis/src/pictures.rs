@@ -1,4 +1,4 @@
-//! What the report draws: thinned series, ready to plot.
+//! Series of the report's pictures: thinned, ready to plot.
 //!
 //! Enters: residual before and after, noise, tiles. Leaves: [`Pictures`], SI units, a few thousand points.
 
@@ -9,7 +9,7 @@ use super::noise_spectrum::Noise;
 use rlg_signal::streams::{Streams, Triad};
 use rlg_signal::transforms::{even_smooth_length, mean_periodogram};
 
-/// Points of an integrated angle.
+/// Number of points of an integrated angle.
 const ANGLE_POINTS: usize = 1500;
 
 /// Frequencies per decade of a spectrum.
@@ -30,9 +30,9 @@ pub struct Pictures {
     pub frequency_hz: Vec<f64>,
     /// Residual power \[(rad/s)²/Hz\] without the found effects.
     pub power_before: Triad,
-    /// With them.
+    /// Residual power with them.
     pub power_after: Triad,
-    /// Of the noise model.
+    /// Power of the noise model.
     pub power_noise: Triad,
     /// Tiles before.
     pub tiles_before: Vec<Tile>,
@@ -46,7 +46,7 @@ pub struct Pictures {
     pub start_s: f64,
 }
 
-/// Thins everything.
+/// Thins all series.
 pub fn draw(
     streams: &Streams,
     before_rad: &Triad,

@@ -1,4 +1,4 @@
-//! The numbers of a diagnosis against a reference on the gyros' rows, decided before looking.
+//! Numbers of a diagnosis against a reference on the gyros' rows, fixed before the data are seen.
 
 use std::ops::Range;
 
@@ -7,20 +7,20 @@ use rlg_signal::own_lines::OwnLinesPlan;
 use rlg_signal::partition::PartitionPlan;
 use rlg_signal::shrinkage::Gate;
 
-/// How what is far from the model is recognised.
+/// Criteria of the coarse search for effects far from the model.
 #[derive(Debug, Clone, Copy)]
 pub struct CoarsePlan {
     /// Longest delay that is sought \[s\].
     pub longest_delay_s: f64,
-    /// Longest time constant of a low pass that is sought, here and by the search \[s\]: beyond it nobody calls it a bandwidth.
+    /// Longest time constant of a low pass, here and in the search \[s\]; a longer one is no bandwidth.
     pub longest_low_pass_s: f64,
-    /// Share of what is left that something far off must explain \[1\].
+    /// Least share of the residual's power that a coarse effect explains \[1\].
     pub explained: f64,
-    /// Or by how much its gain in blocks of rows must stand above their scatter \[σ\].
+    /// Alternative criterion: its gain in blocks of rows, over their scatter \[σ\].
     pub far_deviations: f64,
-    /// Lags within this in log likelihood are one: of a motion that repeats itself the nearest to zero counts.
+    /// Difference in log likelihood within which lags are tied: for a periodic motion the lag nearest to zero counts.
     pub tie: f64,
-    /// Sums of rows stand for rows where there are more \[rows\].
+    /// Number of rows above which sums of rows are used \[rows\].
     pub most_rows: usize,
 }
 
@@ -37,14 +37,14 @@ impl Default for CoarsePlan {
     }
 }
 
-/// Blocks of rows that an effect must hold in.
+/// Blocks of rows for the cross-validation of an effect.
 #[derive(Debug, Clone, Copy)]
 pub struct BlockPlan {
     /// Length of a block \[s\].
     pub length_s: f64,
-    /// Blocks at least, however short.
+    /// Least number of blocks, however short.
     pub least: usize,
-    /// Blocks at most, however long.
+    /// Largest number of blocks, however long.
     pub most: usize,
 }
 
@@ -59,7 +59,7 @@ impl Default for BlockPlan {
 }
 
 impl BlockPlan {
-    /// Cuts the rows that are `seen` into contiguous blocks of about as many of them; a block may span rows that are not.
+    /// Cuts the `seen` rows into contiguous blocks of about equal numbers of them; a block may span unseen rows.
     pub fn of(&self, seen: &[bool], rate_hz: f64) -> Vec<Range<usize>> {
         let count = seen.iter().filter(|&&seen| seen).count();
         let wished = (count as f64 / (self.length_s * rate_hz)).round() as usize;
@@ -76,20 +76,20 @@ impl BlockPlan {
     }
 }
 
-/// How lines of a unit at rest are recognised.
+/// Criteria for lines of a unit at rest.
 #[derive(Debug, Clone, Copy)]
 pub struct LinePlan {
-    /// Chance of a line by noise below which it is one, all frequencies counted.
+    /// False-alarm probability of a line, all frequencies counted.
     pub chance: f64,
-    /// Share of a line's power that one phase must explain \[1\]: below a half, predicting it adds power.
+    /// Least share of a line's power explained by one phase \[1\]: below a half, its prediction adds power.
     pub coherence: f64,
-    /// Pieces of the record whose phases are compared.
+    /// Number of pieces of the record whose phases are compared.
     pub pieces: usize,
-    /// Highest degree of a phase: its frequency, the drift of that, and what wanders faster.
+    /// Highest degree of the phase polynomial: frequency, its drift, and faster wander.
     pub most_degrees: usize,
-    /// Resolutions of the record on either side that belong to a line.
+    /// Half-width of a line in resolutions of the record.
     pub own_resolutions: f64,
-    /// Lines at most: beyond this a spectrum is no set of lines.
+    /// Largest number of lines: beyond it a spectrum is no set of lines.
     pub most: usize,
 }
 
@@ -106,17 +106,17 @@ impl Default for LinePlan {
     }
 }
 
-/// Prices of how recordings share an effect, in log posterior: six of ten are common, two of ten have another size in
-/// each recording, two of ten are in one alone.
+/// Prices in log posterior of the sharing of an effect between recordings: six of ten are common, two of ten have another
+/// size in each recording, two of ten are in one alone.
 #[derive(Debug, Clone, Copy)]
 pub struct SeveralPlan {
     /// One size in all recordings.
     pub common: f64,
     /// A size of its own in each.
     pub apart: f64,
-    /// In one recording, ln of their number not counted.
+    /// One recording only, besides ln of the number of recordings.
     pub only: f64,
-    /// How far delays of two recordings may part and still be made about one \[σ\].
+    /// Largest distance of a recording's delay from the joint delay for a common linearisation \[σ\].
     pub same_delay: f64,
 }
 
@@ -131,26 +131,26 @@ impl Default for SeveralPlan {
     }
 }
 
-/// How a recording longer than memory is cut.
+/// Division of a recording longer than memory.
 #[derive(Debug, Clone, Copy)]
 pub struct LongPlan {
-    /// Stretches that are looked at row by row, at most.
+    /// Largest number of stretches analysed row by row.
     pub stretches: usize,
-    /// Share of the rows that may be held at once that they have together \[1\]: the rest is for what is made of them.
+    /// Share of the stretches in the rows that may be held at once \[1\]; the rest is for series derived from them.
     pub of_rows: f64,
-    /// Ends of a stretch that only feed its spectra \[s\]: a motion that is cut off leaves its filtered rate wrong there.
+    /// Ends of a stretch that only feed its spectra \[s\]: the filtered rate of a truncated motion is wrong there.
     pub ends_s: f64,
-    /// A stretch has this many times the length of its two ends at least.
+    /// Least length of a stretch over that of its two ends \[1\].
     pub least_of_ends: f64,
-    /// Rows of a stretch at least: in a few hundred a filter can pass for their noise.
+    /// Least number of rows of a stretch: in a few hundred a filter can pass for their noise.
     pub least_rows: usize,
     /// Blocks per second into which all rows are summed \[Hz\].
     pub blocks_hz: f64,
-    /// Blocks at most: of a longer recording they are longer.
+    /// Largest number of blocks: a longer recording has longer blocks.
     pub most_blocks: usize,
-    /// Length of what is read at once \[s\].
+    /// Length of a chunk read at once \[s\].
     pub chunk_s: f64,
-    /// What is read besides on either side \[s\]: temperature, the slowest, is smoothed over two seconds.
+    /// Margin read on either side of a chunk \[s\]: temperature, the slowest channel, is smoothed over two seconds.
     pub around_s: f64,
 }
 
@@ -172,15 +172,15 @@ impl Default for LongPlan {
 
 /// All thresholds of this engine.
 ///
-/// `rlg challenge --marks` shows what they give on seeds that they were not chosen on, and with `--vary` what other
-/// values of one of them would.
+/// `rlg challenge --marks` evaluates them on seeds other than those of their selection, and with `--vary` evaluates other
+/// values of one of them.
 #[derive(Debug, Clone, Copy)]
 pub struct AnalysisPlan {
-    /// Rows fitted, confirmed, tested.
+    /// Partition of the rows: fitted, confirmed, tested.
     pub partition: PartitionPlan,
-    /// Blocks that an effect must hold in.
+    /// Blocks for the cross-validation of an effect.
     pub blocks: BlockPlan,
-    /// What is far from the model.
+    /// Criteria of the coarse search.
     pub coarse: CoarsePlan,
     /// Lines of a unit at rest.
     pub lines: LinePlan,
@@ -188,42 +188,43 @@ pub struct AnalysisPlan {
     pub own_lines: OwnLinesPlan,
     /// Prices of the search.
     pub search: SearchPlan,
-    /// Prices of how recordings share effects.
+    /// Prices of the sharing of effects between recordings.
     pub several: SeveralPlan,
-    /// How a recording longer than memory is cut.
+    /// Division of a recording longer than memory.
     pub long: LongPlan,
-    /// Log posterior that a named effect must cost to do without.
+    /// Least cost in log posterior of omitting a named effect.
     pub naming: f64,
-    /// A rival that comes within this in log posterior stands in the effect's class.
+    /// Largest deficit in log posterior of a rival in the effect's class.
     pub class_within: f64,
-    /// A rival whose columns leave less of the effect than this \[σ\] stands in its class.
+    /// Residual of the effect after projection on a rival's columns, below which the rival is in the effect's class \[σ\].
     pub separation: f64,
-    /// How often the recording is re-enacted without an effect at most.
+    /// Largest number of bootstrap draws of the recording without an effect.
     pub reenactments: usize,
-    /// Chance below which what re-enactments show is no chance: an effect is deflated, or more of them cannot take its name.
+    /// Significance level of the bootstrap: an effect is deflated, or no further draws can take its name.
     pub reenactment_chance: f64,
-    /// Share of the residual's power below which an effect that turns no gyro further than its noise has no practical size.
+    /// Share of the residual's power below which an effect has no practical size, if it turns no gyro further than its
+    /// noise.
     pub practical_share: f64,
-    /// An effect that drift explains to within this, drift unpriced, may be drift.
+    /// Log posterior within which unpriced drift explains an effect, so that it may be drift.
     pub drift_within: f64,
     /// Standard deviation of the logarithm of the reference's noise power about its declaration \[1\]: 1 is a factor of 1.6
     /// in the noise itself.
     pub reference_std: f64,
-    /// Where the reference shows motion.
+    /// Gate of the reference's motion.
     pub gate: Gate,
-    /// Cells of time and frequency above the gate below which an axis shows no motion: some neighbourhoods of nine.
+    /// Least number of time–frequency cells above the gate for an axis in motion: some neighbourhoods of nine.
     pub least_cells: usize,
-    /// Size of an event below which it is not tried \[σ\].
+    /// Least size of an event that is tried \[σ\].
     pub event: f64,
-    /// Chance of a band's power below which the fit leaves something there, all bands counted.
+    /// Significance level of a band's residual power, all bands counted.
     pub unexplained: f64,
-    /// Excess of a noise level over what is declared and measured below which it is no finding \[σ\].
+    /// Least excess of a noise level over the declared and measured noise for a finding \[σ\].
     pub excess_noise: f64,
-    /// The same as a ratio of powers.
+    /// Least ratio of powers for the same.
     pub excess_ratio: f64,
-    /// Ratio of powers up to which two octaves hold the same white noise of angle: flat noise differs by four.
+    /// Largest ratio of powers of two octaves with the same white noise of angle: flat noise differs by four.
     pub same_angle_ratio: f64,
-    /// Most passes between motion, columns and search.
+    /// Largest number of passes of motion, columns and search.
     pub passes: usize,
 }
 
@@ -258,10 +259,10 @@ impl Default for AnalysisPlan {
     }
 }
 
-/// A number of the plan.
+/// Accessor of a number of the plan.
 type Number = fn(&mut AnalysisPlan) -> &mut f64;
 
-/// Numbers that can be varied: all that are no shares of rows and no counts.
+/// Numbers that can be varied: all but shares of rows and counts.
 pub const NUMBERS: [(&str, Number); 18] = [
     ("naming", |plan| &mut plan.naming),
     ("class_within", |plan| &mut plan.class_within),
@@ -286,7 +287,7 @@ pub const NUMBERS: [(&str, Number); 18] = [
 ];
 
 impl AnalysisPlan {
-    /// The plan with one number times `factor`, and the number's value then; `None` where there is no such number.
+    /// Scales one number by `factor`; returns the plan and the new value, or `None` for an unknown name.
     pub fn scaled(mut self, name: &str, factor: f64) -> Option<(Self, f64)> {
         let (_, number) = NUMBERS.iter().find(|(known, _)| *known == name)?;
         let value = number(&mut self);

@@ -3,10 +3,9 @@
 //! Enters: row ranges and values by row. Leaves: one-sided bins scaled so that the sum of conj(a)·b over
 //! bins is the sum of a·b over rows; white noise of variance v has mean square v times the bin's degrees.
 //!
-//! The stretches stand end to end. Random walk of angle does not notice a joint; white noise of angle
-//! does, because an increment shares its noise with its neighbour. One free jump of angle per joint (and
-//! one for the seam of the circle) makes the noise exactly circular again, at the price of about 20 ms of
-//! data each: that is what [`Portion::joints`] is for.
+//! The stretches stand end to end. Random walk of angle is unaffected by a joint; white noise of angle is affected, because
+//! neighbouring increments share it. One free jump of angle per joint (and one for the seam of the circle) makes the noise
+//! exactly circular again, at the price of about 20 ms of data each: see [`Portion::joints`].
 
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealToComplex};
@@ -15,18 +14,18 @@ use std::sync::Arc;
 
 use rlg_signal::transforms::{self, smooth_length};
 
-/// Every stretch costs a free jump, and work that grows with the square of their number: of a recording
+/// Largest number of stretches: each costs a free jump, and the work grows with the square of their number; of a recording
 /// with many gaps only the longest stretches are used.
 const MOST_STRETCHES: usize = 40;
 
 /// Bins of one series.
 pub type Bins = Vec<Complex64>;
 
-/// Room for transforms.
+/// Workspace of transforms.
 #[derive(Default)]
 pub struct Room {
     gathered: Vec<f64>,
-    /// What the last transform left.
+    /// Result of the last transform.
     pub bins: Bins,
     scratch: Bins,
 }
@@ -37,9 +36,9 @@ pub struct Portion {
     pub ranges: Vec<Range<usize>>,
     length: usize,
     rate_hz: f64,
-    /// Lowest and highest frequency that count \[Hz\]; all, unless another series of the same recording has the rest.
+    /// Band that counts \[Hz\]; all frequencies, unless another series of the same recording has the rest.
     pub band_hz: [f64; 2],
-    /// 4 sin² of half a row's phase in each bin: what differencing does to white noise there.
+    /// 4 sin² of half a row's phase in each bin: gain of differencing on white noise.
     differenced: Vec<f64>,
     forward: Arc<dyn RealToComplex<f64>>,
     inverse: Arc<dyn ComplexToReal<f64>>,
@@ -53,8 +52,7 @@ pub fn differenced(frequency_hz: f64, rate_hz: f64) -> f64 {
 }
 
 impl Portion {
-    /// Joins `ranges`; the last is shortened by less than a hundredth so that the transform is quick.
-    /// `None` where nothing would be left.
+    /// Joins `ranges`; shortens the last by less than a hundredth for a fast transform. `None` if nothing would be left.
     pub fn new(mut ranges: Vec<Range<usize>>, rate_hz: f64) -> Option<Self> {
         ranges.retain(|range| !range.is_empty());
         if ranges.len() > MOST_STRETCHES {
@@ -96,12 +94,12 @@ impl Portion {
         })
     }
 
-    /// The same of which only the bins in `low..high` \[Hz\] count.
+    /// The same with only the bins in `band_hz` counting.
     pub fn within(self, band_hz: [f64; 2]) -> Self {
         Self { band_hz, ..self }
     }
 
-    /// Whether a bin counts.
+    /// True if a bin counts.
     pub fn counts(&self, bin: usize) -> bool {
         (self.band_hz[0]..self.band_hz[1]).contains(&self.frequency_hz(bin))
     }
@@ -131,7 +129,7 @@ impl Portion {
         bin as f64 * self.rate_hz / self.length as f64
     }
 
-    /// What differencing does to white noise in a bin of rows that come at `rate_hz`.
+    /// Gain of differencing on white noise in a bin, for rows at `rate_hz`.
     pub fn differenced(&self, bin: usize, rate_hz: f64) -> f64 {
         if rate_hz == self.rate_hz {
             self.differenced[bin]
@@ -147,7 +145,7 @@ impl Portion {
         room.bins
     }
 
-    /// The same in `room`, whose bins it leaves; for many transforms one after another.
+    /// The same with the result in the bins of `room`; for many transforms one after another.
     pub fn transform_in(&self, room: &mut Room, values: &[f64]) {
         room.gathered.clear();
         for range in &self.ranges {
@@ -170,7 +168,7 @@ impl Portion {
         let scale = 1.0 / (self.length as f64).sqrt();
         let last = bins.len() - 1;
         for (bin, value) in bins.iter_mut().enumerate() {
-            // Bins that stand for a pair count twice.
+            // Bins of a conjugate pair count twice.
             *value *= if bin == 0 || bin == last {
                 scale
             } else {
@@ -215,7 +213,7 @@ impl Portion {
             .collect()
     }
 
-    /// Whittle log-likelihood of what is left under weights 1/S: −½ Σ (degrees · ln S + power/S).
+    /// Whittle log-likelihood of a residual under weights 1/S: −½ Σ (degrees · ln S + power/S).
     pub fn log_likelihood(&self, left: &Bins, weights: &[f64]) -> f64 {
         let of = |(bin, (value, weight)): (usize, (&Complex64, &f64))| {
             -0.5 * (value.norm_sqr() * weight - self.degrees(bin) * weight.ln())
@@ -228,14 +226,14 @@ impl Portion {
             .sum()
     }
 
-    /// The bins that count.
+    /// Range of the bins that count.
     pub fn counted(&self) -> Range<usize> {
         let mut counted = (0..self.bins()).filter(|&bin| self.counts(bin));
         let first = counted.next().unwrap_or(0);
         first..counted.next_back().map_or(first, |last| last + 1)
     }
 
-    /// Real degrees of freedom in a bin; none where it does not count.
+    /// Real degrees of freedom in a bin; 0 if it does not count.
     pub fn degrees(&self, bin: usize) -> f64 {
         if !self.counts(bin) {
             0.0
@@ -255,7 +253,7 @@ pub fn inner(a: &[Complex64], b: &[Complex64], weight: &[f64]) -> f64 {
     })
 }
 
-/// Σ term(k) in eight interleaved sums, which do not wait for one another.
+/// Σ term(k) in eight interleaved sums, independent of one another.
 pub fn lanes(length: usize, term: impl Fn(usize) -> f64) -> f64 {
     const LANES: usize = 8;
     let mut sums = [0.0; LANES];

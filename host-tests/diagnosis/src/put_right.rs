@@ -1,8 +1,8 @@
-//! Puts gyros and reference on the same axes, the same way round and in the same unit, before anything is explained.
+//! Brings gyros and reference to the same axes, signs and units before the analysis.
 //!
-//! Enters: the aligned channels. Leaves: an error with one sentence, or the reference turned into the gyros' axes and
-//! what is said of it ([`PutRight`]). The measurement and the judgement are rlg-signal's; here are what is done about it,
-//! and the effects of the model that say so.
+//! Enters: the aligned channels. Leaves: an error with one sentence, or the reference rotated into the gyros' axes and its
+//! report ([`PutRight`]). The measurement and the decision are rlg-signal's; here are the correction and the effects of the
+//! model that describe it.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -22,22 +22,22 @@ use super::channel_words::{apart, cause, is_unit, refusal, sentence};
 use super::outcome::Outcome;
 use super::settings::Settings;
 
-/// What was put right.
+/// Applied corrections.
 pub struct PutRight {
-    /// By what the gyros follow.
+    /// Crossing of each channel that the gyros follow.
     crossings: Vec<(Lead, Crossing)>,
 }
 
-/// Why nothing is diagnosed.
+/// Reason for stopping without a diagnosis.
 #[derive(Debug)]
 pub enum Stopped {
-    /// The axes are reversed or exchanged, or a factor is gross, and the settings do not say to put it right.
+    /// The axes are reversed or exchanged, or a factor is gross, and the settings do not allow the correction.
     Refused(InputError),
-    /// Gyros and reference do not show the same motion: in words, and as an error of the recording.
+    /// Gyros and reference measure different motions: in words, and as an error of the recording.
     Apart(String, InputError),
 }
 
-/// What is written of gyros and a reference that do not show the same motion, for the reason that is said.
+/// Diagnosis of gyros and a reference with different motions, for the reason `why`.
 pub fn of_two_motions(recording: &str, seed: u64, why: &str) -> Diagnosis {
     Diagnosis {
         next_experiment: "The reference that was recorded with these gyros, on one clock: a file of another run, or another unit's, shows another motion."
@@ -54,13 +54,13 @@ impl From<Stopped> for InputError {
     }
 }
 
-/// Checks the channels, and turns the reference where that is all there is to it.
+/// Checks the channels, and rotates the reference where a rotation suffices.
 ///
 /// # Returns
-/// `None` where only ordinary errors are seen.
+/// `None` if only ordinary errors are found.
 ///
 /// # Errors
-/// As [`Stopped`] says. Nothing stops where the settings say to take the channels anyway.
+/// See [`Stopped`]. Nothing stops if the settings take the channels anyway.
 pub fn put_right(
     settings: &Settings,
     streams: &mut Streams,
@@ -97,7 +97,7 @@ pub fn put_right(
 }
 
 impl PutRight {
-    /// Turns what the gyros follow into their axes.
+    /// Rotates the channels that the gyros follow into the gyros' axes.
     pub fn apply(&self, streams: &mut Streams) {
         for (lead, crossing) in &self.crossings {
             let effects = effects(*lead, crossing);
@@ -105,7 +105,7 @@ impl PutRight {
         }
     }
 
-    /// Whether it is a rotation of the reference that exchanges no axes.
+    /// True if the correction is a rotation of the reference that exchanges no axes.
     pub fn is_turn_alone(&self) -> bool {
         let mut crossings = self.crossings.iter();
         crossings.all(|(lead, crossing)| {
@@ -113,7 +113,7 @@ impl PutRight {
         })
     }
 
-    /// What was put right, as effects of a model.
+    /// Corrections as effects of a model.
     pub fn effects(&self) -> Vec<ModelEffect> {
         let crossings = self.crossings.iter();
         crossings
@@ -121,7 +121,7 @@ impl PutRight {
             .collect()
     }
 
-    /// Adds it to what a diagnosis of the channels that were put right says.
+    /// Adds the corrections to the diagnosis of the corrected channels.
     pub fn report(self, outcome: &mut Outcome) {
         let diagnosis = &mut outcome.diagnosis;
         diagnosis.verdict = match diagnosis.verdict {
@@ -145,7 +145,7 @@ impl PutRight {
     }
 }
 
-/// What a crossing is as effects of the model: first the axes, then the factors.
+/// Crossing as effects of the model: first the axes, then the factors.
 fn effects(lead: Lead, crossing: &Crossing) -> Vec<ModelEffect> {
     let effect = |kind: &str, map: &Matrix3<f64>| {
         let numbers = (0..9).map(|place| {
@@ -179,14 +179,14 @@ fn effects(lead: Lead, crossing: &Crossing) -> Vec<ModelEffect> {
     all
 }
 
-/// The factor as its cause has it, where there is one.
+/// Exact factor of its known cause, if there is one.
 fn exact(factor: f64) -> f64 {
     cause(factor, f64::NAN).map_or(factor, |(exact, _)| exact)
 }
 
-/// The entry of `diagnosis.json`.
+/// Entry of `diagnosis.json`.
 fn entry(lead: Lead, crossing: &Crossing, effect: &ModelEffect) -> EffectEntry {
-    // What no unit explains is a scale error, however large.
+    // A factor that no unit explains is a scale error, however large.
     let is_scale = effect.kind == "channel_factor"
         && lead == Lead::Reference
         && !crossing.factors.iter().any(|factor| is_unit(*factor));

@@ -1,4 +1,4 @@
-//! What gyros say of their reference's noise, for what is carried by both.
+//! Noise of the reference by the gyros, for payloads carried by both.
 
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::conditioned::weights;
@@ -10,8 +10,8 @@ use super::confirm::left_by;
 use super::data::{Data, bridged};
 use super::search::Found;
 
-/// What gyros say of the noise of their reference's increments \[rad by row\]: added to what the reference read, it leaves the
-/// motion with the least noise that both know of it, however small the motion. Where rows were not looked at, nothing.
+/// Estimates the noise of the reference's increments from the gyros \[rad by row\]: added to the reference, it gives the
+/// motion with the least noise by both, however small the motion. Unseen rows are bridged, or zero outside the spans.
 pub fn read_by_gyros(data: &Data, found: &Found) -> Option<Triad> {
     let rows = data.streams.rows;
     let looked_at = data.observed(&data.rows_of(&[Use::Train, Use::Confirm]))?;

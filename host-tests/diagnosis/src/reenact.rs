@@ -1,4 +1,4 @@
-//! The recording re-enacted without an effect: how much of it the same road finds where it is not (inference.md, C).
+//! Parametric bootstrap of the recording without an effect: its size by the same estimator in its absence (inference.md, C).
 
 use std::sync::Arc;
 
@@ -17,19 +17,19 @@ use super::plan::AnalysisPlan;
 use super::search::{Found, effect_rad};
 use rlg_signal::streams::{Triad, add, add_triad, each_axis};
 
-/// What re-enactments show of an effect that is not in them.
+/// Parametric bootstrap of the recording under the hypothesis that an effect is absent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Reenactment {
-    /// How often the recording was re-enacted.
+    /// Number of bootstrap draws.
     pub draws: usize,
     /// Sum over the draws of the squared size of the absent effect \[σ²\].
     squared_size: f64,
-    /// Numbers of the effect that the recording shows.
+    /// Number of the effect's parameters that the recording determines.
     rank: usize,
 }
 
 impl Reenactment {
-    /// None yet of each member of a fit.
+    /// Zero draws for each member of a fit.
     pub(super) fn of_each(fit: &Fit) -> Vec<Self> {
         let each = fit.ranks.iter().map(|&rank| Self {
             rank: rank.max(1),
@@ -38,12 +38,12 @@ impl Reenactment {
         each.collect()
     }
 
-    /// Mean squared size of the absent effect per number \[σ²\]: 1 where the likelihood is right.
+    /// Mean squared size of the absent effect per parameter \[σ²\]: 1 where the likelihood is right.
     pub fn inflation(&self) -> f64 {
         self.squared_size / (self.draws * self.rank).max(1) as f64
     }
 
-    /// What is left of a log-likelihood ratio: it is deflated where chance alone would hardly show as much, never inflated.
+    /// Divides a log-likelihood ratio by the inflation if that is significant; never increases it.
     fn deflated(&self, log_likelihood_ratio: f64, plan: &AnalysisPlan) -> f64 {
         let is_chance = self
             .law()
@@ -55,45 +55,45 @@ impl Reenactment {
         }
     }
 
-    /// Whether an inflation of `critical` or more would hardly have shown as little.
+    /// True if an inflation of `critical` or more is rejected at the plan's significance level.
     fn excludes(&self, critical: f64, plan: &AnalysisPlan) -> bool {
         self.law()
             .is_some_and(|law| law.cdf(self.squared_size / critical) < plan.reenactment_chance)
     }
 
-    /// Law of the squared size where the likelihood is right.
+    /// Distribution of the squared size where the likelihood is right: χ² with draws · rank degrees of freedom.
     fn law(&self) -> Option<ChiSquared> {
         ChiSquared::new((self.draws * self.rank) as f64).ok()
     }
 }
 
-/// An effect whose name depends on what re-enactments show.
+/// Effect whose name depends on the parametric bootstrap.
 #[derive(Debug, Clone, Copy)]
 pub struct Named {
-    /// Its log-likelihood ratio.
+    /// Log-likelihood ratio of the effect.
     pub log_likelihood_ratio: f64,
-    /// What of it may go before the name does.
+    /// Loss in log-likelihood ratio at which the name falls.
     pub to_spare: f64,
 }
 
 impl Named {
-    /// The inflation that takes its name.
+    /// Inflation at which the name falls.
     fn critical_inflation(&self) -> f64 {
         let kept = (self.log_likelihood_ratio - self.to_spare).max(f64::MIN_POSITIVE);
         self.log_likelihood_ratio / kept
     }
 
-    /// Whether what re-enactments show takes its name.
+    /// True if the bootstrap's inflation takes the effect's name.
     pub fn falls(&self, shown: &Reenactment, plan: &AnalysisPlan) -> bool {
         let left = shown.deflated(self.log_likelihood_ratio, plan);
         self.log_likelihood_ratio - left >= self.to_spare
     }
 }
 
-/// Re-enacts the recording without each effect of a set in turn, as often as its name is in doubt.
+/// Draws parametric bootstraps of the recording without each effect of a set in turn, until its name is decided.
 ///
 /// The estimated motion takes the part of the true one; reference and gyros get fresh noise of the fitted levels, and the
-/// other effects act. Motion and columns are then estimated from it as from the recording.
+/// other effects act. Motion and columns are then estimated from the draw as from the recording.
 ///
 /// # Inputs
 /// `fit`: of members of `found`; `named`: of each member, in their order.
@@ -115,7 +115,7 @@ pub fn reenact(
     all
 }
 
-/// Adds draws to `all` as long as a name is in doubt.
+/// Adds draws to `all` as long as a name is undecided.
 ///
 /// # Inputs
 /// `named`: of each member, in their order; `play`: squared sizes of the members in `open` in a draw \[σ²\].
@@ -144,19 +144,19 @@ pub(super) fn repeat(
     }
 }
 
-/// Squared size of what a hypothesis shows \[σ²\].
+/// Squared size of a hypothesis by its projection \[σ²\]: twice its gain in log likelihood.
 pub(super) fn squared_size(shown: &Projected) -> f64 {
     2.0 * shown.gain().log_likelihood
 }
 
-/// What does not change from one re-enactment to the next.
+/// Data common to all draws.
 pub(super) struct Stage<'a> {
     data: &'a Data<'a>,
     found: &'a Found,
     fit: &'a Fit,
-    /// Each member, with what it does without a parameter as a parameter.
+    /// Hypothesis of each member, its fixed terms as one more parameter.
     set: Vec<Hypothesis>,
-    /// What each member adds \[rad\], where another has to be told from it.
+    /// Effect of each member \[rad\]; empty for a single member.
     effects_rad: Vec<Triad>,
     basis: NoiseBasis,
     dct: Dct,
@@ -191,12 +191,12 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// The same with members whose parameters are those of `set`.
+    /// The same with `set` as the hypotheses of the members.
     pub(super) fn with_set(self, set: Vec<Hypothesis>) -> Self {
         Self { set, ..self }
     }
 
-    /// What the `absent` members show in a re-enactment without each.
+    /// Projects each of the `absent` members on a draw without it.
     pub(super) fn play(&self, draw: u64, absent: &[usize], plan: &AnalysisPlan) -> Vec<Projected> {
         let signals = &self.found.motion.signals;
         let (case_rad, dither_rad, noise_rad) = self.noises(draw);
@@ -243,7 +243,7 @@ impl<'a> Stage<'a> {
         absent.iter().map(size).collect()
     }
 
-    /// Increments of a reference and of blocks that are measured anew \[rad\], and the residual's noise \[rad\].
+    /// Draws increments of a reference and of blocks \[rad\], and the residual's noise \[rad\].
     fn noises(&self, draw: u64) -> (Triad, Option<Triad>, Triad) {
         let motion = &self.found.motion;
         let signals = &motion.signals;
@@ -305,7 +305,7 @@ impl<'a> Stage<'a> {
         (case_rad, dither_rad, noise_rad)
     }
 
-    /// A gyro's own noise \[rad\]; one that counts without a dither counts it with its motion.
+    /// Draws a gyro's own noise \[rad\]; a counter without a dither quantises it together with its motion.
     fn own_noise(&self, (draw, gyro): (u64, usize), mut levels: NoiseLevels) -> Vec<f64> {
         let Some(sensed_rad) = &self.data.counted_rad[gyro] else {
             return self.draw((draw, gyro, 2), levels);
@@ -327,7 +327,7 @@ impl<'a> Stage<'a> {
             .collect()
     }
 
-    /// Noise on all rows \[rad\], the same for the same draw, axis and source.
+    /// Draws noise on all rows \[rad\], the same for the same draw, axis and source.
     fn draw(&self, (draw, axis, source): (u64, usize, u64), levels: NoiseLevels) -> Vec<f64> {
         let mut random = ChaCha8Rng::seed_from_u64(draw);
         random.set_stream(3 * source + axis as u64);

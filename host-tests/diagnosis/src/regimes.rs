@@ -1,10 +1,10 @@
-//! Where the motion is of one kind.
+//! Stretches of like motion.
 
 use std::ops::Range;
 
 use rlg_signal::streams::Streams;
 
-/// Where a recording names no segments, stretches of this length stand in for them.
+/// Length of a stretch in a recording without named segments \[s\].
 const UNNAMED_STRETCH_S: f64 = 5.0;
 
 /// A stretch of like motion.
@@ -16,7 +16,7 @@ pub struct Regime {
     pub rows: Range<usize>,
 }
 
-/// Stretches of like motion that cover the rows: the named ones, or even ones.
+/// Returns stretches of like motion that cover the rows: the named ones, or even ones.
 pub fn regimes_of(streams: &Streams) -> Vec<Regime> {
     let (segments, rate_hz) = (&streams.piece.segments, streams.rate_hz);
     if streams.at_rest.is_some() {
@@ -59,9 +59,9 @@ pub fn regimes_of(streams: &Streams) -> Vec<Regime> {
         .collect()
 }
 
-/// A unit at rest has one motion: stretches to locate in.
+/// Returns stretches for localisation only: a unit at rest has one motion.
 fn at_rest(streams: &Streams) -> Vec<Regime> {
-    /// Few enough that each holds many periods of what drifts.
+    /// Few, so that each holds many periods of a drift.
     const STRETCHES: usize = 16;
     let stretch = (UNNAMED_STRETCH_S * streams.rate_hz) as usize;
     let stretch = stretch.max(streams.rows.div_ceil(STRETCHES)).max(1);

@@ -1,5 +1,5 @@
-//! What aligns two instruments of rate, and nothing else: its kinds, and the values of those that a recording does not call
-//! for.
+//! Registration of two instruments of rate, and nothing else: its kinds, and the values of kinds without evidence in a
+//! recording.
 
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::Variant;
@@ -12,7 +12,7 @@ use super::noise_levels::drift_prior;
 use super::plan::AnalysisPlan;
 use super::search::Found;
 
-/// Kinds of the registration, those first that name what several do.
+/// Kinds of the registration; the first stand for their equivalents at the end.
 pub const KINDS: [&str; 9] = [
     "gyro_bias",
     "gyro_scale",
@@ -25,10 +25,10 @@ pub const KINDS: [&str; 9] = [
     "reference_bandwidth",
 ];
 
-/// How many of them are stated where nothing calls for them; the others are the same against the other instrument.
+/// Number of kinds stated without evidence; the others are the same against the other instrument.
 const STATED: usize = 6;
 
-/// Every kind of the catalogue that is no registration.
+/// Kinds of the catalogue that are no registration.
 pub fn physics() -> Vec<&'static str> {
     let listed = CATALOGUE.iter().map(|entry| entry.kind);
     let scanned = SCANNED.iter().map(|card| card.kind);
@@ -36,7 +36,7 @@ pub fn physics() -> Vec<&'static str> {
     all.filter(|kind| !KINDS.contains(kind)).collect()
 }
 
-/// Numbers that the found set does not hold, each kind beside the set.
+/// Estimates each kind outside the found set, jointly with the set.
 ///
 /// # Inputs
 /// `found`: with its equations.
@@ -96,7 +96,7 @@ pub fn beside(data: &Data, found: &Found, plan: &AnalysisPlan) -> Vec<Registrati
         .collect()
 }
 
-/// The registration: what was found, and what is `beside` it and no other name of the same.
+/// Registration: the found kinds, and those of `beside` that are distinguishable from every found one.
 pub fn entries(effects: &[EffectEntry], beside: Vec<RegistrationEntry>) -> Vec<RegistrationEntry> {
     let is_found = |kind: &str| {
         effects.iter().any(|effect| {

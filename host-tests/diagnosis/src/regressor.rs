@@ -1,10 +1,10 @@
-//! A column of a fit in bins, and the whitened inner products of many.
+//! Column of a fit in bins, and the whitened inner products (Gram matrix) of many.
 //!
-//! Enters: a column's bins, f64. Leaves: [`Regressor`], the same in single precision in units of its largest
-//! value, and [`gram`], sums in double precision over the bins in which the columns have anything.
+//! Enters: a column's bins, f64. Leaves: [`Regressor`], the same in single precision in units of its largest value, and
+//! [`gram`], sums in double precision over the bins that the columns reach.
 //!
-//! A catalogue's columns are most of a diagnosis's memory. Single precision moves each bin by 6e-8 of itself: what
-//! that leaves unexplained of an effect of matched-filter SNR 1e5 has an SNR of 0.006. The residual stays f64.
+//! A catalogue's columns are most of a diagnosis's memory. Single precision moves each bin by 6e-8 of itself: the residual
+//! that it leaves of an effect of matched-filter SNR 1e5 has an SNR of 0.006. The residual of the data stays f64.
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
@@ -12,23 +12,23 @@ use realfft::num_complex::{Complex32, Complex64};
 
 use super::portion::{Bins, lanes};
 
-/// Bins of one step of the sums: with a hundred columns, a block stays in the second-level cache.
+/// Bins per step of the sums: with a hundred columns, a block stays in the second-level cache.
 const BLOCK_BINS: usize = 512;
 
-/// Bins of one task; fixed, so that the order of sums does not depend on the number of threads.
+/// Bins per task; fixed, so that the order of sums does not depend on the number of threads.
 const TASK_BINS: usize = 8 * BLOCK_BINS;
 
-/// Whitened power of a column that is left out beyond its reach: a tenth of what `stable_inverse` takes for nothing.
+/// Share of a column's whitened power omitted beyond its reach: a tenth of the share that `stable_inverse` takes for zero.
 const BEYOND_REACH: f64 = 1e-13;
 
-/// See the page above.
+/// Column in single precision, see the module's page.
 pub struct Regressor {
     scale: f64,
     bins: Vec<Complex32>,
 }
 
 impl Regressor {
-    /// Takes over a column.
+    /// Converts a column.
     pub fn new(bins: &[Complex64]) -> Self {
         let largest = bins.iter().fold(0.0, |most: f64, bin| {
             most.max(bin.re.abs()).max(bin.im.abs())
@@ -57,7 +57,7 @@ impl Regressor {
         }
     }
 
-    /// Σ Re(conj(a)·b) · weight over the bins that `other` has.
+    /// Σ Re(conj(a)·b) · weight over the bins of `other`.
     pub fn inner(&self, other: &[Complex64], weights: &[f64]) -> f64 {
         let (own, weights) = (&self.bins[..other.len()], &weights[..other.len()]);
         let sum = lanes(other.len(), |bin| {
@@ -76,7 +76,7 @@ impl Regressor {
         self.scale * self.scale * sum
     }
 
-    /// The number of low bins that hold all but [`BEYOND_REACH`] of its whitened power.
+    /// Number of low bins that hold all but [`BEYOND_REACH`] of its whitened power.
     fn reach(&self, weights: &[f64]) -> usize {
         let bins = &self.bins[..weights.len()];
         let power = |bin: usize| f64::from(bins[bin].norm_sqr()) * weights[bin];
@@ -84,7 +84,7 @@ impl Regressor {
     }
 }
 
-/// The number of low bins that hold all but a share `beyond` of the power.
+/// Number of low bins that hold all but a share `beyond` of the power.
 pub fn reach(bins: usize, power: impl Fn(usize) -> f64, beyond: f64) -> usize {
     let least = beyond * lanes(bins, &power);
     let mut left = 0.0;
@@ -153,8 +153,8 @@ fn add_squares(sum: &mut DMatrix<f64>, whitened: &DMatrix<f64>) {
     }
 }
 
-/// Share of each bin's freedom that a fit of the regressors takes: |bᵀ half|² with half · halfᵀ the inverse of
-/// their Gram matrix.
+/// Leverage of each bin: share of its freedom that a fit of the regressors takes, |bᵀ half|² with half · halfᵀ the inverse
+/// of their Gram matrix.
 pub fn leverage(regressors: &[&Regressor], half: &DMatrix<f64>, weights: &[f64]) -> Vec<f64> {
     let tasks = tasks(regressors, weights);
     let parts: Vec<Vec<f64>> = tasks
@@ -238,7 +238,7 @@ mod tests {
     use super::*;
     use crate::portion::inner;
 
-    /// 20 000 bins of a column that falls off, of one that does not, and of something else.
+    /// 20 000 bins of a decaying column, of a constant one, and of another signal.
     fn columns() -> [Bins; 3] {
         let bins = |of: &dyn Fn(f64) -> (f64, f64)| {
             (0..20_000)

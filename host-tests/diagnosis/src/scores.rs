@@ -1,4 +1,4 @@
-//! Score tests of what could be added to fits, over all rows or over sums of some.
+//! Score tests of additions to fits, over all rows or over sums of rows.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::PoolColumns;
@@ -9,21 +9,21 @@ use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations};
 
 use super::pass::Pass;
 
-/// A candidate over columns of its own pool, with what it would add beyond its price.
+/// Candidate over columns of its own pool, with its log evidence beyond its price.
 pub(super) struct Found {
     pub(super) candidate: Candidate,
     pub(super) columns: Vec<Sensed>,
     pub(super) surplus: f64,
 }
 
-/// The recording over sums of rows, for lists of hundreds of columns.
+/// Recording as sums of rows, for lists of hundreds of columns.
 pub(super) struct Coarse {
     equations: NormalEquations,
-    /// Rows of a sum.
+    /// Rows per sum.
     pub(super) each: usize,
 }
 
-/// Rows above which long lists are gone through over sums of rows: what is faster than that is for the exact columns.
+/// Number of rows above which long lists are tested over sums of rows; faster effects are left to the exact columns.
 const MANY_ROWS: usize = 20_000;
 
 impl Coarse {
@@ -51,19 +51,19 @@ impl Coarse {
         tests_over(&self.equations, self.each, pass, fits, &|_| true)
     }
 
-    /// Root of the noise of sums by that of single rows, coefficient by coefficient \[rad\].
+    /// Root of the sums' noise by the levels of single rows, coefficient by coefficient \[rad\].
     pub(super) fn roots(&self, levels: NoiseLevels) -> Vec<f64> {
         self.equations.basis.roots(levels.summed(self.each))
     }
 
-    /// Sums of rows, whitened \[σ\].
+    /// Whitened sums of rows \[σ\].
     pub(super) fn whitened(&self, rows: &[f64], roots: &[f64]) -> Vec<f64> {
         self.equations
             .transform
             .whitened(&sums(rows, self.each), roots)
     }
 
-    /// What each hypothesis would add at most, over columns of `pool`.
+    /// Largest log evidence of each hypothesis by any of `tests`, over columns of `pool`.
     pub(super) fn worths(
         &self,
         tests: &[ScoreTest],
@@ -94,7 +94,7 @@ impl Coarse {
     }
 }
 
-/// Fits as tests, members of kinds that are not `kept` left out.
+/// Score tests given each fit, members of kinds that are not `kept` left out.
 pub(super) fn tests<'a>(
     pass: &'a Pass,
     fits: &[&Fit],
@@ -103,7 +103,7 @@ pub(super) fn tests<'a>(
     tests_over(&pass.equations, 1, pass, fits, kept)
 }
 
-/// The same over sums of `each` rows, of which `equations` are.
+/// The same over sums of `each` rows, with their `equations`.
 fn tests_over<'a>(
     equations: &'a NormalEquations,
     each: usize,
@@ -135,19 +135,19 @@ fn tests_over<'a>(
         .collect()
 }
 
-/// What a gain is worth once its parameters are integrated over a prior of their own size.
+/// Log evidence of a gain: its parameters integrated over a g-prior, less the price of the hypothesis.
 pub(super) fn worth(gain: &Gain, hypothesis: &Hypothesis) -> f64 {
     integrated(gain.log_likelihood, hypothesis.parameters) - hypothesis.price
 }
 
-/// A gain in log likelihood by some numbers, once they are integrated over a prior of their own size.
+/// Log evidence of a gain L by k `numbers` under a g-prior of their own size: L − k/2 (1 + ln(2L/k)).
 pub(super) fn integrated(log_likelihood: f64, numbers: usize) -> f64 {
     let count = numbers as f64;
     let each = (2.0 * log_likelihood / count).max(1.0);
     log_likelihood - 0.5 * count * (1.0 + each.ln())
 }
 
-/// What a size that columns are made about costs in log posterior, as a prior of its own width would.
+/// Price in log posterior of a size about which columns are linearised, as of a prior of its own width.
 ///
 /// # Inputs
 /// `squared`: the size in standard deviations, squared.
@@ -155,7 +155,7 @@ pub(super) fn size_price(squared: f64) -> f64 {
     0.5 * (1.0 + squared.max(1.0).ln())
 }
 
-/// The test that gains most at given parameters of a hypothesis, and what members leave of the hypothesis there.
+/// Largest gain of the score tests at given parameters of a hypothesis, and its part orthogonal to the members there.
 pub(super) fn most_at(
     tests: &[ScoreTest],
     hypothesis: &Hypothesis,
@@ -171,12 +171,11 @@ pub(super) fn most_at(
         .max_by(|a, b| a.0.total_cmp(&b.0))
 }
 
-/// Follows numbers inside a column to the top of its likelihood, by Gauss–Newton steps that are shortened where they do not
-/// gain.
+/// Maximises the likelihood over nonlinear parameters by Gauss–Newton steps, shortened while they do not gain.
 ///
 /// # Inputs
-/// `of`: gain at a point, and the column (first) with its derivatives there; `moved`: a point moved by a step, as far as the
-/// step is to be trusted.
+/// `of`: gain at a point, and the column (first) with its derivatives there; `moved`: a point moved by a step, within its
+/// trust region.
 pub(super) fn follow<P: Copy>(
     begin: P,
     of: impl Fn(P) -> Option<(f64, Projected)>,

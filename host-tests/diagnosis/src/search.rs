@@ -25,46 +25,46 @@ use super::turned::Turned;
 use super::windows::Edges;
 use rlg_signal::streams::{Triad, add_triad};
 
-/// What the fitted rows say.
+/// Result of the structure search on the fitted rows.
 pub struct Found {
-    /// Every candidate, places as in `fit`.
+    /// All candidates, indexed as in `fit`.
     pub candidates: Vec<Candidate>,
     /// Columns of the candidates.
     pub pool: Pool,
-    /// The best set.
+    /// Fit of the best set.
     pub fit: Fit,
-    /// Its members with cost and rivals.
+    /// Members of the set, each with its cost in log posterior and its rivals.
     pub judged: Vec<Judged>,
     /// Rivals of each member whose columns span it.
     pub spanned_by: Vec<Vec<usize>>,
-    /// Those of them that explain as much as it.
+    /// Rivals in `spanned_by` that reproduce the member's effect to an insignificant residual.
     pub reached_by: Vec<Vec<usize>>,
     /// The set without each member, fitted anew.
     pub without: Vec<Fit>,
-    /// Nothing but noise.
+    /// Fit of the noise alone.
     pub empty: Fit,
-    /// The motion of the last pass.
+    /// Motion estimated in the last pass.
     pub motion: Motion,
     /// Residual of the model with its effects \[rad\].
     pub residual_rad: Triad,
-    /// Sets that were looked at.
+    /// Number of evaluated sets.
     pub tried: usize,
-    /// Columns of every candidate on the fitted rows.
+    /// Normal equations of the columns of all candidates on the fitted rows.
     pub equations: NormalEquations,
 }
 
-/// Fits so far by members, and the number of sets that were looked at.
+/// Fits by their members, and the number of evaluated sets.
 type Seen = (BTreeMap<Vec<usize>, Fit>, usize);
 
-/// Squared size of a column in standard deviations of a record's noise.
+/// Squared size of a column over the record's noise \[σ²\].
 fn squared(size: f64, column: usize, levels: &NoiseLevels, equations: &NormalEquations) -> f64 {
     (size / equations.scale(column)).powi(2) / (levels.white + levels.angle)
 }
 
-/// What the delays on the path, about which a candidate's are estimated, cost in log posterior.
+/// Price in log posterior of the delays about which a candidate is linearised.
 ///
-/// Numbers of one effect share the width of their prior: gyros that are in time would join the delay of a late one at no cost
-/// otherwise.
+/// The parameters of one effect share the width of their prior: gyros without a delay would otherwise join the delay of a
+/// late gyro at no cost.
 fn price_of_base(one: &Candidate, levels: &[NoiseLevels], equations: &NormalEquations) -> f64 {
     let squared_on = |parameter: usize, base: f64| -> f64 {
         let terms = one.hypothesis.terms.iter();
@@ -89,7 +89,7 @@ fn price_of_base(one: &Candidate, levels: &[NoiseLevels], equations: &NormalEqua
     count * size_price(squared / count)
 }
 
-/// Squared size of what a hypothesis does without a parameter, in standard deviations.
+/// Squared size of the fixed terms of a hypothesis \[σ²\].
 fn squared_fixed(one: &Hypothesis, levels: &[NoiseLevels], equations: &NormalEquations) -> f64 {
     let fixed = one.fixed.iter();
     let seen = fixed.filter(|one| equations.scale(one.column) > 0.0);
@@ -99,9 +99,9 @@ fn squared_fixed(one: &Hypothesis, levels: &[NoiseLevels], equations: &NormalEqu
 
 pub(super) struct Run {
     pub(super) fit: Fit,
-    /// Whether one nonlinear member is still to be settled.
+    /// True if the set holds a single nonlinear member whose linearisation has not converged.
     pub(super) only_nonlinear: bool,
-    /// Score of nothing but noise.
+    /// Score of the fit of the noise alone.
     pub(super) empty_score: f64,
     pub(super) tried: usize,
 }
@@ -164,12 +164,12 @@ impl Pass {
                 one.hypothesis.fixed.clear();
             }
         }
-        // A column that the signals leave empty is no hypothesis.
+        // Drops hypotheses with a parameter whose columns are zero.
         candidates.retain(|candidate| is_seen(&candidate.hypothesis, &equations));
         for one in candidates.iter_mut().filter(|one| is_delay(one.kind)) {
             one.hypothesis.price += price_of_base(one, levels, &equations);
         }
-        // A lag of what has passed a low pass is that low pass: −iωτ H = H − 1.
+        // A delay behind a low pass H has the column of that low pass: −iωτ H = H − 1.
         let low_pass = candidates
             .iter()
             .position(|one| one.variant == Variant::LowPass);
@@ -204,7 +204,7 @@ impl Pass {
         kinds.len().max(1)
     }
 
-    /// Runs `of` with a search over the present candidates that knows what earlier ones have `seen`.
+    /// Runs `of` on a search over the present candidates that reuses the fits in `seen`.
     fn searching<R>(&self, seen: &mut Seen, begin: &Begin, of: impl FnOnce(&mut Search) -> R) -> R {
         let hypotheses = self.hypotheses();
         let mut search = Search::new(
@@ -221,8 +221,8 @@ impl Pass {
         result
     }
 
-    /// Searches, adds events until none improves the set, and goes through the families once beside a set that is standing:
-    /// motion made under another set is not yet independent of what they would explain.
+    /// Searches the structure, adds events until the score no longer rises, and tries the families once, given a converged
+    /// set: motion estimated under another set still depends on the effects that they would explain.
     pub(super) fn search(
         &mut self,
         start: &[usize],
@@ -280,7 +280,7 @@ impl Pass {
         }
     }
 
-    /// The best set that one of the new `places` leads to, or `fit`.
+    /// Returns the best set that contains one of the groups of the new `places`, or `fit` if none scores higher.
     fn improve(&self, fit: Fit, places: &[usize], seen: &mut Seen, begin: &Begin) -> Fit {
         if places.is_empty() {
             return fit;
@@ -297,7 +297,7 @@ impl Pass {
         })
     }
 
-    /// The best single member, a soft mount and low passes among them, and nothing but noise.
+    /// Fits the best single member, soft mounts and low passes included, and the noise alone.
     fn first(&mut self, start: &[usize], seen: &mut Seen, begin: &Begin) -> (Fit, Fit) {
         let start = if start.len() <= 1 { start } else { &[] };
         let (fit, empty) = self.searching(seen, begin, |search| {
@@ -311,7 +311,7 @@ impl Pass {
         (best, empty)
     }
 
-    /// Scans what `fits` leave; the places of events that are new.
+    /// Scans the residuals of `fits` for events; returns the places of the new candidates.
     fn add_events(&mut self, fits: &[&Fit], begin: &Begin) -> Vec<usize> {
         const TRIED_EACH: usize = 3;
         let mut new: Vec<Candidate> = Vec::new();
@@ -334,7 +334,7 @@ impl Pass {
                 }
             }
             events.retain(|(.., event)| begin.seeks(kind_of(event)));
-            // At rest no reference tells a slip from a nudge.
+            // At rest a slip and a nudge of the case are not distinguishable without a reference.
             events.retain(|(.., event)| !self.is_at_rest || event.kind == EventKind::Step);
             events.retain(|(gyro, _, event)| {
                 event.size.abs() > begin.plan.event && !self.lattice.hides_event(*gyro, event)
@@ -357,9 +357,9 @@ impl Pass {
         self.extend(new)
     }
 
-    /// A slip with all others of its gyro that are worth their places: a counter that slips does so again.
+    /// Returns a slip with all other significant slips of its gyro: a counter that slips does so repeatedly.
     fn swarm(&self, fit: &Fit, gyro: usize, noise: NoiseLevels, strongest: Event) -> Vec<Event> {
-        /// Where there are more, something else is not explained.
+        /// With more impulses than this another effect is unexplained.
         const MOST: usize = 32;
         let rows = self.motion.signals.rows as f64;
         let least = (2.0 * (3.0 * rows).ln()).sqrt();
@@ -373,11 +373,11 @@ impl Pass {
         all
     }
 
-    /// What happens at a gyro's rows as a candidate.
+    /// Converts an event of a gyro to a candidate.
     fn candidate_of(&mut self, gyro: usize, event: &Event) -> Candidate {
         let signals = &self.motion.signals;
         let rows = signals.rows as f64;
-        // The row of a step of z standard deviations is known to n/(z²/2) rows.
+        // The row of a step of z standard deviations is uncertain by n/(z²/2) rows.
         let places_of_edge = (0.5 * event.size * event.size).max(4.0);
         let pool = &mut self.pool;
         match event.kind {
@@ -393,7 +393,7 @@ impl Pass {
         }
     }
 
-    /// Columns and places of candidates that are new.
+    /// Adds new candidates and their columns; returns their places.
     pub(super) fn extend(&mut self, new: Vec<Candidate>) -> Vec<usize> {
         let columns = PoolColumns {
             columns: &self.pool.columns[self.equations.columns()..],
@@ -405,8 +405,8 @@ impl Pass {
         (first..self.candidates.len()).collect()
     }
 
-    /// Each place by itself, but sine and cosine of one frequency together, for a wave of another phase needs both, and the
-    /// slips of a gyro.
+    /// Groups places: sine and cosine of one frequency, for a wave of another phase needs both; the slips of a gyro; every
+    /// other place alone.
     fn together(&self, places: &[usize]) -> Vec<Vec<usize>> {
         let wave = |place: usize| match self.candidates[place].variant {
             Variant::Expression { axis, expression } => Some((axis, expression.wave_hz()?)),
@@ -423,13 +423,13 @@ impl Pass {
         places.chunk_by(is_one).map(<[usize]>::to_vec).collect()
     }
 
-    /// Members that a set may have: slips, each in rows of its own, take nobody's place.
+    /// Largest number of members of a set: slips, each in rows of its own, do not count.
     fn most(&self, members: &[usize], plan: &AnalysisPlan) -> usize {
         let is_slip = |place: &&usize| self.candidates[**place].kind == SLIP;
         plan.search.most_members + members.iter().filter(is_slip).count()
     }
 
-    /// Places of candidates over columns of their own.
+    /// Adds candidates over columns of their own; returns their places.
     fn adopt(&mut self, found: &[Alone]) -> Vec<usize> {
         let adopted = found
             .iter()
@@ -438,10 +438,10 @@ impl Pass {
         self.extend(adopted)
     }
 
-    /// What a fit leaves along the path that it describes, bridged where rows may not be looked at \[rad\].
+    /// Residual of a fit along its own path, bridged over unseen rows \[rad\].
     ///
-    /// The reference's noise is in it as that path passes it and as the gyros sense the reading, as it is in the reference along
-    /// that path: noise that one has otherwise than the other would not be known for the same.
+    /// The reference's noise in it has passed that path and the gyros' sensing matrix, as in the reference along that path:
+    /// with different transfer functions the two noises could not be identified as one.
     pub(super) fn clean_by(
         &self,
         (data, fit): (&Data, &Fit),
@@ -501,7 +501,7 @@ impl Pass {
     }
 }
 
-/// Whether every parameter has a column that is not empty.
+/// True if every parameter has a non-zero column.
 pub(super) fn is_seen(hypothesis: &Hypothesis, equations: &NormalEquations) -> bool {
     (0..hypothesis.parameters).all(|parameter| {
         let mut terms = hypothesis.terms.iter();
@@ -509,7 +509,7 @@ pub(super) fn is_seen(hypothesis: &Hypothesis, equations: &NormalEquations) -> b
     })
 }
 
-/// The contract's kind of an event.
+/// Contract kind of an event.
 fn kind_of(event: &Event) -> &'static str {
     match event.kind {
         EventKind::Impulse => SLIP,
@@ -518,7 +518,7 @@ fn kind_of(event: &Event) -> &'static str {
     }
 }
 
-/// The best set that has one of the groups of candidates besides, instead of a member, or alone.
+/// Returns the best set with one of the groups of candidates added, put in place of a member, or alone.
 fn with_one_of(
     search: &mut Search,
     fit: &Fit,
@@ -538,7 +538,7 @@ fn with_one_of(
     best_of(search.fit_all(keys, &fit.levels), fit.clone())
 }
 
-/// What gyros sense of each axis by a set besides the model.
+/// Gain from each axis' increment to each gyro by a set, beyond the model \[1\].
 pub(super) fn share_of(fit: &Fit, candidates: &[Candidate], pool: &Pool) -> Matrix3<f64> {
     let mut share = Matrix3::zeros();
     for gyro in 0..3 {
@@ -551,7 +551,7 @@ pub(super) fn share_of(fit: &Fit, candidates: &[Candidate], pool: &Pool) -> Matr
     share
 }
 
-/// What a member of a fit over the found candidates adds to each gyro \[rad\].
+/// Effect of a member of a fit over the found candidates on each gyro \[rad\].
 pub fn effect_rad(found: &Found, fit: &Fit, place: usize) -> Triad {
     let signals = &found.motion.signals;
     let mut alone = fit.clone();

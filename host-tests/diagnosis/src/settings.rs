@@ -1,20 +1,20 @@
-//! What a diagnosis is asked to do.
+//! Input of a diagnosis besides its data.
 
 use rlg_signal::channel_check::ChannelPlan;
 
 use super::plan::AnalysisPlan;
 
-/// How a recording is diagnosed.
+/// Settings of a diagnosis.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Settings<'a> {
-    /// Kinds that are taken out of the catalogue: what the tool says of physics it does not know.
+    /// Kinds excluded from the catalogue, to test the response to unknown physics.
     pub left_out: &'a [&'a str],
-    /// The numbers of the analysis.
+    /// Thresholds of the analysis.
     pub plan: AnalysisPlan,
-    /// The numbers of the check of axes, signs and units.
+    /// Thresholds of the check of axes, signs and units.
     pub channels: ChannelPlan,
-    /// Whether channels that are reversed, exchanged or of another unit are put right and reported instead of refused.
+    /// True to correct and report reversed, exchanged or wrongly scaled channels instead of refusing them.
     pub anyway: bool,
-    /// Seed of the self-test and of the control, which `diagnosis.json` names; no finding depends on it.
+    /// Seed of the self-test and of the control, recorded in `diagnosis.json`; no finding depends on it.
     pub seed: u64,
 }

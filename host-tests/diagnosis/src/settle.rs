@@ -1,4 +1,4 @@
-//! Passes between motion, columns and structure search, until the set and its delays stand still.
+//! Passes of motion estimation, linearisation and structure search, until the set and its delays converge.
 
 use std::cell::Cell;
 
@@ -33,28 +33,28 @@ pub fn find(
     Some(settled.pass.judge(settled.fit, plan, settled.tried))
 }
 
-/// The last pass of a search, whose set and delays no longer change.
+/// Last pass of a search, with a converged set and delays.
 pub(super) struct Settled {
     pub(super) pass: Pass,
-    /// The best set.
+    /// Fit of the best set.
     pub(super) fit: Fit,
-    /// Sets that were looked at.
+    /// Number of evaluated sets.
     pub(super) tried: usize,
     pub(super) rows: Rows,
 }
 
-/// Rows that a search looks at.
+/// Rows of a search.
 pub(super) struct Rows {
-    /// Which may be looked at.
+    /// True for rows to fit and to confirm.
     pub(super) seen: Vec<bool>,
-    /// Spans of those.
+    /// Spans of the seen rows.
     pub(super) looked_at: Observations,
-    /// What is fitted of them.
+    /// The seen rows, cut to a fast transform length.
     pub(super) fitted: Observations,
 }
 
 impl Rows {
-    /// Those that do not only test; `None` where they are too few.
+    /// Selects the rows to fit and to confirm; `None` where they are too few.
     fn of(data: &Data) -> Option<Self> {
         let seen = data.rows_of(&[Use::Train, Use::Confirm]);
         let looked_at = data.observed(&seen)?;
@@ -74,7 +74,7 @@ pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> 
         return Some(left);
     }
     let rows = Rows::of(data)?;
-    // What the model holds is taken out before the noise of what is left means anything.
+    // The known effects are subtracted before the noise levels of the residual are meaningful.
     for _ in 0..2 {
         let levels = first_levels(&left, &rows.fitted);
         let clean = bridged(&left, &rows.looked_at);
@@ -85,8 +85,7 @@ pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> 
     Some(left)
 }
 
-/// Alternates linearisation and structure search until set and delays no longer change; `None` where too few rows can be
-/// fitted.
+/// Alternates linearisation and structure search until set and delays converge; `None` where too few rows can be fitted.
 pub(super) fn settle(
     data: &mut Data,
     left_out: &[&str],
@@ -111,7 +110,7 @@ pub(super) fn settle(
         step: None,
         is_settling: false,
     };
-    // What the last pass began with whose set stood before the families were asked.
+    // Start of the last pass whose set had converged before the families were tried.
     let mut stood = None;
     let mut asks = Asks::WhereItStands;
     let mut tried = 0;
@@ -134,7 +133,7 @@ pub(super) fn settle(
             });
         }
         if is_last {
-            // What the families added never stood: the set that did stands without them.
+            // The set with the families did not converge: the converged set without them is used.
             begun = stood.take().expect("a set stood");
             asks = Asks::Nothing;
             continue;
@@ -153,52 +152,53 @@ pub(super) fn settle(
     }
 }
 
-/// When a pass asks the families.
+/// Condition under which a pass tries the families.
 #[derive(Clone, Copy, PartialEq, Eq)]
 enum Asks {
-    /// Beside a set that stands.
+    /// Given a converged set.
     WhereItStands,
-    /// Beside any.
+    /// Given any set.
     Anyway,
     /// Never.
     Nothing,
 }
 
-/// What a pass begins with.
+/// Starting point of a pass.
 pub(super) struct Begun {
     levels: Vec<NoiseLevels>,
-    /// What is left by what was found \[rad\].
+    /// Residual of the found set \[rad\].
     clean_rad: Triad,
-    /// What gyros sense of each axis by it.
+    /// Gain from each axis' increment to each gyro by the found set \[1\].
     share: Matrix3<f64>,
     path: Path,
     path_before: Option<Path>,
     before: Before,
-    /// Of numbers inside columns, from where they were before; `None` where there are none, or nothing to compare with.
+    /// Step of the nonlinear parameters from their previous values; `None` without such parameters or a comparable pass.
     step: Option<Step>,
-    /// Whether one nonlinear member is still to be settled.
+    /// True if a single nonlinear member has not converged yet.
     is_settling: bool,
 }
 
-/// A pass that is done.
+/// Result of a pass.
 struct Done {
     pass: Pass,
     fit: Fit,
     tried: usize,
     is_settling: bool,
-    /// Log odds of the set against nothing but noise. Scores of two passes have no common zero: what the gate hides of the set
-    /// before is taken out of the record.
+    /// Log odds of the set against the noise alone. Scores of two passes have no common zero: effects of the previous set
+    /// that the gate hides are subtracted from the record.
     odds: f64,
-    /// Whether the motion is of a set that holds all of this one. Motion that holds what is new fits it better than it should.
+    /// True if the motion was estimated under a set that contains this one. A new effect in the motion fits it better than
+    /// it should.
     is_comparable: bool,
-    /// Whether the set stood before the families were asked.
+    /// True if the set had converged before the families were tried.
     stood: bool,
-    /// Whether neither set nor its numbers change any more.
+    /// True if neither the set nor its parameters change any more.
     has_ended: bool,
 }
 
 impl Begun {
-    /// Behind what a fit leaves of a pass along `path`.
+    /// Starting point behind a pass, with the residual of its fit along `path`.
     pub(super) fn behind((pass, fit): (Pass, Fit), path: Path, data: &Data, rows: &Rows) -> Self {
         Self {
             levels: fit.levels.clone(),
@@ -212,7 +212,7 @@ impl Begun {
         }
     }
 
-    /// The same with half the step, and with all members of the set where none of it is left.
+    /// Halves the step; after the last halving all members of the set take part.
     fn nearer(mut self, step: Step, data: &Data, rows: &Rows) -> Self {
         let Before::Pass(fit, candidates) = &mut self.before else {
             return self;
@@ -230,7 +230,7 @@ impl Begun {
         }
     }
 
-    /// Motion and columns.
+    /// Estimates the motion and forms the columns.
     pub(super) fn linearised(
         &self,
         data: &mut Data,
@@ -254,7 +254,7 @@ impl Begun {
         )
     }
 
-    /// Columns of a motion over a turned reference.
+    /// Forms the columns of a motion over a rotated reference.
     fn over(
         &self,
         (motion, turned): (Motion, &Turned),
@@ -266,8 +266,8 @@ impl Begun {
         Pass::new(data, motion, left_out, &rows.fitted, &self.levels, before)
     }
 
-    /// The same with a search; where a rotation of the reference would look like what was found, once with it and once
-    /// without, and the better.
+    /// Searches a pass; if a rotation of the reference would look like the found errors, searches once with it and once
+    /// without, and keeps the better.
     fn pass(
         &self,
         data: &mut Data,
@@ -294,7 +294,7 @@ impl Begun {
         }
     }
 
-    /// Searches a pass.
+    /// Runs the structure search of a pass.
     fn searched(
         &self,
         mut now: Pass,
@@ -325,13 +325,13 @@ impl Begun {
                 && fit.members.len() == start.len()
                 && start.iter().all(|place| fit.members.contains(place))
         };
-        // Numbers that no step makes better are what they are.
+        // After the last halving the parameters count as converged.
         let stand = self.step.is_some_and(|step| step.is_none());
         let is_settled = |fit: &Fit, candidates: &[Candidate]| {
             stand || is_settled(fit, candidates, self.path.delay_s)
         };
         let stood = Cell::new(false);
-        // The families are of motion.
+        // The families need motion.
         let are_sought = asks != Asks::Nothing && data.streams.at_rest.is_none();
         let run = now.search(
             &start,
@@ -339,7 +339,7 @@ impl Begun {
             is_first || self.is_settling,
             (plan, left_out),
             |fit, candidates| {
-                // A strong delay or mount is linearised to the end before anything is added to it.
+                // A strong delay or mount is linearised to convergence before other members are added.
                 is_nonlinear(fit, candidates) && (is_first || !is_settled(fit, candidates))
             },
             |fit, candidates| {
@@ -351,7 +351,7 @@ impl Begun {
         let is_same = !is_first && is_as_before(&fit) && is_settled(&fit, &now.candidates);
         let is_near = matches!(&self.before, Before::Coarse(far) if !far.is_far());
         let is_nothing = fit.members.is_empty() && is_near;
-        // The motion is that of a set only where what the set leaves was seen along the same path.
+        // The motion belongs to a set only if the residual of the set was formed along the same path.
         let mut path_before = self.path_before.iter();
         let is_own = path_before.any(|before| is_alike(before, &self.path));
         let odds = fit.score - run.empty_score;
@@ -369,7 +369,7 @@ impl Begun {
 }
 
 impl Done {
-    /// What the next pass begins with.
+    /// Starting point of the next pass.
     fn next(self, data: &Data, rows: &Rows, begun: &Begun) -> Begun {
         let path = path_of(&self.fit, &self.pass.candidates);
         let of = (self.odds, &self.fit);

@@ -1,29 +1,29 @@
-//! Step control of the numbers inside columns: a step behind which a set fits worse than before it is taken back by halves.
+//! Step control of the nonlinear parameters: a step after which a set fits worse than before is halved.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::is_delay;
 use rlg_inference::Fit;
 
-/// Halvings of a step, after which the values before it stand.
+/// Largest number of halvings of a step; then the previous values stay.
 const HALVINGS: usize = 3;
 
-/// A step of the numbers that columns are made about.
+/// Gauss–Newton step of the parameters about which columns are linearised.
 ///
-/// The odds that it comes from hold its whole gain by the linear columns. Where the next pass has less than those without the
-/// gain, the step has done worse than none at all.
+/// The log odds before it include its whole gain by the linear columns. If the next pass has less than those odds without
+/// the gain, the step is worse than none.
 #[derive(Debug, Clone, Copy)]
 pub(super) struct Step {
-    /// Log odds of the set that it goes from against nothing.
+    /// Log odds of the set before the step, against noise alone.
     odds: f64,
-    /// What it gains in log likelihood where columns are linear.
+    /// Gain of the step in log likelihood for linear columns.
     gain: f64,
-    /// How often it was halved.
+    /// Number of halvings.
     halvings: usize,
 }
 
 impl Step {
-    /// The whole step by a fit; `None` where nothing is to be moved.
+    /// Full step of a fit; `None` without such parameters.
     pub(super) fn of((odds, fit): (f64, &Fit), candidates: &[Candidate]) -> Option<Self> {
         let moved = moved(fit, candidates);
         (!moved.is_empty()).then(|| Self {
@@ -33,12 +33,12 @@ impl Step {
         })
     }
 
-    /// Whether a set with these odds is worse than before the step and may be taken nearer to it.
+    /// True if a set with these odds is worse than before the step and the step can be halved again.
     pub(super) fn is_worse(&self, odds: f64) -> bool {
         !self.is_none() && odds < self.odds - self.gain
     }
 
-    /// Half of the step; none of it behind the last halving.
+    /// Halves the step; zero after the last halving.
     pub(super) fn halved(self, fit: &mut Fit, candidates: &[Candidate]) -> Self {
         let halved = Self {
             halvings: self.halvings + 1,
@@ -51,13 +51,13 @@ impl Step {
         halved
     }
 
-    /// Whether the values before it stand.
+    /// True if the previous values stay.
     pub(super) fn is_none(&self) -> bool {
         self.halvings > HALVINGS
     }
 }
 
-/// Places among the estimates of numbers that columns are made about.
+/// Indices, among the estimates, of the parameters about which columns are linearised.
 fn moved(fit: &Fit, candidates: &[Candidate]) -> Vec<usize> {
     let members = fit.members.iter().zip(&fit.blocks);
     let moved_of = |(&place, block): (&usize, &std::ops::Range<usize>)| {
@@ -69,7 +69,7 @@ fn moved(fit: &Fit, candidates: &[Candidate]) -> Vec<usize> {
     members.flat_map(moved_of).collect()
 }
 
-/// Half the squared size of a step in its standard deviations, which is what it gains in log likelihood.
+/// Half the squared size of a step in standard deviations: its gain in log likelihood.
 fn gain(fit: &Fit, moved: &[usize]) -> f64 {
     let std = |place: usize| fit.covariance[(place, place)].sqrt();
     let size = moved.len();
@@ -103,7 +103,7 @@ mod tests {
         }
     }
 
-    /// A fit of all `candidates`, two parameters each, estimates with the same standard deviation and no correlation.
+    /// Fit of all `candidates`, two parameters each, estimates with the same standard deviation and no correlation.
     fn fit(estimate: &[f64]) -> Fit {
         let members: Vec<usize> = (0..estimate.len() / 2).collect();
         Fit {
@@ -155,7 +155,7 @@ mod tests {
         assert!(long.is_worse(87.4));
     }
 
-    /// A resonance whose full step lands beyond its hill.
+    /// Resonance whose full step overshoots the maximum.
     #[test]
     fn an_overshooting_step_ends_nearer_to_the_top_than_it_began() {
         const TOP_HZ: f64 = 60.0;

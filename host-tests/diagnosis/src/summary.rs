@@ -1,4 +1,4 @@
-//! What is said of a set besides its findings: the summary, what was not named and why, and what to do next.
+//! Texts on a set besides its findings: the summary, the kinds not excluded, and the runners-up.
 
 use std::cmp::Ordering;
 use std::collections::BTreeSet;
@@ -25,7 +25,7 @@ pub(crate) fn summary(
     let fit = &confirmed.last.fit;
     let kind_of = |place: usize| found.candidates[found.judged[place].hypothesis].kind;
     let mut lines = vec![rlg_findings::sentences::opening(verdict).to_string()];
-    // What is of practical size first; what is not is quantified all the same.
+    // Effects of practical size first; the others are quantified all the same.
     let mut ordered: Vec<&Finding> = findings.iter().collect();
     ordered.sort_by(|a, b| {
         (a.is_slight, b.share)
@@ -66,7 +66,7 @@ pub(crate) fn summary(
     lines
 }
 
-/// A finding in a sentence.
+/// Sentence on a finding.
 fn found_line(one: &Finding, fit: &Fit, signals: &Signals) -> String {
     let Numbers {
         each, covariance, ..
@@ -114,7 +114,7 @@ fn found_line(one: &Finding, fit: &Fit, signals: &Signals) -> String {
     )
 }
 
-/// Where what is left of a gyro is most beyond its noise, or below it.
+/// Sentence on the band in which a gyro's residual deviates most from its noise.
 pub(crate) fn unlike_noise(gyro: usize, misfits: &[Misfit], rate_hz: f64) -> Option<String> {
     let of_gyro = misfits.iter().filter(|one| one.gyro == gyro);
     let most = of_gyro.max_by(|a, b| a.ratio.total_cmp(&b.ratio))?;
@@ -125,7 +125,7 @@ pub(crate) fn unlike_noise(gyro: usize, misfits: &[Misfit], rate_hz: f64) -> Opt
     ))
 }
 
-/// The channel without which a kind cannot show, if the recording lacks it.
+/// Channel that a kind needs, if the recording lacks it.
 pub fn no_channel(kind: &str, streams: &Streams) -> Option<&'static str> {
     if kind == entries::PULL && !streams.own_motion {
         Some("no attitudes as the reference")
@@ -144,7 +144,7 @@ pub fn no_channel(kind: &str, streams: &Streams) -> Option<&'static str> {
     }
 }
 
-/// Kinds of the catalogue that had no candidate, with the reason.
+/// Kinds of the catalogue without a candidate, with the reason.
 pub(crate) fn not_excluded(found: &Found, streams: &Streams) -> Vec<String> {
     let tried: BTreeSet<&str> = found.candidates.iter().map(|one| one.kind).collect();
     let reason = |kind: &str| {

@@ -1,15 +1,15 @@
-//! Which gyros themselves show a number that a member says all of them share.
+//! Gyros whose own data determine a parameter that a member shares between all of them.
 
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::Variant;
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_inference::{Fit, Hypothesis, Likelihood};
 
-/// Of each member: a gyro that hardly moves would get the number of another, with the uncertainty of that.
+/// Selects them for each member: a gyro that hardly moves would be reported with another's parameter and its uncertainty.
 ///
 /// # Inputs
-/// `set`: each member's hypothesis over records that are three to a recording, with its candidate; `fit`: of that set; `within`:
-/// what of log likelihood tells nothing apart.
+/// `set`: each member's hypothesis over records that are three to a recording, with its candidate; `fit`: of that set;
+/// `within`: difference in log likelihood that is not significant.
 pub(super) fn told(
     data: &impl Likelihood,
     set: &[(&Hypothesis, &Candidate)],
@@ -39,7 +39,7 @@ pub(super) fn told(
     (0..set.len()).map(of_member).collect()
 }
 
-/// The same with a number for each gyro.
+/// The same with a parameter for each gyro.
 fn apart(shared: &Hypothesis) -> Hypothesis {
     let mut apart = shared.clone();
     apart.parameters = 3;

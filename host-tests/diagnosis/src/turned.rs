@@ -1,4 +1,4 @@
-//! By how much the reference is turned, where more than what is linear in small angles would be seen of it.
+//! Rotation of the reference, where its second order in small angles exceeds the noise.
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_catalogue::candidates::along;
@@ -13,14 +13,14 @@ use super::path::SETTLED;
 
 /// Rotation vectors \[rad\], body axes.
 pub(super) struct Turned {
-    /// By the model.
+    /// Rotation by the model.
     known_rad: Vector3<f64>,
-    /// By what was found beside it.
+    /// Further rotation by the found set.
     found_rad: Vector3<f64>,
 }
 
 impl Turned {
-    /// What the model and the set before a pass say.
+    /// Rotation by the model and by the set before a pass.
     pub(super) fn said(data: &Data, before: &Before) -> Self {
         Self {
             known_rad: known_by_axis(TURNED, data.model, data.streams).into(),
@@ -28,9 +28,9 @@ impl Turned {
         }
     }
 
-    /// What all errors of axes and scales that were found would be as one rotation; `None` where one was found.
+    /// All found errors of axes and scales approximated by one rotation; `None` if a rotation was found.
     ///
-    /// A rotation that is taken for a small one looks like those.
+    /// A rotation that is taken for a small one looks like such errors.
     pub(super) fn tried(data: &Data, before: &Before) -> Option<Self> {
         if said_by(before).is_some() {
             return None;
@@ -42,7 +42,7 @@ impl Turned {
         })
     }
 
-    /// Whether products of its small angles, with each other and with scale errors, stand out of the noise.
+    /// True if products of its small angles, with each other and with scale errors, exceed the noise.
     pub(super) fn is_seen(&self, data: &Data, signals: &Signals, levels: &[NoiseLevels]) -> bool {
         let others = data.turned_by_all() - Matrix3::identity();
         let products = turn(self.known_rad + self.found_rad) * others;
@@ -62,7 +62,7 @@ impl Turned {
         squared > SETTLED * SETTLED
     }
 
-    /// Makes rows of the catalogue over the turned reference.
+    /// Forms the catalogue's columns over the rotated reference.
     pub(super) fn carry(&self, candidates: &mut [Candidate], pool: &mut Pool, signals: &Signals) {
         for one in candidates {
             if one.kind == TURNED {
@@ -76,7 +76,7 @@ impl Turned {
     }
 }
 
-/// What a set says of the rotation, if it holds one.
+/// Rotation in a set, if it holds one \[rad\].
 fn said_by(before: &Before) -> Option<Vector3<f64>> {
     let Before::Pass(fit, members) = before else {
         return None;

@@ -1,11 +1,10 @@
-//! The fit on rows it never saw (diagnosis road, step 9).
+//! Validation of the fit on held-out rows (diagnosis road, step 9).
 //!
-//! Enters: the residual before and after \[rad per row\], the noise, the held-out rows, the locations.
-//! Leaves: for each gyro the drift, the power over the noise and the chance that the residual is white,
-//! before and after.
+//! Enters: the residual before and after \[rad per row\], the noise, the held-out rows, the locations. Leaves: for each gyro
+//! the drift, the power over the noise and the p-value of whiteness, before and after.
 //!
-//! Power is judged in the located times and bands; a band too narrow to judge (the power of n bins scatters
-//! by 1/√n) is widened upwards until it holds enough of them.
+//! Power is taken in the located times and bands; too narrow a band (the power of n bins scatters by 1/√n) is widened
+//! upwards until it holds enough bins.
 
 use rayon::prelude::*;
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -19,30 +18,30 @@ use super::regimes::intersect;
 use super::regressor::regressors;
 use rlg_signal::streams::Triad;
 
-/// Bins needed to tell a tenth of power by four standard deviations.
+/// Number of bins that resolves a tenth of power by four standard deviations.
 const ENOUGH_BINS: usize = 1600;
 
 /// Figures of one gyro.
 #[derive(Debug, Clone, Copy)]
 pub struct Figures {
-    /// Mean rate over the judged rows \[rad/s\], by generalised least squares.
+    /// Mean rate over the validated rows \[rad/s\], by generalised least squares.
     pub drift_rad_s: f64,
     /// Its standard deviation \[rad/s\].
     pub drift_std_rad_s: f64,
-    /// Power over the noise in the located bands and times (1 = nothing left).
+    /// Power over the noise in the located bands and times (1 = noise alone).
     pub normalised_power: f64,
-    /// The same over everything held out.
+    /// The same over all held-out rows.
     pub normalised_power_all: f64,
-    /// Chance that the residual over the noise is white (Kolmogorov–Smirnov on the summed periodogram).
+    /// p-value of whiteness of the residual over the noise (Kolmogorov–Smirnov test of the cumulative periodogram).
     pub white_p_value: f64,
 }
 
-/// Before and after on one gyro.
+/// Figures before and after on one gyro.
 #[derive(Debug, Clone)]
 pub struct Validation {
     /// Gyro.
     pub axis: usize,
-    /// Judged band \[Hz\].
+    /// Validated band \[Hz\].
     pub band_hz: (f64, f64),
     /// Without the effects.
     pub before: Figures,
@@ -50,7 +49,7 @@ pub struct Validation {
     pub after: Figures,
 }
 
-/// Judges every gyro on the held-out rows, in the band in which they count. `None` where nothing was held out.
+/// Validates every gyro on the held-out rows, in the band in which they count. `None` if no rows are held out.
 pub fn validate(
     before_rad: &Triad,
     after_rad: &Triad,
@@ -153,7 +152,7 @@ fn judge(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -
     }
 }
 
-/// Power over noise in some bins, joints fitted away, and the ratio in each bin.
+/// Power over noise in some bins, joints projected out, and the ratio in each bin.
 fn power(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -> (f64, Vec<f64>) {
     let weights = noise.weights(portion);
     let joints = regressors(&portion.joints());
@@ -163,8 +162,8 @@ fn power(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -
         .map(|joint| joint.power(&weights).sqrt().recip())
         .collect();
     fit_away(&mut residual, &joints, &weights);
-    // Each joint takes one degree of freedom out of all bins together, most of it at low frequency where
-    // its noise is least; counted where the bins are.
+    // Each joint takes one degree of freedom out of all bins together, most of it at low frequency, where its noise is
+    // least; counted in the bins concerned.
     let taken: f64 = bins
         .clone()
         .map(|bin| {
@@ -187,7 +186,7 @@ fn power(portion: &Portion, values: &[f64], noise: &Noise, bins: Range<usize>) -
     )
 }
 
-/// Chance of the largest distance between the summed periodogram and a straight line.
+/// p-value of the largest distance between the cumulative periodogram and a straight line.
 pub fn white_chance(ratios: &[f64]) -> f64 {
     let total: f64 = ratios.iter().sum();
     let count = ratios.len() as f64;
@@ -197,7 +196,7 @@ pub fn white_chance(ratios: &[f64]) -> f64 {
         sum += ratio / total;
         distance = distance.max((sum - (place + 1) as f64 / count).abs());
     }
-    // Kolmogorov's law, with Stephens' correction for finite counts.
+    // Kolmogorov's distribution, with Stephens' correction for finite counts.
     let root = count.sqrt();
     let x = (root + 0.12 + 0.11 / root) * distance;
     let series: f64 = (1..=100)
@@ -209,7 +208,7 @@ pub fn white_chance(ratios: &[f64]) -> f64 {
     series.clamp(0.0, 1.0)
 }
 
-/// Chance of a drift this far from zero.
+/// Two-sided p-value of a drift.
 pub fn drift_chance(figures: &Figures) -> f64 {
     2.0 * Normal::standard().sf((figures.drift_rad_s / figures.drift_std_rad_s).abs())
 }

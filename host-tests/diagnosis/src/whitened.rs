@@ -1,4 +1,4 @@
-//! Rows as the likelihood weighs them: divided by the root of their noise, frequency by frequency.
+//! Rows whitened as in the likelihood: divided by the root of their noise, frequency by frequency.
 
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::{NoiseBasis, NoiseLevels, Observations};
@@ -6,26 +6,26 @@ use rlg_signal::partition::Use;
 
 use super::data::Data;
 
-/// Whitens rows of each gyro that were looked at.
+/// Whitens the seen rows of each gyro.
 pub(super) struct Whitener {
-    /// Of those rows.
+    /// Transform of the seen rows.
     pub transform: Transform,
-    /// Its noise.
+    /// Noise basis of the transform.
     pub basis: NoiseBasis,
     /// Root of the noise of each coefficient, gyro by gyro \[rad\].
     roots: [Vec<f64>; 3],
-    /// Rows that were looked at.
+    /// True for seen rows.
     pub seen: Vec<bool>,
 }
 
 impl Whitener {
-    /// For the rows to fit and to confirm, under noise of `levels`; `None` where too few of them are measured.
+    /// Whitener of the rows to fit and to confirm, under noise of `levels`; `None` where too few of them are measured.
     pub fn new(data: &Data, levels: &[NoiseLevels]) -> Option<Self> {
         let seen = data.rows_of(&[Use::Train, Use::Confirm]);
         Some(Self::of(data.observed(&seen)?, seen, levels))
     }
 
-    /// For rows that are `seen`, as a span.
+    /// Whitener of the rows that are `seen`, as a span.
     pub fn of(observations: Observations, seen: Vec<bool>, levels: &[NoiseLevels]) -> Self {
         let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(levels));
         let roots = std::array::from_fn(|gyro| basis.roots(levels[gyro]));
@@ -37,7 +37,7 @@ impl Whitener {
         }
     }
 
-    /// Rows of a gyro \[σ\]; 0 where they were not looked at.
+    /// Whitened rows of a gyro \[σ\]; 0 for unseen rows.
     pub fn rows(&self, gyro: usize, rows_rad: &[f64]) -> Vec<f64> {
         let mut rows = self.transform.whitened(rows_rad, &self.roots[gyro]);
         for (value, _) in rows.iter_mut().zip(&self.seen).filter(|(_, seen)| !**seen) {

@@ -1,4 +1,5 @@
-//! Effects of some rows only: a channel that a gyro follows between two instants, as a mount that gives way and is tightened.
+//! Effects of some rows only: a gyro follows a channel between two instants, as with a mount that gives way and is
+//! tightened.
 
 use std::ops::Range;
 
@@ -12,36 +13,37 @@ use rlg_signal::streams::each_axis;
 use super::pass::Pass;
 use super::scores::{Coarse, Found, integrated};
 
-/// Edges that are tried first; between them they are refined.
+/// Number of trial edges; the best are refined between them.
 const EDGES: usize = 128;
 
-/// An edge may lie where the log likelihood falls by less: three standard deviations.
+/// Fall of the log likelihood within which an edge may lie: three standard deviations.
 const WITHIN: f64 = 4.5;
 
-/// What a fit leaves on a gyro, as sums of rows.
+/// Residual of a fit on a gyro, as whitened sums of rows.
 struct Whitened {
-    /// Root of their noise \[rad\].
+    /// Root of the sums' noise \[rad\].
     roots: Vec<f64>,
-    /// Sums \[σ\].
+    /// Whitened sums \[σ\].
     rows: Vec<f64>,
 }
 
-/// Rows of a gyro between which a channel explains what is left, and how well.
+/// Window of a gyro's rows in which a channel explains the residual, with its gain.
 struct Shown {
     rows: Range<usize>,
     /// Gain in log likelihood.
     gain: f64,
-    /// What the channel gains in all rows.
+    /// Gain of the channel in all rows.
     whole: f64,
-    /// Where either edge may lie as well: a channel that rests does not show when it is no longer followed.
+    /// Range of either edge: the edge is undetermined while the channel is at rest.
     reach: [Range<usize>; 2],
 }
 
-/// The window of each gyro within which it follows a channel, or reads more, and that is worth most beside any of `fits`.
+/// Selects for each gyro the window with the highest evidence given any of `fits`, in which it follows a channel or has a
+/// constant.
 pub(super) fn strongest(pass: &Pass, fits: &[&Fit], coarse: &Coarse) -> Vec<Found> {
     let signals = &pass.motion.signals;
     let channels = channels(signals, pass.motion.is_moving);
-    // A channel that hardly changes is a constant: it must gain the price of having been picked.
+    // A channel that hardly changes resembles a constant: it must gain the price of its selection.
     let picked_from = |expression: Expression| match expression == Expression::ONE {
         true => 3.0,
         false => 3.0 * channels.len() as f64,
@@ -87,7 +89,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], coarse: &Coarse) -> Vec<Foun
             let places = picked_from(*expression) * places;
             let expression = expression.within(rows, signals)?;
             let candidate = pool.expression(gyro, expression, places, signals);
-            // What acts in all rows nearly fits in most of them.
+            // An effect of all rows nearly fits in most of them.
             let is_of_some = shown.gain - shown.whole > candidate.hypothesis.price;
             is_of_some.then(|| Found {
                 surplus: integrated(shown.gain, 1) - candidate.hypothesis.price,
@@ -98,7 +100,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], coarse: &Coarse) -> Vec<Foun
         .collect()
 }
 
-/// A window by the recording's rows, and the number of places that it was picked from.
+/// Window in the recording's rows, and the number of places from which it was selected.
 fn placed(pass: &Pass, shown: &Shown, each: usize) -> (Range<usize>, f64) {
     let edges = Edges {
         rows: pass.motion.signals.rows,
@@ -116,14 +118,15 @@ fn placed(pass: &Pass, shown: &Shown, each: usize) -> (Range<usize>, f64) {
 pub(super) struct Edges {
     /// Rows of the recording.
     pub rows: usize,
-    /// Where they are seen.
+    /// Estimated edges.
     pub at: [usize; 2],
-    /// Where each may lie.
+    /// Range of each edge.
     pub reach: [Range<usize>; 2],
 }
 
 impl Edges {
-    /// Of a window of some rows and a squared size \[σ²\]: an edge of m rows and z standard deviations is known to m/(z²/2) rows.
+    /// Edges of a window of some rows and a squared size \[σ²\]: an edge of m rows and z standard deviations is uncertain by
+    /// m/(z²/2) rows.
     pub fn of(window: Range<usize>, squared_size: f64, rows: usize) -> Self {
         const DEVIATIONS: f64 = 3.0;
         let places = (0.5 * squared_size).max(4.0);
@@ -136,11 +139,11 @@ impl Edges {
         }
     }
 
-    /// Moves each edge to where another kind of motion begins, if both may lie at one of such `cuts`: the window is then as
+    /// Moves each edge to a change of the kind of motion if both ranges contain one of such `cuts`: the window is then as
     /// short as they allow.
     ///
     /// # Returns
-    /// The edges and the number of places that they were picked from.
+    /// The edges, and the number of places from which they were selected.
     pub fn placed(&self, cuts: &[usize]) -> ([usize; 2], f64) {
         let [starts, ends] = &self.reach;
         let start = cuts
@@ -155,7 +158,7 @@ impl Edges {
             let count = cuts.len() as f64;
             return ([start, end], count * count);
         }
-        // Three deviations to either side; all lengths alike on a logarithmic scale.
+        // Three standard deviations to either side; a uniform prior of the logarithm of the length.
         let [starts, ends] = self.reach.clone().map(|reach| 6.0 / reach.len() as f64);
         let length = (self.at[1] - self.at[0]) as f64;
         let rows = self.rows as f64;
@@ -163,7 +166,7 @@ impl Edges {
     }
 }
 
-/// The window of whitened rows within which a column explains most of a record.
+/// Window of whitened rows with the largest gain in log likelihood by a column.
 fn strongest_window(column: &[f64], record: &[f64]) -> Option<Shown> {
     let rows = column.len().min(record.len());
     let mut scores = vec![0.0; rows + 1];
@@ -173,7 +176,7 @@ fn strongest_window(column: &[f64], record: &[f64]) -> Option<Shown> {
         informations[row + 1] = informations[row] + column[row] * column[row];
     }
     let all = informations[rows];
-    // Less of the column than this is no window of it but a few of its rows.
+    // A window with less of the column's power than this is only a few of its rows.
     let least = 1e-3 * all;
     let of = |start: usize, end: usize| -> (usize, usize, f64) {
         let information = informations[end] - informations[start];
@@ -234,7 +237,7 @@ fn strongest_window(column: &[f64], record: &[f64]) -> Option<Shown> {
 mod tests {
     use super::{Edges, strongest_window};
 
-    /// A wave that a record follows in rows 300 to 700 of 1000, and not outside.
+    /// Sine that a record follows in rows 300 to 700 of 1000, and not outside.
     #[test]
     fn the_rows_in_which_a_column_is_followed_are_found() {
         let column: Vec<f64> = (0..1000).map(|row| (0.7 * row as f64).sin()).collect();
@@ -249,7 +252,7 @@ mod tests {
         assert!((found.gain / 400.0 - 1.0).abs() < 0.02, "{}", found.gain);
     }
 
-    /// The same wave, which rests from row 250 on until row 350: where in the rest it begins to be followed nothing shows.
+    /// The same sine, at rest from row 250 until row 350: an edge within the rest is undetermined.
     #[test]
     fn an_edge_in_a_rest_may_lie_in_all_of_it() {
         let rests = |row: usize| (250..350).contains(&row);
@@ -279,7 +282,7 @@ mod tests {
     #[test]
     fn edges_that_may_lie_where_the_motion_changes_lie_there_and_cost_less() {
         let cuts = [0, 1900, 2005, 4000, 10_000];
-        // Known to 2000 rows over 200, thrice.
+        // Uncertain by 2000 rows over 200, times three.
         let edges = Edges::of(2000..4020, 400.0, 10_000);
         let (at, cheap) = edges.placed(&cuts);
         assert_eq!(at, [2005, 4000]);

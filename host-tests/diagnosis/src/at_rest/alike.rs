@@ -1,17 +1,17 @@
-//! What else a constant rate can be at rest in one attitude.
+//! Kinds that are not distinguishable from a constant rate at rest in one attitude.
 
 use nalgebra::Vector3;
 use rlg_catalogue::entries;
 use rlg_signal::still::ROTATION_RAD_S;
 
-/// Kinds that make a constant rate of this size \[rad/s\], as far as their own sizes reach.
+/// Kinds that make a constant rate of this size \[rad/s\], within the priors of their own sizes.
 ///
 /// # Inputs
 /// `gravity_m_s2`: at the site.
 pub(super) fn alike(bias_rad_s: Vector3<f64>, gravity_m_s2: f64) -> Vec<String> {
     let size_rad_s = bias_rad_s.norm();
     let mut kinds = Vec::new();
-    // Another direction of the same rotation is twice its size away at most.
+    // A change of direction of the same rotation is twice its size at most.
     if size_rad_s <= 2.0 * ROTATION_RAD_S {
         kinds.push("earth_rate".to_string());
     }
@@ -32,5 +32,5 @@ pub(super) fn alike(bias_rad_s: Vector3<f64>, gravity_m_s2: f64) -> Vec<String> 
     kinds
 }
 
-/// Standard deviations of the prior on a size beyond which no unit is.
+/// Standard deviations of the prior on a size, beyond any unit.
 const BEYOND: f64 = 3.0;

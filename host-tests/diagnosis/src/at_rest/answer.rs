@@ -1,4 +1,4 @@
-//! Brings what was found of a unit at rest together.
+//! Joins the findings on a unit at rest.
 
 use rlg_findings::result::{
     ControlEntry, Diagnosis, EffectEntry, ExperimentEntry, ForceNoiseEntry, LocationEntry, Verdict,
@@ -16,7 +16,7 @@ use super::look::Looked;
 use super::rows::{self, RowsFound};
 use crate::outcome::Outcome;
 
-/// What the rows show of the recorder, and the control.
+/// Findings on the recorder, and the control.
 pub(super) struct Recorder {
     pub(super) rows: RowsFound,
     pub(super) control: Control,
@@ -28,15 +28,15 @@ fn next(diagnosis: &Diagnosis) -> (String, Option<ExperimentEntry>) {
     (diagnosis.next_experiment.clone(), entry)
 }
 
-/// Findings as they come together.
+/// Findings under assembly.
 pub(super) struct Answer {
-    /// Of the rows as they were recorded.
+    /// Result of the rows as they were recorded.
     pub(super) first: Looked,
     recorder: Recorder,
     lines: Vec<EffectEntry>,
-    /// Lines that shuffled rows show as well.
+    /// Number of lines dropped because shuffled rows show them as well.
     dropped: usize,
-    /// What acts slowly, the model with it and what would tell it apart, of the last rows that were looked at.
+    /// Slow effects, the model with them and the experiment that separates them, by the last rows analysed.
     slow: Vec<EffectEntry>,
     model: Model,
     next: (String, Option<ExperimentEntry>),
@@ -77,7 +77,7 @@ impl Answer {
         }
     }
 
-    /// Takes what acts slowly from rows that were summed.
+    /// Replaces the slow effects by those of summed rows.
     pub(super) fn take_slow(&mut self, next: Looked) {
         let is_of_noise = |effect: &EffectEntry| NOISE_KINDS.contains(&&*effect.kind);
         self.slow.retain(is_of_noise);
@@ -86,7 +86,7 @@ impl Answer {
         self.next = self::next(&next.outcome.diagnosis);
     }
 
-    /// Everything that was found, as entries, in words and in the model.
+    /// Joins all findings as entries, in words and in the model.
     pub(super) fn outcome(self, force_lines: Vec<String>, forces: Vec<ForceNoiseEntry>) -> Outcome {
         let Looked {
             outcome: first,
@@ -149,7 +149,7 @@ impl Answer {
     }
 }
 
-/// What the mean rates are of the Earth's.
+/// Sentence on the mean rates and their ratio to the Earth's.
 fn of_the_earth(looked: &Looked) -> String {
     let rest = &looked.rest;
     let mean_rad_s = rest.mean_rad_s;
@@ -170,7 +170,7 @@ fn of_the_earth(looked: &Looked) -> String {
     }
 }
 
-/// Scatter of the held-out rows before and after.
+/// Sentences on the scatter of the held-out rows before and after.
 fn of_held_out(looked: &Looked, rate_hz: f64) -> Vec<String> {
     let rows = || looked.parted.held_out.iter().flat_map(Clone::clone);
     let count = rows().count().max(1) as f64;
@@ -201,20 +201,20 @@ fn place(location: &LocationEntry) -> String {
     )
 }
 
-/// Sentences for people.
+/// Summary in sentences.
 fn summary(
     diagnosis: &Diagnosis,
     control: &ControlEntry,
     said: Vec<String>,
     noise_lines: Vec<String>,
 ) -> Vec<String> {
-    /// Of a unit at rest that was disturbed: more places than anyone reads.
+    /// Largest number of places in the summary of a disturbed unit at rest.
     const MOST_PLACES: usize = 4;
     let mut lines = vec![opening(diagnosis.verdict).to_string()];
     let is_fault = |effect: &&EffectEntry| FAULT_KINDS.contains(&&*effect.kind);
     let effects = diagnosis.effects.iter().filter(|effect| !is_fault(effect));
     lines.extend(effects.flat_map(effect_lines));
-    // Effects are said above, as at rest they have more names.
+    // Effects are reported above, as at rest they have more names.
     let is_more = |line: &&String| !line.starts_with("Found:") && !noise_lines.contains(line);
     lines.extend(diagnosis.summary.iter().skip(1).filter(is_more).cloned());
     lines.extend(noise_lines);

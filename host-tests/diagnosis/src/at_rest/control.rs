@@ -1,4 +1,4 @@
-//! The same scan on the same rows in shuffled order: whatever line it still finds is no matter of time.
+//! Permutation control: the same search on the same rows in shuffled order; a line found there does not depend on time.
 
 use rlg_inference::Observations;
 
@@ -8,17 +8,17 @@ use super::rows::shuffled;
 use crate::noise_levels::first_levels;
 use crate::plan::AnalysisPlan;
 
-/// What shuffled rows show.
+/// Result of the search on shuffled rows.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
 pub(super) struct Control {
-    /// Lines found.
+    /// Number of lines.
     pub(super) lines: usize,
     /// 2 Δ ln L of the strongest, 0 without any.
     pub(super) strongest: f64,
 }
 
-/// Searches the shuffled rows. All three gyros are shuffled alike, and fitted and held-out rows each among themselves, so that
-/// only order is lost; the lines of the recording are among them.
+/// Searches the shuffled rows. The three gyros are permuted alike, fitted and held-out rows separately, so that only order
+/// is lost; the lines of the recording are among them.
 pub(super) fn of_shuffled(
     looked: &Looked,
     rate_hz: f64,

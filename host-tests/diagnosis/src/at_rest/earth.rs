@@ -1,17 +1,17 @@
-//! Where the Earth's rotation lies in a body at rest, and how much of a bias that leaves open.
+//! Direction of the Earth's rotation in a body at rest, and the uncertainty of a bias by it.
 //!
-//! The length of the rotation is known, and by accelerometers its vertical part; the azimuth is not. A mean rate m is
-//! bias b plus rotation e, with e anywhere on a circle (on a sphere where nothing says what is up). The size of a bias
-//! has no scale of its own, p(b) ∝ 1/|b|³, so e is weighted by 1/|m − e|³: a bias that is small beside the rotation
-//! fixes the azimuth, one that is large leaves it open.
+//! The magnitude of the rotation is known, and by accelerometers its vertical part; the azimuth is not. A mean rate m is
+//! bias b plus rotation e, with e anywhere on a circle (on a sphere without a known vertical). The size of a bias has a
+//! scale-free prior, p(b) ∝ 1/|b|³, so e is weighted by 1/|m − e|³: a bias that is small beside the rotation determines the
+//! azimuth, a large one leaves it open.
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_signal::still::{AtRest, ROTATION_RAD_S};
 
-/// Second moment of the rotation about the one that is nearest to `mean_rad_s` \[rad²/s²\], in the body.
+/// Second moment of the rotation about its value nearest to `mean_rad_s` \[rad²/s²\], in the body.
 ///
 /// # Inputs
-/// `mean_rad_s`: constant rate that the gyros show; `variance`: of its noise, all axes together \[rad²/s²\].
+/// `mean_rad_s`: constant rate of the gyros; `variance`: of its noise, all axes together \[rad²/s²\].
 pub(super) fn spread(rest: &AtRest, mean_rad_s: Vector3<f64>, variance: f64) -> Matrix3<f64> {
     let nearest = rest.nearest_earth_rad_s(mean_rad_s);
     let least = (mean_rad_s - nearest).norm_squared() + variance;
@@ -38,7 +38,7 @@ pub(super) fn spread(rest: &AtRest, mean_rad_s: Vector3<f64>, variance: f64) -> 
     (along * along.transpose() * moments.along + across) * radius * radius
 }
 
-/// A direction across `up`, or any.
+/// Returns a unit vector across `up`, or any.
 fn any_across(up: Option<Vector3<f64>>) -> Vector3<f64> {
     let up = up.unwrap_or_else(Vector3::z);
     let other = Vector3::ith(up.iamin(), 1.0);

@@ -1,4 +1,4 @@
-//! From the aligned channels of a unit at rest to its findings.
+//! Diagnosis of a unit at rest, from its aligned channels to its findings.
 
 use std::path::Path;
 
@@ -16,8 +16,8 @@ use crate::settings::Settings;
 
 /// Diagnoses a qualified recording, using up its sensed increments; `None` where too few rows can be fitted.
 ///
-/// Where what is left is not like noise of the terms that are fitted, rows are summed until it is: what is fast then has
-/// no say in what is slow.
+/// If the residual deviates from noise of the fitted terms, rows are summed until it agrees: fast effects then do not
+/// disturb slow ones.
 ///
 /// # Errors
 /// The model's installation matrix has no inverse.
@@ -28,9 +28,9 @@ pub fn diagnose(
     of: (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
-    /// Rows that become one at a time.
+    /// Number of rows summed to one at a time.
     const SUMMED: usize = 4;
-    /// Rows that are left at least: six octaves of noise.
+    /// Least number of rows that are left: six octaves of noise.
     const LEAST_ROWS: usize = 512;
     let forces = streams.accelerometers.as_ref().ok();
     let forces = forces

@@ -1,8 +1,8 @@
-//! Kinds of effects that a unit at rest shows slowly.
+//! Kinds of slow effects of a unit at rest.
 
 use rlg_catalogue::entries::STEP;
 
-/// Kinds that this observation model decides on.
+/// Kinds in the catalogue of this observation model.
 pub const KINDS: [&str; 5] = [
     BIAS,
     "gyro_bias_temperature",

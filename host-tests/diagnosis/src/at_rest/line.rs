@@ -1,4 +1,4 @@
-//! A line of one or more gyros, and the phase that it and its products follow.
+//! A line of one or more gyros, and the phase of it and of its products.
 
 use std::f64::consts::TAU;
 
@@ -6,28 +6,28 @@ use realfft::num_complex::Complex64;
 use rlg_inference::phase_course::legendre;
 use rlg_signal::streams::{Triad, each_axis};
 
-/// The phase of a line of its own: 2π f t and a course in Legendre's polynomials from the second on \[rad\].
+/// Phase of an independent line \[rad\]: 2π f t and a course in Legendre polynomials from the second on.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Phase {
     /// Frequency \[Hz\], the slope of the phase over the record.
     pub(crate) hz: f64,
     /// Its standard deviation \[Hz\].
     pub(crate) hz_std: f64,
-    /// Coefficients from the second degree on \[rad\]; none where the frequency keeps its value.
+    /// Coefficients from the second degree on \[rad\]; empty for a constant frequency.
     pub(crate) course_rad: Vec<f64>,
     /// Root mean square of the frequency about its mean, and its standard deviation \[Hz\].
     pub(crate) wander_hz: [f64; 2],
 }
 
-/// Lines by their places, each as often as it counts: 2, −1 is twice the first less the second.
+/// Order of each line in a product, by the line's place: 2, −1 is twice the first less the second.
 pub(crate) type Orders = Vec<(usize, i32)>;
 
-/// What a line's phase is made of.
+/// Origin of a line's phase.
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) enum Origin {
-    /// Of its own.
+    /// Independent line.
     Own(Phase),
-    /// A product of others, which it follows.
+    /// Intermodulation product of other lines, whose phases it follows.
     Product(Orders),
 }
 
@@ -35,21 +35,21 @@ pub(crate) enum Origin {
 #[derive(Debug, Clone, PartialEq)]
 pub(crate) struct Line {
     pub(crate) origin: Origin,
-    /// Frequency that the rows show \[Hz\].
-    pub(crate) shown_hz: f64,
-    /// Amplitude and phase on each gyro \[rad a row\]; 0 where a gyro does not show it.
-    pub(crate) amplitude_rad: [Complex64; 3],
+    /// Apparent frequency in the rows \[Hz\].
+    /// Amplitude and phase on each gyro \[rad a row\]; 0 on a gyro where it is not significant.
     /// The same as it was measured on each gyro \[rad a row\].
+    /// Standard deviation of either quadrature \[rad\].
+    /// 2 Δ ln L at its last fit, summed over the gyros that show it.
+    /// ln of its false-alarm probability, trials counted.
+    pub(crate) shown_hz: f64,
+    pub(crate) amplitude_rad: [Complex64; 3],
     pub(crate) measured_rad: [Complex64; 3],
-    /// Standard deviation of either part \[rad\].
     pub(crate) std_rad: [f64; 3],
-    /// 2 Δ ln L when it was last fitted, of the gyros that show it.
     pub(crate) gain: f64,
-    /// ln of its chance, trials counted.
     pub(crate) ln_chance: f64,
 }
 
-/// Rows and their rate.
+/// Number of rows, and their rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub(crate) struct Clock {
     pub(crate) rows: usize,
@@ -62,7 +62,7 @@ impl Clock {
         self.rate_hz / self.rows as f64
     }
 
-    /// Folds a frequency to the one that rows show \[Hz\].
+    /// Folds a frequency to its apparent frequency in the rows \[Hz\].
     pub(crate) fn folded_hz(self, hz: f64) -> f64 {
         let rest = hz.rem_euclid(self.rate_hz);
         rest.min(self.rate_hz - rest)
@@ -84,7 +84,7 @@ impl Phase {
     }
 }
 
-/// Phase of a row of a line \[rad\]: that of a product follows the lines that it is made of.
+/// Returns the phase of a line by row \[rad\]; a product's phase is that of its lines.
 pub(crate) fn phase_rad<'a>(
     origin: &'a Origin,
     lines: &'a [Line],
@@ -110,17 +110,17 @@ pub(crate) fn phase_rad<'a>(
 }
 
 impl Line {
-    /// Whether a gyro shows it.
+    /// True if a gyro shows it.
+    /// True if any gyro shows it: not if pulse quantisation hides its angle on all.
+    /// Increments of the line on the gyros \[rad\].
     pub(crate) fn is_on(&self, gyro: usize) -> bool {
         self.amplitude_rad[gyro] != Complex64::ZERO
     }
 
-    /// Whether any gyro shows it: one whose angle pulses hide is none.
     pub(crate) fn is_any(&self) -> bool {
         (0..3).any(|gyro| self.is_on(gyro))
     }
 
-    /// What it adds to every row of the gyros \[rad\].
     pub(crate) fn rows_rad(&self, lines: &[Line], clock: Clock) -> Triad {
         let phase_rad = phase_rad(&self.origin, lines, clock);
         let turns: Vec<Complex64> = (0..clock.rows)
@@ -135,7 +135,7 @@ impl Line {
         })
     }
 
-    /// Amplitude of a gyro without what its noise adds, and its standard deviation \[rad\].
+    /// Amplitude on a gyro without the bias by its noise, and its standard deviation \[rad\].
     pub(crate) fn size_rad(&self, gyro: usize) -> [f64; 2] {
         let (square, std) = (self.measured_rad[gyro].norm_sqr(), self.std_rad[gyro]);
         [(square - std * std).max(0.0).sqrt(), std]

@@ -19,7 +19,7 @@ pub(crate) fn entries(lines: &[Line], clock: Clock, model: &Model) -> Vec<Effect
     each.map(|line| entry(line, lines, clock)).collect()
 }
 
-/// Whether a model has a line of this frequency: its phase is that of each recording.
+/// True if a model has a line of this frequency: its phase is free in each recording.
 pub(crate) fn is_known(line: &Line, clock: Clock, model: &Model) -> bool {
     let frequency_hz = |effect: &ModelEffect| {
         let is_line = matches!(

@@ -1,9 +1,9 @@
-//! Lines of a unit at rest: images of what was sampled too slowly, converters' tones, vibration.
+//! Lines of a unit at rest: aliases of undersampled signals, converters' tones, vibration.
 //!
-//! The line of the least chance on one gyro or on all is fitted with one frequency, taken out, and so on until none would
-//! come by chance in fewer records than the plan asks. A line must keep its phase through the fitted time, a drift of
-//! its frequency aside: what wanders by more cannot be predicted. A line whose phase then wanders slowly is followed, and its
-//! products with it. Deliberately not here: which multiple of the row rate an image lies at; one rate does not tell.
+//! The line of the smallest false-alarm probability on one gyro or on all is fitted with one frequency and subtracted, and
+//! so on until none is below the plan's level. A line must keep its phase through the fitted time, a drift of its frequency
+//! aside: a line that wanders more cannot be predicted. A line whose phase then wanders slowly is tracked, and its products
+//! with it. Out of scope: the multiple of the row rate at which an alias lies; one rate does not determine it.
 
 use std::f64::consts::TAU;
 
@@ -25,14 +25,14 @@ use crate::plan::AnalysisPlan;
 /// Lines of all gyros.
 pub(super) struct Lines {
     pub(super) lines: Vec<Line>,
-    /// What they add to every row \[rad\].
+    /// Increments of all lines \[rad\].
     pub(super) rows_rad: Triad,
 }
 
 /// Finds lines on the rows that are `seen`.
 ///
 /// # Inputs
-/// `left_rad`: of the gyros beside everything else; `levels`: its noise beside lines.
+/// `left_rad`: residual of the gyros after all other effects; `levels`: its noise without lines.
 pub(super) fn search(
     left_rad: &Triad,
     seen: &[bool],
@@ -67,7 +67,7 @@ pub(super) fn search(
 }
 
 impl Lines {
-    /// Leaves out lines that turn a gyro by less than its pulses hide: counting makes tones.
+    /// Drops lines within the pulse quantisation of a gyro: counting makes tones.
     pub(super) fn shown(mut self, lattice: &Lattice, clock: Clock) -> Self {
         if !lattice.is_any() {
             return self;
@@ -87,7 +87,7 @@ impl Lines {
         self
     }
 
-    /// What lines add that a model does not hold \[rad\].
+    /// Increments of the lines that a model does not hold \[rad\].
     pub(super) fn news_rad(&self, clock: Clock, model: &Model) -> Triad {
         let mut news_rad = self.rows_rad.clone();
         for line in &self.lines {
@@ -100,7 +100,7 @@ impl Lines {
 }
 
 struct Search<'a> {
-    /// Beside the lines that are known \[rad\].
+    /// Residual after the known lines \[rad\].
     left_rad: Triad,
     lines: Vec<Line>,
     transform: Transform,
@@ -117,7 +117,7 @@ impl Search<'_> {
     fn run(&mut self) {
         let resolution_hz = self.clock.resolution_hz();
         let plan = self.plan.lines;
-        // What a wander of the phase can hold lies about its line.
+        // Half-width of a line whose phase wanders.
         let own_hz = 0.5 * (plan.most_degrees + 1) as f64 * resolution_hz;
         let mut passed_over_hz: Vec<f64> = Vec::new();
         let mut fitted_anew: Vec<bool> = Vec::new();
@@ -145,7 +145,7 @@ impl Search<'_> {
                     fitted_anew[place] = true;
                 }
                 None if self.enter(hz, peak.ln_chance, &weighed) => fitted_anew.push(false),
-                // One that was taken out and is still the strongest is no line.
+                // A peak that is still the strongest after its subtraction is no line.
                 _ => passed_over_hz.push(hz),
             }
         }
@@ -159,7 +159,7 @@ impl Search<'_> {
         })
     }
 
-    /// Fits a line at a frequency to some gyros; its phase wanders where `wanders`.
+    /// Fits a line at a frequency to some gyros, with a wandering phase if `wanders`.
     fn own(
         &self,
         weighed: &[Weighed; 3],
@@ -193,7 +193,7 @@ impl Search<'_> {
         (course, fitted, baseband)
     }
 
-    /// Takes a line out where it keeps its phase; whether it does.
+    /// Subtracts a line that keeps its phase or is a product of others; returns true if it does.
     fn enter(&mut self, hz: f64, ln_chance: f64, weighed: &[Weighed; 3]) -> bool {
         let begin = Phase {
             hz,
@@ -209,7 +209,7 @@ impl Search<'_> {
             return false;
         }
         let keeps_phase = baseband.coherence(&first, plan.pieces) >= plan.coherence;
-        // Of one that follows others their phase is asked, not its own.
+        // A product needs the phases of its lines, not one of its own.
         let (course, phase, _) = self.own(weighed, &gyros, &begin, keeps_phase);
         let own = (keeps_phase).then(|| {
             let price = 0.5 * (self.clock.rows as f64).ln();
@@ -236,7 +236,7 @@ impl Search<'_> {
         true
     }
 
-    /// The product of lines that are known that fits best about a frequency, and its ln L over what trials cost.
+    /// Best product of known lines about a frequency, and its ln L less the price of the trials.
     fn product(&self, hz: f64, gyros: &[usize], weighed: &[Weighed; 3]) -> Option<(Line, f64)> {
         let all = products(&self.lines);
         let cost = (all.len().max(1) as f64).ln();
@@ -253,7 +253,7 @@ impl Search<'_> {
         each.max_by(|a, b| a.1.total_cmp(&b.1))
     }
 
-    /// Fits amplitudes of a phase that is known.
+    /// Fits the amplitudes of a known phase.
     fn following(
         &self,
         origin: Origin,
@@ -280,7 +280,7 @@ impl Search<'_> {
             shown_hz,
             amplitude_rad: [Complex64::ZERO; 3],
             measured_rad: [Complex64::ZERO; 3],
-            // Of a gyro that was not fitted, what its noise would let one see.
+            // On a gyro that is not fitted, the standard deviation by its noise.
             std_rad: each_axis(|gyro| self.std_rad(gyro, shown_hz)),
             gain: 0.0,
             ln_chance,
@@ -296,7 +296,7 @@ impl Search<'_> {
         line
     }
 
-    /// Standard deviation of either part of an amplitude \[rad\].
+    /// Standard deviation of either quadrature of an amplitude \[rad\].
     fn std_rad(&self, gyro: usize, hz: f64) -> f64 {
         let seen = self.seen.iter().filter(|&&seen| seen).count().max(1) as f64;
         let share = hz / self.clock.rate_hz;
@@ -326,7 +326,7 @@ impl Search<'_> {
         shown.fit(&self.transform, self.clock.rows, degree, phase_rad)
     }
 
-    /// The phase of a line on the gyros that show it, its course of the same degree as before.
+    /// Phase of a line on the gyros that show it, its course of the same degree as before.
     fn exact_phase(&self, before: &Phase, gyros: &[usize], spectra: &[Vec<f64>; 3]) -> Phase {
         let degree = before.course_rad.len() + 1;
         let mut course = self.exact(&Origin::Own(before.clone()), degree, spectra, gyros);
@@ -341,14 +341,14 @@ impl Search<'_> {
         }
     }
 
-    /// Fits a line anew beside all others.
+    /// Refits a line given all others.
     fn fit_again(&mut self, place: usize) {
         let before = self.lines[place].clone();
         self.take(&before, 1.0);
         let spectra = each_axis(|gyro| self.transform.spectrum(&self.left_rad[gyro]));
         let (origin, hz) = match &before.origin {
             Origin::Own(phase) => {
-                // Beside all others its course may be plainer than it was when it was found.
+                // Given all others its course may be simpler than at its detection.
                 let gyros: Vec<usize> = (0..3).filter(|&gyro| before.is_on(gyro)).collect();
                 let (_, phase, _) = self.own(&self.weighed(), &gyros, phase, true);
                 let phase = self.exact_phase(&phase, &gyros, &spectra);
@@ -362,7 +362,7 @@ impl Search<'_> {
         };
         let course = self.exact(&origin, 0, &spectra, &[0, 1, 2]);
         let line = self.line(origin, hz, (&course, &[0, 1, 2]), 0.0);
-        // What is weaker than it was found stays as it was.
+        // A line that is no longer significant keeps its earlier fit.
         let line = match line.gain > 0.0 {
             true => Line {
                 ln_chance: before.ln_chance,
@@ -371,7 +371,7 @@ impl Search<'_> {
             false => before,
         };
         self.take(&line, -1.0);
-        // What follows it moves with it.
+        // Its products move with it.
         let followers = self.followers(place);
         for &other in &followers {
             self.take(&self.lines[other].clone(), 1.0);
@@ -385,9 +385,9 @@ impl Search<'_> {
         }
     }
 
-    /// Fits every line beside all others, those of their own first: products follow them.
+    /// Fits every line given all others, independent lines first: products follow them.
     fn settle(&mut self) {
-        /// Each leaves what lines have in common, a tenth where they are near, of what the one before left.
+        /// Each turn leaves the overlap of lines, a tenth if they are near, of the error before.
         const TURNS: usize = 4;
         for _ in 0..TURNS {
             for of_own in [true, false] {
@@ -398,7 +398,7 @@ impl Search<'_> {
                 }
             }
         }
-        // One of which the others leave too little is none. Drift is not asked: a slow line passes for it.
+        // A line with too little gain given the others is dropped. Drift is no rival here: a slow line passes for it.
         for place in 0..self.lines.len() {
             let line = self.lines[place].clone();
             let gain = |gyro: usize| {
@@ -422,7 +422,7 @@ impl Search<'_> {
     }
 }
 
-/// Whether a gyro shows a line whose frequency is known.
+/// True if a gyro shows a line of known frequency.
 fn is_shown(gain: f64, plan: &AnalysisPlan) -> bool {
     0.5 * gain > plan.naming
 }
@@ -435,14 +435,14 @@ fn shown_on(course: &Course, plan: &AnalysisPlan) -> Vec<usize> {
 
 /// Root mean square of the frequency of a course about its mean, and its standard deviation \[Hz\].
 fn wander_hz(course: &Course, clock: Clock) -> [f64; 2] {
-    /// Steps in which the slope of a polynomial is taken.
+    /// Number of steps for the slope of the polynomial.
     const STEPS: usize = 400;
     let degree = course.polynomial.len();
     if degree < 2 {
         return [0.0; 2];
     }
     let step = 2.0 / STEPS as f64;
-    // From a phase over −1 to 1 to a frequency over the record.
+    // Converts a phase over −1 to 1 to a frequency over the record.
     let per_step = clock.resolution_hz() * 2.0 / step / TAU;
     let slope = |coefficients: &[f64], at: usize| {
         let x = -1.0 + step * at as f64;

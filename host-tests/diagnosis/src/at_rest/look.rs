@@ -1,4 +1,4 @@
-//! Rows of one rate: what acts slowly, lines, and the noise beside them.
+//! Analysis of rows of one rate: slow effects, lines, and the noise beside them.
 
 use std::path::Path;
 
@@ -30,32 +30,32 @@ use crate::search::Found;
 use crate::self_test::self_test;
 use crate::settings::Settings;
 
-/// What rows of one rate show.
+/// Result of the analysis of rows of one rate.
 pub(super) struct Looked {
-    /// Everything but lines; of its effects those without a name alone.
+    /// Findings except lines; its effects are only unnamed locations and faults of the data.
     pub(super) outcome: Outcome,
-    /// What acts slowly, and noise.
+    /// Slow effects, and noise.
     pub(super) slow: Vec<EffectEntry>,
-    /// The noise of each gyro where it is known.
+    /// Noise terms of each gyro whose residual agrees with them.
     pub(super) terms: [Option<NoiseTermsEntry>; 3],
     /// The same in sentences.
     pub(super) noise_lines: Vec<String>,
-    /// Whether what is left is like noise of those terms.
+    /// True if the residual agrees with noise of those terms.
     pub(super) is_noise: bool,
     /// Lines of the rows as they were recorded.
     pub(super) lines: Option<Lines>,
-    /// Residual beside everything that was found \[rad\], and before.
+    /// Residual after all found effects \[rad\], and before.
     pub(super) left_rad: Triad,
     pub(super) before_rad: Triad,
     pub(super) parted: Parted,
-    /// Mean rates, and where the Earth's rotation lies.
+    /// Mean rates, and the direction of the Earth's rotation.
     pub(super) rest: AtRest,
 }
 
-/// Looks at rows of one rate.
+/// Analyses rows of one rate.
 ///
 /// # Inputs
-/// `is_as_recorded`: whether the rows are those of the recording, in which lines are looked for, or sums of them.
+/// `is_as_recorded`: true for the rows of the recording, in which lines are sought; false for sums of them.
 pub(super) fn look(
     settings: &Settings,
     streams: &mut Streams,
@@ -100,7 +100,7 @@ pub(super) fn look(
     };
     let mut outcome = findings::outcome((&data, &found), &confirmed, faults, settings.seed, plan);
     outcome.diagnosis.tell(tested);
-    // Of summed rows the noise says less than of those that were recorded.
+    // Sums of rows determine the noise less well than the recorded rows.
     let diagnosis = &mut outcome.diagnosis;
     let (others, effects) = std::mem::take(&mut diagnosis.effects)
         .into_iter()
@@ -122,17 +122,17 @@ pub(super) fn look(
     }))
 }
 
-/// Takes lines out of the residual, and searches anew beside them.
+/// Subtracts lines from the residual, and searches anew given them.
 ///
 /// # Returns
-/// Lines, what acts slowly beside them, and where what is left is not like noise.
+/// Lines, slow effects given them, and octaves in which the residual deviates from noise.
 fn beside_lines(
     (data, rest, observations): (&mut Data, &mut AtRest, &Observations),
     (mut found, mut unlike): (Found, Vec<Misfit>),
     settings: &Settings,
     progress: &dyn Fn(&str),
 ) -> Option<(Option<Lines>, Found, Vec<Misfit>)> {
-    /// Searches for lines. A slow line passes for drift: beside the noise without it its own size shows.
+    /// Number of searches for lines. A slow line passes for drift: under the noise without it its own size shows.
     const TURNS: usize = 2;
     let clock = Clock {
         rows: data.streams.rows,
@@ -173,7 +173,7 @@ fn beside_lines(
     Some((lines, found, unlike))
 }
 
-/// Takes what is too narrow for the terms of the noise out of the residual.
+/// Sets aside the part of the residual that is too narrow for the noise terms.
 fn set_aside(data: &mut Data, observations: &Observations) {
     let quiet_rad = steady::without_lines(&data.residual_rad, observations);
     let mut narrow_rad = std::mem::replace(&mut data.residual_rad, quiet_rad);
@@ -181,7 +181,7 @@ fn set_aside(data: &mut Data, observations: &Observations) {
     data.aside.unexplained_rad = narrow_rad;
 }
 
-/// Searches what acts slowly, without steps where what is left is not like noise.
+/// Searches slow effects; without steps if one is on a gyro whose residual deviates from noise.
 fn steadily(
     data: &mut Data,
     rest: &mut AtRest,
@@ -193,7 +193,7 @@ fn steadily(
     if !has_step_on(&found, &unlike) {
         return Some((found, unlike));
     }
-    // Where what is left is not the noise that was fitted, its wiggles are no steps.
+    // Excursions of a residual that deviates from the fitted noise are no steps.
     let mut without_steps = *settings;
     without_steps.plan.event = f64::INFINITY;
     let found = settle(data, rest, &without_steps, progress)?;
@@ -209,7 +209,7 @@ fn has_step_on(found: &Found, unlike: &[Misfit]) -> bool {
     })
 }
 
-/// Whether an entry is a place without a name, or a fault of the data.
+/// True if an entry is an unnamed location or a fault of the data.
 fn is_located_or_fault(effect: &EffectEntry) -> bool {
     let is_located = effect.kind == UNLISTED && effect.expression.is_none();
     is_located || FAULT_KINDS.contains(&&*effect.kind)

@@ -1,12 +1,12 @@
 //! A unit at rest on the turning Earth as one more observation model of the one likelihood.
 //!
-//! The case turns as the Earth does, without noise, but in a direction that is partly unknown (`earth`). What can show
-//! then are constants, what follows temperature or field, and steps, with drift as their rival (`settle`, `slow_words`);
-//! and lines (`line`, `lines`), their `products` and their entries (`line_words`). What is narrow and no line is set aside
-//! (`steady`). Beside the effects stands the noise of each gyro in the terms of IEEE 952 (`terms`, `noise`), and what else a
-//! constant can be (`alike`). Of the recorder itself speak stamps (`row_rate`) and the noise of rows that were interpolated
-//! (`noise_cycle`), both brought together in `rows`; the same scan on shuffled rows is the `control`. `look` goes through
-//! all of it for rows of one rate, `flow` through the rates, and `answer` brings them together.
+//! The case turns as the Earth does, without noise, but in a direction that is partly unknown (`earth`). Observable are
+//! constants, effects of temperature or field, and steps, with drift as their rival (`settle`, `slow_words`); and lines
+//! (`line`, `lines`), their `products` and their entries (`line_words`). Narrow features that are no lines are set aside
+//! (`steady`). Beside the effects stand the noise of each gyro in the terms of IEEE 952 (`terms`, `noise`), and the kinds
+//! that are not distinguishable from a constant (`alike`). The recorder itself is described by stamps (`row_rate`) and the
+//! noise of interpolated rows (`noise_cycle`), joined in `rows`; the same search on shuffled rows is the `control`. `look`
+//! analyses rows of one rate, `flow` goes through the rates, and `answer` joins the results.
 
 mod kinds;
 

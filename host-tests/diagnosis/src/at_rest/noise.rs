@@ -1,4 +1,4 @@
-//! Whether what a search leaves is like noise, and of which terms.
+//! Test of a search's residual against its noise, and the terms of that noise.
 
 use rlg_findings::result::NoiseTermsEntry;
 use rlg_inference::Hypothesis;
@@ -13,12 +13,12 @@ use crate::search::Found;
 use crate::settings::Settings;
 use crate::summary;
 
-/// Whether what is left of a gyro is like its noise.
+/// True if the residual of a gyro agrees with its noise.
 pub(super) fn is_noise(gyro: usize, unlike: &[Misfit]) -> bool {
     unlike.iter().all(|one| one.gyro != gyro)
 }
 
-/// The noise of each gyro, or where it is none, in sentences.
+/// Sentences on the noise of each gyro, or on the deviation of its residual from noise.
 pub(super) fn noise_lines(
     noise: &[Option<NoiseTermsEntry>],
     unlike: &[Misfit],
@@ -33,8 +33,7 @@ pub(super) fn noise_lines(
     noise.iter().enumerate().filter_map(of_gyro).collect()
 }
 
-/// Octaves in which what is left of a gyro is not the noise that was fitted,
-/// where they turn further than what is counted hides.
+/// Octaves in which the residual of a gyro deviates from the fitted noise by more than pulse quantisation hides.
 pub(super) fn unlike_noise(data: &Data, found: &Found, settings: &Settings) -> Vec<Misfit> {
     let of_gyro = |gyro: usize| {
         let levels = found.fit.levels[gyro];
@@ -46,7 +45,7 @@ pub(super) fn unlike_noise(data: &Data, found: &Found, settings: &Settings) -> V
     (0..3).flat_map(of_gyro).filter(is_shown).collect()
 }
 
-/// Noise of each gyro beside what was found; `None` where a record does not tell its terms apart.
+/// Noise terms of each gyro given the found set; `None` if a record does not separate them.
 pub(super) fn noise_terms(data: &Data, found: &Found) -> [Option<NoiseTermsEntry>; 3] {
     let record = (data.streams.rows, data.streams.rate_hz);
     let member = |&place: &usize| &found.candidates[place].hypothesis;

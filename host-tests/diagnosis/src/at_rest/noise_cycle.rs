@@ -1,8 +1,9 @@
-//! Noise whose power goes round with the rows: the trace of a resampling.
+//! Noise whose power is periodic in the rows: the trace of a resampling.
 //!
-//! The power of row k goes as 1 + a cos(2π k m/n + phase) with small n. Interpolated rows that fall on a sample of the source keep its noise,
-//! rows between samples share that of their neighbours, so rows at rate r made from a source at rate s show the
-//! beat |s − r m'| of the two: the source ran at r (k ± m/n) for some whole k. Which k, the rows alone do not tell.
+//! The power of row k goes as 1 + a cos(2π k m/n + phase) with small n. Interpolated rows that fall on a sample of the
+//! source keep its noise, rows between samples average that of their neighbours, so rows at rate r made from a source at
+//! rate s show the beat |s − r m'| of the two: the source ran at r (k ± m/n) for some whole k. The rows alone do not
+//! determine k.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -11,16 +12,16 @@ use realfft::num_complex::Complex64;
 use rlg_signal::streams::Triad;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-/// Chance, trials counted, below which a cycle is none of chance.
+/// Significance level of a cycle, trials counted.
 const SIGNIFICANCE: f64 = 1e-4;
 
-/// Longest cycle \[rows\]: rates in use stand to each other as small whole numbers.
+/// Longest cycle \[rows\]: rates in use have ratios of small whole numbers.
 const LONGEST_ROWS: usize = 8;
 
-/// Frequencies on either side that say what chance does.
+/// Number of neighbouring frequencies for the chance power.
 const NEIGHBOURS: i32 = 24;
 
-/// A cycle of the noise's power.
+/// Cycle of the noise's power.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct Cycle {
     /// m, in turns of `rows` rows.
@@ -33,13 +34,13 @@ pub(super) struct Cycle {
     pub std: [f64; 3],
     /// a of x, y, z on the held-out rows, along the phase of the fitted ones \[1\].
     pub held_out: [f64; 3],
-    /// ln of how much better the held-out rows' powers follow the fitted cycle than none, jolts held to a limit.
+    /// Gain in log likelihood of the held-out rows' powers by the fitted cycle over none, jolts clipped.
     pub held_out_gain: f64,
-    /// Smallest chance among the gyros, trials counted.
+    /// Smallest p-value among the gyros, trials counted.
     pub p_value: f64,
 }
 
-/// Looks for cycles on the fitted rows and measures them again on those held out.
+/// Finds cycles on the fitted rows, and measures them again on those held out.
 pub(super) fn cycles(
     residual_rad: &Triad,
     fitted: &[Range<usize>],
@@ -73,7 +74,7 @@ pub(super) fn cycles(
                 let turn = turns as f64 / rows as f64;
                 let turned = Turned::new(&before[axis], turn);
                 let own = turned.amplitude(0);
-                // The nearest neighbours may hold what leaks from the line itself.
+                // The nearest neighbours may hold leakage of the line itself.
                 let chance_power = (2..2 + NEIGHBOURS / 2)
                     .flat_map(|shift| [shift, -shift])
                     .map(|shift| turned.amplitude(shift).norm_sqr())
@@ -88,22 +89,23 @@ pub(super) fn cycles(
                 cycle.held_out[axis] =
                     (own.re * again.re + own.im * again.im) / own.norm().max(f64::MIN_POSITIVE);
             }
-            // A cycle goes on: what the other rows speak against is none.
+            // A cycle must also gain on the held-out rows.
             let goes_on = cycle.held_out_gain > 0.0;
             (cycle.p_value < SIGNIFICANCE && goes_on).then_some(cycle)
         })
         .collect()
 }
 
-/// Chance that noise makes a power this many times its mean: of sine and cosine, or at two rows a turn of the cosine alone.
+/// Probability that noise exceeds its mean power this many times: of sine and cosine, or at two rows a turn of the cosine
+/// alone.
 fn chance(power: f64, turns: usize, rows: usize) -> f64 {
     let parts = if 2 * turns == rows { 1.0 } else { 2.0 };
     ChiSquared::new(parts).map_or(1.0, |law| law.sf(parts * power))
 }
 
-/// (row, squared value over their mean) of some rows; jolts held to a limit, so that none decides.
+/// (row, squared value over their mean) of some rows; jolts clipped, so that none decides.
 fn squares(values: &[f64], ranges: &[Range<usize>]) -> Vec<(usize, f64)> {
-    /// Times the median power: normal noise is beyond once in 1500.
+    /// Limit over the median power: normal noise is beyond once in 1500.
     const JOLT: f64 = 25.0;
     let rows: Vec<usize> = ranges.iter().flat_map(Clone::clone).collect();
     let mut sorted: Vec<f64> = rows.iter().map(|&row| values[row] * values[row]).collect();
@@ -116,9 +118,9 @@ fn squares(values: &[f64], ranges: &[Range<usize>]) -> Vec<(usize, f64)> {
         .collect()
 }
 
-/// ln likelihood of normal rows whose power goes with the cycle, over the same with a constant one.
+/// Log-likelihood ratio of normal rows with the cycle's power to rows with a constant power.
 fn gain(squares: &[(usize, f64)], turn: f64, own: Complex64) -> f64 {
-    /// A share of the mean that no noise falls below.
+    /// Least power over the mean: no noise falls below it.
     const LEAST: f64 = 0.05;
     squares
         .iter()
@@ -130,7 +132,7 @@ fn gain(squares: &[(usize, f64)], turn: f64, own: Complex64) -> f64 {
         .sum()
 }
 
-/// Powers turned back by one frequency and summed in short runs: frequencies near by cost one turn a run.
+/// Powers demodulated at one frequency and summed in short runs: nearby frequencies cost one rotation per run.
 struct Turned {
     count: usize,
     /// Middle \[rows\] and sum of each run.
@@ -139,7 +141,7 @@ struct Turned {
 
 impl Turned {
     fn new(squares: &[(usize, f64)], turn: f64) -> Self {
-        /// Turn of the furthest neighbour over a run, which takes parts in 1e4 of its power \[rad\].
+        /// Rotation of the furthest neighbour over a run \[rad\], at the cost of parts in 1e4 of its power.
         const RUN_TURN_RAD: f64 = 0.05;
         let furthest = TAU * f64::from(2 + NEIGHBOURS / 2) / squares.len() as f64;
         let run_rows = ((RUN_TURN_RAD / furthest) as usize).max(1);

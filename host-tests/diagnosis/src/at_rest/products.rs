@@ -1,14 +1,14 @@
-//! Frequencies of lines that follow from those of stronger ones, folded at the row rate.
+//! Intermodulation products: frequencies of lines that follow from those of stronger ones, folded at the row rate.
 
 use super::line::{Clock, Line, Orders, Origin};
 
-/// Lines from which others may be made: each dither and a converter or two.
+/// Number of lines with products: each dither and a converter or two.
 const FUNDAMENTALS: usize = 5;
 
-/// Highest order of a product; each order more finds more by chance.
+/// Highest order of a product; each further order adds chance coincidences.
 const HIGHEST_ORDER: i32 = 3;
 
-/// Products of the strongest lines of their own: multiples, and sums and differences of two and three, the plainest first.
+/// Products of the strongest independent lines: multiples, and sums and differences of two and three, the simplest first.
 pub(super) fn products(lines: &[Line]) -> Vec<Orders> {
     let mut own: Vec<usize> = (0..lines.len())
         .filter(|&place| matches!(lines[place].origin, Origin::Own(_)))
@@ -40,7 +40,7 @@ pub(super) fn products(lines: &[Line]) -> Vec<Orders> {
     all
 }
 
-/// A product with one factor more; `None` where that takes one away.
+/// Product with one factor more; `None` if that cancels one.
 fn with(orders: &Orders, place: usize, sign: i32) -> Option<Orders> {
     let mut more = orders.clone();
     match more.iter_mut().find(|(known, _)| *known == place) {
@@ -49,14 +49,14 @@ fn with(orders: &Orders, place: usize, sign: i32) -> Option<Orders> {
         None => more.push((place, sign)),
     }
     more.sort_unstable_by_key(|&(place, _)| place);
-    // The first counts upwards: the opposite turns as fast the other way.
+    // The first order is positive: the conjugate rotates as fast the other way.
     if more[0].1 < 0 {
         more.iter_mut().for_each(|(_, order)| *order = -*order);
     }
     Some(more)
 }
 
-/// Frequency at which rows show a product \[Hz\].
+/// Apparent frequency of a product in the rows \[Hz\].
 pub(super) fn shown_hz(orders: &Orders, lines: &[Line], clock: Clock) -> f64 {
     let each = orders.iter();
     let sum = each.map(|&(place, order)| f64::from(order) * own_hz(&lines[place]));
@@ -70,7 +70,7 @@ fn own_hz(line: &Line) -> f64 {
     }
 }
 
-/// How a product stands in a file: `line(9.17737)^2*conj(line(29.88819))`.
+/// Expression of a product in a file: `line(9.17737)^2*conj(line(29.88819))`.
 pub(super) fn expression(orders: &Orders, lines: &[Line]) -> String {
     let each = orders.iter().map(|&(place, order)| {
         let of = format!("line({:.5})", own_hz(&lines[place]));

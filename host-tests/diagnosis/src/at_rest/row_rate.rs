@@ -1,11 +1,11 @@
-//! The rate at which rows came, by the recorder's own stamps: that of a straight line through the fitted ones. A gap
-//! between stamps and rows is not looked for: rows are taken to be all there.
+//! Row rate by the recorder's own stamps: slope of a straight line through the fitted ones. Gaps between stamps and rows are
+//! not sought: rows are taken as complete.
 
 use std::ops::Range;
 
 use rlg_signal::streams::Streams;
 
-/// Stamps against rows.
+/// Comparison of stamps with rows.
 #[derive(Debug, Clone, PartialEq)]
 pub(super) struct RowRate {
     /// Rows a second by the stamps \[Hz\].
@@ -16,7 +16,7 @@ pub(super) struct RowRate {
     pub held_out_before_s: f64,
     /// The same about the fitted line \[s\].
     pub held_out_after_s: f64,
-    /// Chance of so large a difference from the nominal rate.
+    /// p-value of the difference from the nominal rate.
     pub p_value: f64,
 }
 
@@ -26,7 +26,7 @@ pub(super) fn row_rate(
     fitted: &[Range<usize>],
     held_out: &[Range<usize>],
 ) -> Option<RowRate> {
-    /// Chance below which the clocks differ.
+    /// Significance level of a difference of the clocks.
     const SIGNIFICANCE: f64 = 1e-4;
     let stamps_s = streams.stamps_s.as_ref()?;
     let rows = |ranges: &[Range<usize>]| -> Vec<usize> {

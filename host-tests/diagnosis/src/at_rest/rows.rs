@@ -1,4 +1,4 @@
-//! What the rows of a unit at rest show of the recorder: the rate at which they came, and the trace of a resampling.
+//! Recorder properties in the rows of a unit at rest: the row rate, and the trace of a resampling.
 
 use std::collections::BTreeMap;
 use std::ops::Range;
@@ -14,14 +14,14 @@ use rlg_signal::streams::{Streams, Triad};
 use super::noise_cycle::{self, Cycle};
 use super::row_rate::{self, RowRate};
 
-/// What the rows show, as entries and in the model.
+/// Findings on the rows, as entries and in the model.
 #[derive(Debug, Clone, Default)]
 pub struct RowsFound {
     /// Row rate and cycles of the noise.
     pub effects: Vec<EffectEntry>,
-    /// Cycles that the same rows show in shuffled order.
+    /// Number of cycles in the same rows in shuffled order.
     pub cycles_of_shuffled: usize,
-    /// Cycles that were dropped because of those.
+    /// Number of cycles dropped because of those.
     pub dropped: usize,
 }
 
@@ -34,7 +34,7 @@ pub(super) struct Parted {
 /// Finds row rate and cycles that the model does not hold.
 ///
 /// # Inputs
-/// `left_rad`: of the gyros beside everything that was found.
+/// `left_rad`: residual of the gyros after all found effects.
 pub(super) fn search(
     streams: &Streams,
     model: &Model,
@@ -65,7 +65,7 @@ pub(super) fn search(
     }
 }
 
-/// Lays fitted and held-out rows each in another order, the three gyros alike.
+/// Permutes fitted and held-out rows separately, the three gyros alike.
 pub(super) fn shuffled(left_rad: &Triad, parted: [&[Range<usize>]; 2], seed: u64) -> Triad {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let mut shuffled = left_rad.clone();
@@ -134,12 +134,12 @@ fn cycle_entry(cycle: &Cycle, rate_hz: f64) -> EffectEntry {
     }
 }
 
-/// How a cycle stands in a model file.
+/// Expression of a cycle in a model file.
 fn expression(cycle: &Cycle) -> String {
     format!("noise_cycle({}/{})", cycle.turns, cycle.rows)
 }
 
-/// Whether the model has an unlisted effect whose expression begins so.
+/// True if the model has an unlisted effect whose expression begins with `stem`.
 fn has_expression(model: &Model, stem: &str) -> bool {
     let text = |effect: &ModelEffect| match effect.parameters.get("expression") {
         Some(EffectValue::Text(text)) => text.starts_with(stem),
@@ -148,7 +148,7 @@ fn has_expression(model: &Model, stem: &str) -> bool {
     model.effects.iter().any(text)
 }
 
-/// The same as an effect of a model: no prediction, but no news when diagnosed again.
+/// The same as an effect of a model: it predicts nothing, but is no finding when diagnosed again.
 pub(crate) fn of_model(entry: &EffectEntry) -> ModelEffect {
     let expression = entry.expression.clone().unwrap_or_default();
     let mut parameters =

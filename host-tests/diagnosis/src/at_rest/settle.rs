@@ -1,8 +1,7 @@
-//! Searches what acts slowly beside the Earth's rotation, which lies where the search leaves it.
+//! Searches slow effects given the Earth's rotation, whose azimuth is a nuisance parameter of the search.
 //!
-//! The azimuth is a number like any other that is fitted: a small turn of it adds a constant towards the east, which is
-//! free in every fit. Without it a shape with a mean, such as a warming, would be fitted beside a constant that holds
-//! part of it.
+//! A small rotation of the azimuth adds a constant rate towards the east, which is free in every fit. Without it a shape
+//! with a mean, such as a warming, would be fitted beside a constant that holds part of it.
 
 use std::sync::Arc;
 
@@ -20,15 +19,15 @@ use crate::search::{Found, effect_rad};
 use crate::settings::Settings;
 use crate::settle;
 
-/// Searches, and lays the Earth's rotation to what is constant in the result, until it stays there: what follows the
-/// temperature must not turn it.
+/// Searches, and aligns the Earth's rotation to the constant part of the result, until it converges: effects of temperature
+/// must not rotate it.
 pub(super) fn settle(
     data: &mut Data,
     rest: &mut AtRest,
     settings: &Settings,
     progress: &dyn Fn(&str),
 ) -> Option<Found> {
-    /// Changes below this share of a mean's noise change nothing.
+    /// Convergence threshold: change over the standard deviation of a mean.
     const SETTLED: f64 = 0.1;
     const MOST_TURNS: usize = 5;
     let others = CATALOGUE.iter().map(|entry| entry.kind);
@@ -65,7 +64,7 @@ pub(super) fn settle(
     }
 }
 
-/// Residual less the effects whose kind is to be taken out \[rad\].
+/// Residual less the effects whose kind `is_out` \[rad\].
 pub(super) fn without_effects(found: &Found, is_out: impl Fn(&str) -> bool) -> Triad {
     let mut left_rad = found.residual_rad.clone();
     for (place, &member) in found.fit.members.iter().enumerate() {
@@ -76,7 +75,7 @@ pub(super) fn without_effects(found: &Found, is_out: impl Fn(&str) -> bool) -> T
     left_rad
 }
 
-/// Mean rate in the body that a residual leaves, the Earth's rotation included \[rad/s\].
+/// Mean rate of a residual in the body, the Earth's rotation included \[rad/s\].
 fn constant_rad_s(data: &Data, rest: &AtRest, left_rad: &Triad) -> Vector3<f64> {
     let seen = data.rows_of(&[Use::Train, Use::Confirm]);
     let count = seen.iter().filter(|&&seen| seen).count().max(1) as f64;
@@ -97,7 +96,7 @@ pub(super) fn body_from_sensing(data: &Data) -> Matrix3<f64> {
         .unwrap_or_else(Matrix3::identity)
 }
 
-/// Lays the Earth's rotation to a constant rate of the gyros.
+/// Aligns the Earth's rotation to a constant rate of the gyros.
 fn lay(data: &mut Data, rest: &mut AtRest, constant_rad_s: Vector3<f64>) {
     let nearest = rest.nearest_earth_rad_s(constant_rad_s);
     let change = data.sensing_from_body * (nearest - rest.earth_rad_s);
@@ -109,7 +108,7 @@ fn lay(data: &mut Data, rest: &mut AtRest, constant_rad_s: Vector3<f64>) {
         values.for_each(|value| *value -= change_rad);
     }
     rest.earth_rad_s = nearest;
-    // Of a direction that is open altogether a small turn says nothing: its intervals hold that.
+    // A wholly unknown direction has no linearisation: its intervals hold that.
     let azimuth = rest.taken_for_the_earths();
     let azimuth = azimuth.into_iter().filter(|_| rest.up.is_some());
     let free = azimuth.map(|direction| {

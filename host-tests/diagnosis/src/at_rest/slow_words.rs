@@ -1,4 +1,4 @@
-//! What acts slowly, as entries of `diagnosis.json` and effects of a model: which of it stands, and what else it can be.
+//! Slow effects as entries of `diagnosis.json` and effects of a model: their selection, and their indistinguishable kinds.
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
@@ -14,10 +14,10 @@ use super::{alike, earth};
 use crate::data::Data;
 use crate::plan::AnalysisPlan;
 
-/// Keeps what stands of a search's effects, and says what else it can be.
+/// Selects the significant effects of a search, and adds the kinds from which they are not distinguishable.
 ///
 /// # Inputs
-/// `is_judged`: whether its noise is compared with what the model declares.
+/// `is_judged`: true if the noise is compared with the model's declaration.
 pub(super) fn slow_effects(
     mut effects: Vec<EffectEntry>,
     (data, rest): (&Data, &AtRest),
@@ -31,7 +31,7 @@ pub(super) fn slow_effects(
     for effect in &mut effects {
         match &*effect.kind {
             BIAS => open_to_the_earth(effect, data, rest),
-            // Where the values are multiples of the pulse nothing else can be meant.
+            // If the values are multiples of the pulse, the cause is unambiguous.
             "pulse_quantisation" if !data.lattice.is_any() => coarse(effect),
             _ => {}
         }
@@ -39,7 +39,7 @@ pub(super) fn slow_effects(
     effects
 }
 
-/// The model with those effects that stand, and everything that it had before.
+/// Model with the selected effects and all its earlier ones.
 pub(super) fn with_found(before: &Model, mut model: Model, found: &[EffectEntry]) -> Model {
     model
         .effects
@@ -52,7 +52,7 @@ pub(super) fn with_found(before: &Model, mut model: Model, found: &[EffectEntry]
     model
 }
 
-/// Whether an effect of a model is a finding: of steps there may be several.
+/// True if an effect of a model is the finding: of several steps the one at its time.
 fn is_of(effect: &ModelEffect, entry: &EffectEntry) -> bool {
     let time_s = entry.parameters.iter().find_map(|one| match one {
         ParameterEntry::Number { name, value, .. } if name == "time_s" => Some(*value),
@@ -63,7 +63,7 @@ fn is_of(effect: &ModelEffect, entry: &EffectEntry) -> bool {
     effect.kind == entry.kind && same_time
 }
 
-/// Whether an effect still costs more to do without than a name must, once drift has been fitted anew beside it.
+/// True if an effect, drift fitted anew beside it, still costs more to omit than the naming threshold.
 fn stands(effect: &EffectEntry, plan: &AnalysisPlan) -> bool {
     let values: Vec<f64> = effect
         .parameters
@@ -82,13 +82,13 @@ fn stands(effect: &EffectEntry, plan: &AnalysisPlan) -> bool {
     0.5 * values.dot(&cholesky.solve(&values)) > plan.naming
 }
 
-/// Says what white noise of angle at rest can be besides coarse pulses.
+/// Adds the alternatives to coarse pulses for white noise of angle at rest.
 fn coarse(effect: &mut EffectEntry) {
     effect.indistinguishable_from = ["dither_gain", "dither_delay"].map(str::to_string).to_vec();
     effect.what_was_left_out = "White noise of angle beyond the resolution in which the file is written: a converter with larger pulses, or dither that was not stripped and folds over the whole band; without the pickoff these look the same.".to_string();
 }
 
-/// Adds to a bias what the Earth's rotation leaves open of it, and what else it can be.
+/// Adds to a bias its uncertainty by the Earth's rotation, and the kinds from which it is not distinguishable.
 fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest) {
     let mut bias_rad_s = Vector3::zeros();
     let mut gyros = Vec::new();

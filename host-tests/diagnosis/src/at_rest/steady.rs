@@ -1,18 +1,18 @@
-//! Takes steady lines out of a residual: coefficients that stand far out of those beside them.
+//! Removes steady lines from a residual: coefficients far above their neighbours.
 
 use rlg_inference::{Dct, Observations};
 use rlg_signal::streams::{Triad, each_axis};
 
-/// Coefficients below this are those of drift, steps and temperature.
+/// First coefficient tested: lower ones are those of drift, steps and temperature.
 const FIRST: usize = 32;
 
-/// Neighbours on either side by whose median power a coefficient is judged.
+/// Number of neighbours on either side for the median power about a coefficient.
 const BESIDE: usize = 24;
 
-/// Power over the neighbours' median above which a coefficient is none of noise: its chance is 1e-10 a coefficient.
+/// Power over the neighbours' median above which a coefficient is no noise: false-alarm probability 1e-10 a coefficient.
 const FAR_OUT: f64 = 90.0;
 
-/// The values on the rows of the spans, each coefficient that stands out brought down to its neighbours' level.
+/// Returns the values on the rows of the spans, each outlying coefficient reduced to its neighbours' level.
 pub(super) fn without_lines(values: &Triad, observations: &Observations) -> Triad {
     each_axis(|axis| {
         let mut quiet = values[axis].clone();
@@ -32,7 +32,7 @@ fn clip(spectrum: &mut [f64]) {
     let power: Vec<f64> = spectrum.iter().map(|value| value * value).collect();
     for k in FIRST..power.len() {
         let beside = k.saturating_sub(BESIDE).max(FIRST / 2)..(k + BESIDE + 1).min(power.len());
-        // A mean that is small enough spares the median.
+        // A power that is small against the mean needs no median.
         let mean = power[beside.clone()].iter().sum::<f64>() / beside.len() as f64;
         if power[k] < 2.0 * mean {
             continue;

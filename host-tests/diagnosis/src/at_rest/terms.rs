@@ -31,7 +31,7 @@ fn in_units(estimate: &NoiseEstimate, (rows, rate_hz): (usize, f64)) -> [LevelEn
     std::array::from_fn(|term| {
         let [square, spread] = [levels[term], estimate.stds[term]].map(|one| one * in_unit[term]);
         let value = square.sqrt();
-        // d√x = dx/(2√x); where nothing is there the square alone has a spread.
+        // d√x = dx/(2√x); for an insignificant level the square alone has a spread.
         let std = match square > spread {
             true => 0.5 * spread / value,
             false => spread.sqrt(),
@@ -40,10 +40,10 @@ fn in_units(estimate: &NoiseEstimate, (rows, rate_hz): (usize, f64)) -> [LevelEn
     })
 }
 
-/// The terms of one gyro, or `None` where its record does not tell them apart.
+/// Noise terms of one gyro; `None` if its record does not separate them.
 ///
 /// # Inputs
-/// `power`: energy that the fit of effects leaves in each bin \[rad²\]; `record`: rows and their rate \[Hz\].
+/// `power`: energy of the residual in each bin \[rad²\]; `record`: rows and their rate \[Hz\].
 pub(super) fn of_gyro(
     basis: &NoiseBasis,
     power: &[f64],
@@ -58,8 +58,8 @@ pub(super) fn of_gyro(
     })
 }
 
-/// Fits the noise of accelerometers at rest; steady lines are taken out, and what follows the temperature counts as
-/// noise. `None` where a record does not tell the terms apart; one that is not like such noise has no terms.
+/// Fits the noise of accelerometers at rest; steady lines are removed, and effects of temperature count as noise. `None` if
+/// a record does not separate the terms; a record that deviates from such noise has no terms.
 pub(super) fn of_accelerometers(rows: &Rows, plan: &AnalysisPlan) -> Option<Vec<ForceNoiseEntry>> {
     let observations = Observations::bridged(&rows.usable)?.to_fast_length();
     let sensed_m_s = steady::without_lines(&rows.sensed_m_s, &observations);
@@ -90,7 +90,7 @@ pub(super) fn of_accelerometers(rows: &Rows, plan: &AnalysisPlan) -> Option<Vec<
     (0..3).map(of_axis).collect()
 }
 
-/// The terms of a gyro in a sentence, in the units of data sheets.
+/// Sentence on the terms of a gyro, in the units of data sheets.
 pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
     let per_hour = 3600.0_f64.to_degrees();
     let each = [
@@ -112,7 +112,7 @@ pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
     format!("Noise: gyro {axis}: {}.", in_words(&each))
 }
 
-/// The terms of an accelerometer in a sentence.
+/// Sentence on the terms of an accelerometer.
 pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
     let micro_g = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
     let each = [
@@ -129,7 +129,7 @@ pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
     format!("Noise: accelerometer {axis}: {}.", in_words(&each))
 }
 
-/// Each term with its interval, or the bound of one that does not stand out, as on the page.
+/// Each term with its interval, or the bound of an insignificant one, as on the page.
 fn in_words(each: &[(&str, LevelEntry, f64, &str)]) -> String {
     let each = each.iter().map(|(name, level, factor, unit)| {
         if level.is_measured() {

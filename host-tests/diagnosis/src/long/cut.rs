@@ -1,4 +1,4 @@
-//! How a long recording is cut.
+//! Division of a long recording into stretches and blocks.
 
 use std::ops::Range;
 
@@ -24,7 +24,7 @@ pub struct Long<'a> {
     pub start_s: f64,
     /// Its named stretches.
     pub segments: Vec<Segment>,
-    /// Reads some of its rows.
+    /// Reader of some of its rows.
     pub read: &'a Read<'a>,
 }
 
@@ -42,12 +42,12 @@ impl Long<'_> {
         (row.round().max(0.0) as usize).min(self.rows)
     }
 
-    /// Which row the first of some streams is: of counts with a pickoff the first that was read only starts the dither.
+    /// Row number of the first row of some streams: of counts with a pickoff the first row read only starts the dither.
     pub(super) fn first_row(&self, streams: &Streams) -> usize {
         self.row_at(streams.start_s)
     }
 
-    /// What some rows are called: their segment, and their time.
+    /// Name of some rows: their segment, and their time.
     pub(super) fn name_of(&self, rows: &Range<usize>) -> String {
         let [start_s, end_s] = [rows.start, rows.end].map(|row| self.at_s(row));
         let middle_s = 0.5 * (start_s + end_s);
@@ -57,7 +57,8 @@ impl Long<'_> {
         format!("{name}{start_s:.0} to {end_s:.0} s")
     }
 
-    /// Rows to look at one by one: from the middle of the longest parts of like motion, as many of each as its share.
+    /// Selects the rows to analyse one by one: from the middle of the longest parts of like motion, as many of each as its
+    /// share.
     pub(super) fn stretches(&self, most_rows: usize, plan: &LongPlan) -> Vec<Range<usize>> {
         let rows = (most_rows as f64 * plan.of_rows) as usize;
         let of_ends = plan.least_of_ends * 2.0 * plan.ends_s * self.rate_hz;
@@ -79,7 +80,7 @@ impl Long<'_> {
         parts.into_iter().map(middle).collect()
     }
 
-    /// The recording's own parts of like motion, those much longer than `even` rows in several.
+    /// Parts of like motion of the recording, those much longer than `even` rows divided into several.
     fn parts(&self, even: usize) -> Vec<Range<usize>> {
         let of_segment = |one: &Segment| [self.row_at(one.start_s), self.row_at(one.end_s)];
         let mut cuts: Vec<usize> = self.segments.iter().flat_map(of_segment).collect();
@@ -95,7 +96,7 @@ impl Long<'_> {
         cuts.windows(2).flat_map(of_pair).collect()
     }
 
-    /// Blocks of rows, and what each is for.
+    /// Divides the rows into blocks, and partitions the blocks by use.
     pub(super) fn blocks(&self, plan: &AnalysisPlan) -> Cut {
         let wished = (self.rate_hz / plan.long.blocks_hz).round() as usize;
         let rows_each = wished.max(self.rows.div_ceil(plan.long.most_blocks)).max(1);
@@ -120,7 +121,7 @@ pub(super) struct Cut {
     pub(super) rows_each: usize,
     /// Blocks per second \[Hz\].
     pub(super) rate_hz: f64,
-    /// What each is for.
+    /// Use of each block.
     pub(super) uses: Vec<Use>,
 }
 
@@ -162,7 +163,7 @@ mod tests {
         // Few rows: fewer stretches, none too short.
         let few = long.stretches(20_000, &plan.long);
         assert_eq!(few.iter().map(ExactSizeIterator::len).min(), Some(4000));
-        // Read slowly, rows enough to tell noise by.
+        // At a low rate: rows enough to estimate the noise.
         let slow = Long {
             rate_hz: 50.0,
             ..long
@@ -172,7 +173,7 @@ mod tests {
             of(20_000).iter().map(ExactSizeIterator::len).min(),
             Some(2000)
         );
-        // Where that is more than may be held, what may be held.
+        // If more than the rows that may be held: all that may be held.
         assert_eq!(of(800).iter().map(ExactSizeIterator::len).max(), Some(400));
     }
 

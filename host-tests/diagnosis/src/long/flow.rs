@@ -40,16 +40,16 @@ use crate::several::sums::{Summed, Sums};
 use crate::summary::unlike_noise;
 use crate::validate::validate;
 
-/// What a stretch cannot have: an attitude since the recording's beginning.
+/// Kind that a stretch cannot show: it needs an attitude since the recording's beginning.
 const OF_ATTITUDE: &str = "earth_rate";
 
-/// The findings, and each stretch with something made of it.
+/// Findings, and each stretch with a result derived from it.
 pub type WithStretches<T> = (Outcome, Vec<(Streams, T)>);
 
 /// Diagnoses a recording of which `most_rows` may be in memory at once; `None` where too few rows can be fitted.
 ///
 /// # Returns
-/// The findings, and the stretches with what `also` makes of each.
+/// The findings, and the stretches with the result of `also` for each.
 ///
 /// # Errors
 /// Rows cannot be read; axes are reversed or exchanged; or the model's installation matrix has no inverse.
@@ -108,7 +108,7 @@ pub fn diagnose_also<T>(
     let tested_on = together.self_test(Some(sums.side().equations), (plan, seed));
     progress("confirming the findings");
     let mut found = shares_of(&mut together);
-    // The set stands: its findings need no columns by frequency, which are most of the memory.
+    // The set is final: its findings need no spectra of the columns, which are most of the memory.
     found.iter_mut().for_each(|own| own.equations.truncate(0));
     sums.release();
     let Some(confirmed) = confirmed(&fitted, Some(&sums), &mut together, &mut found, plan) else {
@@ -153,7 +153,7 @@ fn start_of(long: &Long, plan: &LongPlan) -> Result<Option<[f64; 3]>, InputError
 /// Stretches with the faults of their data.
 type Stretches = Vec<(Streams, Vec<Fault>)>;
 
-/// Reads the stretches, and puts all of them right where one shows that they need it.
+/// Reads the stretches, and corrects the channels of all of them if one requires it.
 fn stretches(
     settings: &Settings,
     (long, rows): (&Long, &[Range<usize>]),
@@ -195,23 +195,23 @@ fn stretches(
     Ok((each.collect(), turned))
 }
 
-/// Takes out of a stretch's residual its level by the fit: that is free, and known from all of the recording only.
+/// Subtracts the fitted level from a stretch's residual: a free parameter, determined by all of the recording only.
 fn without_level(own: &mut Found, fit: &Fit) {
     for (residual, free) in own.residual_rad.iter_mut().zip(&fit.gaps) {
-        // Of what is free in a span its level is the last.
+        // The level is the last of the free parameters of a span.
         let level_rad = free.clone().last().map_or(0.0, |at| fit.estimate[at]);
         residual.iter_mut().for_each(|value| *value -= level_rad);
     }
 }
 
-/// What the blocks show of the fit, beside the `stretches`.
+/// Validates the fit on the blocks outside the `stretches`.
 fn whole(
     sums: &Sums,
     (together, confirmed): (&Together, &Confirmed),
     (long, stretches): (&Long, &[Range<usize>]),
 ) -> Whole {
     let summed = &sums.summed;
-    // Behind the records of the stretches stand those of the sums.
+    // The records of the sums follow those of the stretches.
     let count = stretches.len();
     let fit = with_noise_of(&confirmed.fit, count);
     let after_rad = sums.left_by(&fit, &in_recording(&together.shared, count));
@@ -256,7 +256,7 @@ fn whole(
     }
 }
 
-/// Where the blocks differ from the model, and pictures of what is left of them before and after.
+/// Locates the blocks' deviations from the model, and draws their residual before and after.
 fn drawn(
     summed: &Summed,
     after_rad: &Triad,

@@ -26,22 +26,22 @@ use crate::put_right::PutRight;
 use crate::several::search::Shown;
 use crate::several::sums::Summed;
 
-/// What is known before all rows are read.
+/// Inputs known before all rows are read.
 pub(super) struct About<'a> {
     pub(super) long: &'a Long<'a>,
     pub(super) cut: &'a Cut,
     pub(super) model: (&'a Model, &'a std::path::Path),
     pub(super) left_out: &'a [&'a str],
     pub(super) plan: &'a AnalysisPlan,
-    /// Where each chunk stands; its attitude is carried on here.
+    /// Position of each chunk; its attitude is carried on here.
     pub(super) origin: Origin,
-    /// What was found about axes and units.
+    /// Corrections of axes and units.
     pub(super) turned: Option<&'a PutRight>,
-    /// Rows that stretches have.
+    /// Rows of the stretches.
     pub(super) stretches: &'a [Range<usize>],
 }
 
-/// Sums under way.
+/// Sums in progress.
 struct Forming<'a> {
     about: About<'a>,
     shown: Shown,
@@ -55,7 +55,7 @@ struct Forming<'a> {
 /// Reads all rows once.
 ///
 /// # Inputs
-/// `progress`: is told the share that is done.
+/// `progress`: receives the completed share.
 pub(super) fn form(
     about: About,
     shown: Shown,
@@ -134,7 +134,7 @@ impl Forming<'_> {
         Ok(())
     }
 
-    /// The chunk's motion: by the rows that may be looked at, or as the reference has it where there are none.
+    /// Estimates the chunk's motion: with the residual of its seen rows, or from the reference alone if there are none.
     fn motion(&self, data: &mut Data, offset: usize) -> Motion {
         let About {
             cut,
@@ -176,7 +176,7 @@ impl Forming<'_> {
                 estimate(data, &clean_rad, &levels, &seen, self.shown.path, plan)
             }
             None => {
-                // Rows that only test: their noise is taken for what it would be, their residual is not looked at.
+                // Held-out rows: the noise is that of the stretches, the residual is not used.
                 let usable = data.streams.usable.clone();
                 let nothing: Triad = std::array::from_fn(|_| vec![0.0; usable.len()]);
                 let levels = &self.shown.levels;
@@ -185,7 +185,7 @@ impl Forming<'_> {
         }
     }
 
-    /// The chunk along the reference as it was measured.
+    /// Signals of the chunk along the measured reference.
     fn plain(&self, data: &Data) -> Signals {
         let reference_rad = Arc::clone(&data.reference_rad);
         let along: Triad = std::array::from_fn(|axis| {
@@ -205,7 +205,7 @@ impl Forming<'_> {
         signals(data, motions, self.shown.path)
     }
 
-    /// Spells out what the sums may show: the catalogue, and what the stretches have besides.
+    /// Forms the candidates of the sums: the catalogue's, and the stretches' besides.
     fn spell(&mut self, signals: &Signals) {
         let left_out = self.about.left_out;
         self.candidates = self
@@ -221,7 +221,7 @@ impl Forming<'_> {
         self.columns = vec![vec![0.0; count]; self.pool.columns.len()];
     }
 
-    /// Turns the origin on to the first row of the next chunk, whose blocks begin at a row.
+    /// Carries the origin on to the first row of the next chunk, whose blocks begin at a row.
     fn carry_on(&mut self, data: &Data, offset: usize, skipped: usize, next: usize) {
         let around = (self.about.plan.long.around_s * self.about.long.rate_hz) as usize;
         let first = next.saturating_sub(around) + skipped;
@@ -235,7 +235,7 @@ impl Forming<'_> {
         start_from_body.renormalize();
     }
 
-    /// The sums, and which blocks are fitted and tested: none that holds rows of a stretch.
+    /// Sums, with the blocks to fit and to test: none that holds rows of a stretch.
     fn summed(self) -> Summed {
         let About { cut, stretches, .. } = self.about;
         let is_free = |block: usize| {
@@ -284,7 +284,7 @@ mod tests {
     const RATE_HZ: f64 = 200.0;
     const ROWS: usize = 24_000;
 
-    /// Slow and fast motion about each axis, and what gyros of another scale sense of it \[rad\].
+    /// Slow and fast motion about each axis, and the increments sensed by gyros of another scale \[rad\].
     fn rows(rows: Range<usize>) -> Streams {
         let turn = |axis: usize, row: usize| {
             let time_s = row as f64 / RATE_HZ;
@@ -370,7 +370,7 @@ mod tests {
                 assert!((sum - expected).abs() < 1e-15, "{axis} {block}");
             }
         }
-        // Columns behind filters and attitudes know the rows around them; single precision is that of the sums.
+        // Columns behind filters and attitudes depend on the rows around them; single precision is that of the sums.
         assert_eq!(whole.columns.len(), cut.columns.len());
         for (place, (one, other)) in whole.columns.iter().zip(&cut.columns).enumerate() {
             let largest = one
@@ -383,7 +383,7 @@ mod tests {
                 "column {place}: {apart} of {largest}"
             );
         }
-        // No block of the stretch, and none that is tested, is fitted.
+        // Neither a block of the stretch nor a tested one is fitted.
         assert!(
             whole.seen[4000 / each..6000 / each]
                 .iter()

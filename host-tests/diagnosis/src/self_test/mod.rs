@@ -1,6 +1,6 @@
-//! What the search would name in noise alone, and find of known effects, on this very recording.
+//! Monte Carlo self-test of the search on this recording: false names in noise alone, and detection of known effects.
 //!
-//! `moments` tries a search on the sums that a likelihood keeps; other searches bring trials of their own.
+//! `moments` runs a search on the sufficient statistics of its likelihood; other searches supply trials of their own.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -14,20 +14,20 @@ pub mod moments;
 
 pub use moments::{Row, self_test, self_test_on};
 
-/// Draws of noise: none named among 200 bounds the share to 1.5 % with 95 % confidence.
+/// Draws of noise: no false name among 200 bounds the rate to 1.5 % with 95 % confidence.
 const DRAWS: usize = 200;
 
-/// Strengths of the effects that are added (matched-filter SNR): from seldom found to always.
+/// Strengths of the injected effects (matched-filter SNR): from seldom to always detected.
 const RHO: [f64; 4] = [4.0, 6.0, 8.0, 10.0];
 
-/// Effects of each kind at each strength.
+/// Injected effects of each kind at each strength.
 const EACH: usize = 2;
 
-/// What a trial names.
+/// Named effect of a trial.
 pub struct Said {
-    /// The contract's kind.
+    /// Contract kind.
     pub kind: &'static str,
-    /// Kinds that come close, itself among them.
+    /// Kinds within the class of the named one, itself among them.
     pub alike: Vec<&'static str>,
 }
 
@@ -37,22 +37,22 @@ impl Said {
     }
 }
 
-/// A search on noise like a recording's, to which effects can be added.
+/// Search on noise like a recording's, with injected effects.
 pub trait Trials {
-    /// An effect that may be added.
+    /// Type of an injectable effect.
     type Planted;
 
-    /// One of each kind.
+    /// One effect of each kind.
     fn planted(&self) -> Vec<&Self::Planted>;
 
-    /// Its kind in the contract.
+    /// Contract kind of an effect.
     fn kind(&self, planted: &Self::Planted) -> &'static str;
 
-    /// What is named in noise alone.
+    /// Returns the effect named in noise alone.
     fn in_noise(&self, random: &mut ChaCha8Rng) -> Option<Said>;
 
-    /// What is named where an effect of signal-to-noise ratio `rho` acts; `None` where it is larger than anybody would
-    /// believe.
+    /// Returns the effect named with an injection of signal-to-noise ratio `rho`; `None` if the size exceeds the bounds of
+    /// its parameters.
     fn with(
         &self,
         planted: &Self::Planted,
@@ -60,13 +60,13 @@ pub trait Trials {
         random: &mut ChaCha8Rng,
     ) -> Option<Option<Said>>;
 
-    /// Chance that an effect is worth its name in noise as fitted.
+    /// Predicted probability that the effect is named in noise as fitted.
     fn theory(&self, planted: &Self::Planted, rho: f64) -> f64;
 
-    /// How well a kind would show.
+    /// Sensitivity of the recording to the effect's kind.
     fn sensitivity(&self, planted: &Self::Planted) -> Option<Sensitivity>;
 
-    /// Goes through the trials.
+    /// Runs all trials.
     fn told(&self, seed: u64) -> Tested {
         Tested {
             self_test: self.tested(&mut ChaCha8Rng::seed_from_u64(seed)),
@@ -78,7 +78,7 @@ pub trait Trials {
         }
     }
 
-    /// The same of false names and of what is found.
+    /// Counts false names, detections and correct names.
     fn tested(&self, random: &mut ChaCha8Rng) -> SelfTestEntry {
         let alone: Vec<Option<&str>> = (0..DRAWS)
             .map(|_| Some(self.in_noise(random)?.kind))
@@ -133,7 +133,7 @@ pub trait Trials {
     }
 }
 
-/// Adds how another search answered, on other channels of the same recording: a trial of both is false where one of them is.
+/// Adds the self-test of another search, on other channels of the same recording: a joint trial is false if either is.
 pub fn tell_also(diagnosis: &mut Diagnosis, tested: Option<Tested>) {
     let (Some(before), Some(also)) = (&mut diagnosis.self_test, &tested) else {
         diagnosis.tell(tested);
@@ -156,19 +156,19 @@ pub fn tell_also(diagnosis: &mut Diagnosis, tested: Option<Tested>) {
         .extend(tested.into_iter().flat_map(|one| one.sensitivity));
 }
 
-/// What is known of the size of a kind.
+/// Known sizes of a kind.
 #[derive(Debug, Clone, Copy)]
 pub struct Reach {
-    /// Unit of its numbers.
+    /// Unit of its parameters.
     pub unit: &'static str,
-    /// What such instruments show.
+    /// Typical size.
     pub typical: f64,
-    /// What none that anybody would test exceeds by much.
+    /// Largest credible size.
     pub largest: f64,
 }
 
 impl Reach {
-    /// Of a kind of the catalogue; `None` of others.
+    /// Sizes of a kind of the catalogue; `None` for others.
     pub fn of(kind: &str) -> Option<Self> {
         rlg_catalogue::entries::find(kind).map(|entry| Self {
             unit: entry.unit,
@@ -178,7 +178,7 @@ impl Reach {
     }
 }
 
-/// How well a kind shows whose numbers, each alone, have the `information`; `None` where none shows.
+/// Computes the sensitivity to a kind from the Fisher information of each parameter alone; `None` if all are zero.
 pub fn sensitivity(
     kind: &str,
     reach: Reach,
@@ -203,7 +203,7 @@ pub fn sensitivity(
     })
 }
 
-/// Chance that an effect of signal-to-noise ratio `rho` is worth its name, by the squared size from which `is_named` holds \[σ²\].
+/// Probability that an effect of signal-to-noise ratio `rho` is named; `is_named` holds from some squared size on \[σ²\].
 pub fn chance_of_name(rank: usize, rho: f64, is_named: impl Fn(f64) -> bool) -> f64 {
     let (mut low, mut high) = (0.0, 2e4);
     for _ in 0..60 {
@@ -217,7 +217,7 @@ pub fn chance_of_name(rank: usize, rho: f64, is_named: impl Fn(f64) -> bool) -> 
     beyond(high, rank as f64, rho * rho)
 }
 
-/// Upper limit of a share of which `found` of `trials` were seen, 95 % confidence (Clopper-Pearson).
+/// Upper limit, with 95 % confidence, of the rate of `found` events in `trials` (Clopper–Pearson).
 pub fn upper_limit(found: usize, trials: usize) -> f64 {
     if found >= trials {
         return 1.0;
@@ -228,7 +228,7 @@ pub fn upper_limit(found: usize, trials: usize) -> f64 {
 /// P(χ'² > threshold), noncentral with `degrees` and noncentrality λ: Σ_j Poisson(j; λ/2) P(χ²_{k+2j} > threshold).
 pub fn beyond(threshold: f64, degrees: f64, noncentrality: f64) -> f64 {
     let half = 0.5 * noncentrality;
-    // Ten standard deviations of the Poisson law beyond its mean leave less than 1e-15.
+    // Ten standard deviations of the Poisson distribution beyond its mean leave less than 1e-15.
     let most = (half + 10.0 * half.sqrt() + 10.0) as usize;
     let mut share = (-half).exp();
     (0..=most)

@@ -1,10 +1,10 @@
-//! Trials of a search on the sums that its likelihood keeps.
+//! Trials of a search on the sufficient statistics of its likelihood.
 //!
-//! Under noise of the fitted levels the scores of all columns are one normal vector, whose covariance is the information
-//! that the search already has; an effect of given parameters adds information times parameters to it. So noise is drawn,
-//! and effects are added, without a row. What gaps leave unknown and the effects that were found are fitted in every trial.
+//! Under noise of the fitted levels the scores of all columns are one normal vector, whose covariance is their Fisher
+//! information, known to the search; an effect adds information times parameters to it. So noise and effects are simulated
+//! without a row. The nuisance parameters of gaps and the found effects are fitted in every trial.
 //!
-//! Not in the trials: the fit of the noise, with drift; events and families; the confirmation, which only takes names away.
+//! Not simulated: the fit of the noise, with drift; events and families; the confirmation, which only removes names.
 
 use nalgebra::{Cholesky, DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;
@@ -21,7 +21,7 @@ use crate::plan::AnalysisPlan;
 use crate::scores::integrated;
 use crate::search::Found;
 
-/// Goes through the trials; `None` where no row of the catalogue has a column.
+/// Runs the trials; `None` if no candidate of the catalogue has a column.
 pub fn self_test(found: &Found, plan: &AnalysisPlan, seed: u64) -> Option<Tested> {
     let members = found.fit.members.iter();
     let members = members.map(|&place| &found.candidates[place].hypothesis);
@@ -30,10 +30,10 @@ pub fn self_test(found: &Found, plan: &AnalysisPlan, seed: u64) -> Option<Tested
     self_test_on(&found.equations, of, &rows, (plan, seed))
 }
 
-/// The same on data of any kind.
+/// The same for any likelihood.
 ///
 /// # Inputs
-/// `levels`: noise of each record; `members`: what was found, which is fitted in every trial; `rows`: of the catalogue.
+/// `levels`: noise of each record; `members`: found effects, fitted in every trial; `rows`: of the catalogue.
 pub fn self_test_on(
     data: &impl Likelihood,
     (levels, members): (&[NoiseLevels], &[&Hypothesis]),
@@ -43,18 +43,18 @@ pub fn self_test_on(
     Some(Trials::new(data, (levels, members), rows, plan)?.told(seed))
 }
 
-/// A row of the catalogue as a hypothesis on the records.
+/// Row of the catalogue as a hypothesis on the records.
 pub struct Row<'a> {
     kind: &'static str,
     hypothesis: &'a Hypothesis,
-    /// Whether an effect of it may be added; the others are only tried.
+    /// True if its effects may be injected; the others are only tried.
     may_act: bool,
-    /// What is known of its size.
+    /// Known sizes of its kind.
     reach: Option<Reach>,
 }
 
 impl<'a> Row<'a> {
-    /// That of a candidate; `None` of what happens once, of expressions, and of what only stands beside another.
+    /// Row of a candidate; `None` for events, expressions, harmonics, and candidates that require another.
     pub fn of(candidate: &'a Candidate) -> Option<Self> {
         let is_row = !matches!(
             candidate.variant,
@@ -64,7 +64,7 @@ impl<'a> Row<'a> {
         is_row.then_some(Self::new(candidate.kind, &candidate.hypothesis, reach))
     }
 
-    /// A kind whose effects may act.
+    /// Row of a kind whose effects may be injected.
     pub fn new(kind: &'static str, hypothesis: &'a Hypothesis, reach: Option<Reach>) -> Self {
         Self {
             kind,
@@ -74,7 +74,7 @@ impl<'a> Row<'a> {
         }
     }
 
-    /// The same where it is only tried.
+    /// The same without injections.
     pub fn only_tried(self) -> Self {
         Self {
             may_act: false,
@@ -89,7 +89,7 @@ pub struct Tried<'a> {
     hypothesis: &'a Hypothesis,
     /// Its parameters by columns of the records.
     columns: Sparse,
-    /// Information of its parameters, what is fitted in every trial taken out.
+    /// Fisher information of its parameters, those fitted in every trial profiled out.
     information: DMatrix<f64>,
     /// Covariance of its parameters.
     covariance: DMatrix<f64>,
@@ -98,7 +98,7 @@ pub struct Tried<'a> {
     reach: Option<Reach>,
 }
 
-/// Parameters by places of columns: place and factor of each.
+/// Sparse matrix of parameters by columns: place and factor of each entry.
 struct Sparse(Vec<Vec<(usize, f64)>>);
 
 impl Sparse {
@@ -106,13 +106,13 @@ impl Sparse {
         self.0.len()
     }
 
-    /// Its product with a vector over the columns.
+    /// Product with a vector over the columns.
     fn times(&self, vector: &DVector<f64>) -> DVector<f64> {
         let of_one = |own: &Vec<(usize, f64)>| own.iter().map(|(at, by)| by * vector[*at]).sum();
         DVector::from_iterator(self.parameters(), self.0.iter().map(of_one))
     }
 
-    /// Its transpose's product with a vector over the parameters.
+    /// Product of the transpose with a vector over the parameters.
     fn spread(&self, parameters: &DVector<f64>, count: usize) -> DVector<f64> {
         let mut sum = DVector::zeros(count);
         for (own, value) in self.0.iter().zip(parameters.iter()) {
@@ -122,9 +122,9 @@ impl Sparse {
     }
 }
 
-/// Symmetric matrices over the columns of each record; columns of different records have nothing in common.
+/// Block-diagonal symmetric matrix over the columns of all records, one block per record.
 struct ByRecord {
-    /// First column of each, and its matrix.
+    /// First column and matrix of each block.
     blocks: Vec<(usize, DMatrix<f64>)>,
 }
 
@@ -139,17 +139,17 @@ impl ByRecord {
     }
 }
 
-/// What is fitted in every trial.
+/// Parameters fitted in every trial.
 struct Fitted {
     columns: Sparse,
-    /// Information of all columns with each of its parameters.
+    /// Products of the information of all columns with each parameter.
     with: Vec<DVector<f64>>,
     /// Covariance of its parameters.
     covariance: DMatrix<f64>,
 }
 
 impl Fitted {
-    /// Takes it out of scores.
+    /// Projects the fitted parameters out of scores.
     fn out_of(&self, mut scores: DVector<f64>) -> DVector<f64> {
         let sizes = &self.covariance * self.columns.times(&scores);
         for (with, size) in self.with.iter().zip(sizes.iter()) {
@@ -159,22 +159,22 @@ impl Fitted {
     }
 }
 
-/// See the page above.
+/// Monte Carlo trials of a search, see the module's page.
 pub struct Trials<'a> {
     tried: Vec<Tried<'a>>,
-    /// Information of all columns of all records, nothing taken out.
+    /// Information of all columns of all records, nothing profiled out.
     whole: ByRecord,
-    /// Its root.
+    /// Its Cholesky factor.
     root: ByRecord,
     fitted: Fitted,
-    /// Log posterior that a name needs beyond its worth, prices of places apart.
+    /// Log posterior that a name needs, prices of places apart.
     needed: f64,
     class_within: f64,
-    /// Columns of all records.
+    /// Number of columns of all records.
     count: usize,
 }
 
-/// Record and column of each place that some hypothesis needs, ascending.
+/// Record and column of each place in a hypothesis, ascending.
 fn places<'a>(
     data: &impl Likelihood,
     all: impl Iterator<Item = &'a Hypothesis>,
@@ -188,7 +188,7 @@ fn places<'a>(
     places
 }
 
-/// Information of columns, record by record.
+/// Fisher information of columns, record by record.
 fn information(
     data: &impl Likelihood,
     levels: &[NoiseLevels],
@@ -223,12 +223,12 @@ fn information(
     }
 }
 
-/// Root of an information; `None` where it has none.
+/// Cholesky factor of an information; `None` if it has none.
 fn root_of(information: &ByRecord) -> Option<ByRecord> {
     let each = information.blocks.iter().map(|(first, block)| {
         let mut raised = block.clone();
         for place in 0..raised.nrows() {
-            // Columns that are sums of others leave no root.
+            // Linearly dependent columns would leave no factor.
             raised[(place, place)] *= 1.0 + 1e-9;
         }
         Some((*first, Cholesky::new(raised)?.unpack()))
@@ -304,13 +304,13 @@ impl<'a> Trials<'a> {
         })
     }
 
-    /// Scores of noise alone.
+    /// Simulates scores of noise alone.
     fn noise(&self, random: &mut ChaCha8Rng) -> DVector<f64> {
         let normal = DVector::from_fn(self.count, |_, _| StandardNormal.sample(random));
         self.fitted.out_of(self.root.times(&normal))
     }
 
-    /// Scores of noise with an effect of signal-to-noise ratio `rho`; `None` where it is larger than anybody would believe.
+    /// Simulates scores of noise with an effect of signal-to-noise ratio `rho`; `None` if it exceeds its parameters' bounds.
     fn scores_with(
         &self,
         planted: &Tried,
@@ -333,14 +333,14 @@ impl<'a> Trials<'a> {
         is_possible.then(|| self.noise(random) + effect)
     }
 
-    /// What a hypothesis is worth by scores: its gain, its parameters integrated over a prior of their own size.
+    /// Log evidence of a hypothesis by scores: its gain, integrated over a g-prior, less its price.
     fn worth(one: &Tried, scores: &DVector<f64>) -> f64 {
         let own = one.columns.times(scores);
         let gain = 0.5 * own.dot(&(&one.covariance * &own));
         integrated(gain, one.rank) - one.hypothesis.price
     }
 
-    /// What is named, and which kinds come close.
+    /// Selects the named effect and the kinds in its class.
     fn named(&self, scores: &DVector<f64>) -> Option<Said> {
         let worths: Vec<f64> = self
             .tried
@@ -360,7 +360,7 @@ impl<'a> Trials<'a> {
 impl<'a> super::Trials for Trials<'a> {
     type Planted = Tried<'a>;
 
-    /// Of each kind the hypothesis of most numbers.
+    /// For each kind the hypothesis with the highest rank.
     fn planted(&self) -> Vec<&Tried<'a>> {
         let mut each: Vec<&Tried> = Vec::new();
         for one in self.tried.iter().filter(|one| one.may_act) {
@@ -399,7 +399,7 @@ impl<'a> super::Trials for Trials<'a> {
     }
 }
 
-/// Information of all columns with each parameter.
+/// Products of the information of all columns with each parameter.
 fn information_with(whole: &ByRecord, columns: &Sparse, count: usize) -> Vec<DVector<f64>> {
     let parameters = columns.parameters();
     (0..parameters)
@@ -411,7 +411,7 @@ fn information_with(whole: &ByRecord, columns: &Sparse, count: usize) -> Vec<DVe
         .collect()
 }
 
-/// Products of parameters with what `with` holds of others.
+/// Products of parameters with the vectors `with` of others.
 fn products(columns: &Sparse, with: &[DVector<f64>]) -> DMatrix<f64> {
     let mut matrix = DMatrix::zeros(columns.parameters(), with.len());
     for (place, with) in with.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! What several recordings have in common must hold in blocks of all of them, and fall where they are re-enacted without it.
+//! Confirms common effects by cross-validation on blocks of all recordings and by parametric bootstrap.
 
 use rlg_catalogue::candidates::PoolColumns;
 use rlg_catalogue::entries::STEP;
@@ -24,29 +24,29 @@ use crate::reenact::{Named, Reenactment, Stage, repeat, squared_size};
 use crate::search::Found;
 use crate::told::told;
 
-/// Members of the found set by what becomes of them, as in [`crate::confirm::Confirmed`].
+/// Members of the found set by the result of their confirmation, as in [`crate::confirm::Confirmed`].
 pub(crate) struct Confirmed {
-    /// Places in [`Together::judged`] of those with a name.
+    /// Named members, as places in [`Together::judged`].
     pub(crate) named: Vec<usize>,
-    /// What a named member is called, as places in [`Together::shared`].
+    /// Reported name of each named member, as places in [`Together::shared`].
     pub(crate) headlines: Vec<usize>,
     pub(crate) predictions: Vec<Prediction>,
     pub(crate) unconfirmed: Vec<usize>,
     pub(crate) reenacted_away: Vec<usize>,
-    /// Kinds of such that an earlier search found, without which this one was made.
+    /// Kinds rejected by the bootstrap of an earlier search and left out of this one.
     pub(crate) shown_anyway: Vec<&'static str>,
     pub(crate) impossible: Vec<usize>,
     pub(crate) reenactments: Vec<Reenactment>,
     pub(crate) instant_std_rows: Vec<Option<f64>>,
-    /// The fit of the headlines.
+    /// Fit of the headlines.
     pub(crate) fit: Fit,
-    /// Where what it leaves of each recording, and of sums behind them, is not the noise that was fitted.
+    /// Octaves in which the residual of each recording, and of sums behind them, deviates from the fitted noise.
     pub(crate) misfits: Vec<Vec<Misfit>>,
-    /// Gyros of which the number of each headline is told.
+    /// Gyros whose own data determine the parameter of each headline.
     pub(crate) told: Vec<[bool; 3]>,
 }
 
-/// Each recording's share of what was found: the same members, places as in [`Together::shared`], over its own columns.
+/// Divides the findings by recording: the same members, places as in [`Together::shared`], over the recording's own columns.
 pub(crate) fn shares_of(together: &mut Together) -> Vec<Found> {
     let passes = std::mem::take(&mut together.passes);
     let of_pass = |(recording, pass): (usize, crate::pass::Pass)| Found {
@@ -66,7 +66,7 @@ pub(crate) fn shares_of(together: &mut Together) -> Vec<Found> {
     passes.into_iter().enumerate().map(of_pass).collect()
 }
 
-/// What was judged of all, with the drift of one recording's gyros.
+/// Judged members, with the drift levels of one recording's gyros.
 fn judged_in(judged: &[Judged], recording: usize) -> Vec<Judged> {
     let of_one = |one: &Judged| {
         let mut all = one.drift_levels.chunks(RECORDS);
@@ -85,7 +85,7 @@ pub(crate) fn in_recording(shared: &[Shared], recording: usize) -> Vec<Candidate
         .collect()
 }
 
-/// Takes away what does not hold; `None` where too few rows are left.
+/// Rejects members that fail confirmation; `None` where too few rows are left.
 ///
 /// # Inputs
 /// `sums`: over all rows of the recording that `all` are stretches of.
@@ -151,7 +151,7 @@ pub(crate) fn confirmed(
     }
 }
 
-/// What blocks of all recordings say of each member.
+/// Cross-validates each member on blocks of all recordings.
 fn predictions(
     (all, sums): (&[Data], Option<&Sums>),
     together: &Together,
@@ -201,7 +201,7 @@ fn predictions(
     )
 }
 
-/// Parameters of members on one recording's records, what each does without one as one more.
+/// Hypotheses of the members on one recording's records, fixed terms as one more parameter.
 fn set_of(members: &[usize], shared: &[Shared], recording: usize) -> Vec<Hypothesis> {
     members
         .iter()
@@ -212,7 +212,7 @@ fn set_of(members: &[usize], shared: &[Shared], recording: usize) -> Vec<Hypothe
         .collect()
 }
 
-/// Puts every step among the headlines at its mean instant; standard deviation of each one's instant \[rows\].
+/// Moves every step among the headlines to its mean instant; returns the standard deviation of each instant \[rows\].
 fn instants(
     all: &[Data],
     together: &mut Together,
@@ -262,16 +262,16 @@ fn instants(
     std_rows
 }
 
-/// The headlines, fitted anew.
+/// Refitted headlines.
 struct Refitted {
     fit: Fit,
-    /// Where what it leaves is not noise, by recording.
+    /// Octaves in which the residual deviates from the fitted noise, by recording.
     misfits: Vec<Vec<Misfit>>,
-    /// Gyros of which the number of each member is told.
+    /// Gyros whose own data determine the parameter of each member.
     told: Vec<[bool; 3]>,
 }
 
-/// Fits the headlines to all rows that are no test.
+/// Fits the headlines to all rows to fit and to confirm.
 fn refit(
     (all, sums): (&[Data], Option<&Sums>),
     together: &Together,
@@ -330,7 +330,7 @@ fn refit(
         &drift,
         levels,
     );
-    // Drift is chosen anew: what had no name may have stood for it.
+    // Drift is selected anew: a member without a name may have stood in for it.
     let places: Vec<usize> = (0..joined.len()).collect();
     let mut fit = search.fit(&places, None);
     let misfits = parts.iter().enumerate();
@@ -351,7 +351,7 @@ fn refit(
     Some(Refitted { fit, misfits, told })
 }
 
-/// The hypothesis of a headline over the columns of each part.
+/// Hypothesis of a headline over the columns of all parts.
 fn over_all<'a>(shared: &Shared, each: impl Iterator<Item = &'a Candidate>) -> Hypothesis {
     let mut whole = shared.candidate.hypothesis.clone();
     whole.requires = None;
@@ -365,7 +365,7 @@ fn over_all<'a>(shared: &Shared, each: impl Iterator<Item = &'a Candidate>) -> H
     whole
 }
 
-/// Re-enacts all recordings without each headline in turn: what they show of it adds up.
+/// Draws parametric bootstraps of all recordings without each headline in turn; the projections of the recordings add up.
 fn reenact(
     all: &[Data],
     (together, found): (&Together, &[Found]),

@@ -27,14 +27,14 @@ use crate::search::Found;
 use crate::settings::Settings;
 use crate::validate::validate;
 
-/// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments; `None` where too few rows
-/// of one can be fitted.
+/// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments; `None` where too few
+/// rows of one can be fitted.
 ///
 /// # Inputs
-/// `all`: each with the faults of its data; recordings whose piece is held out only test.
+/// `all`: each with the faults of its data; recordings with a held-out piece only test.
 ///
 /// # Returns
-/// The findings, and what `also` makes of each recording that does not only test.
+/// The findings, and the result of `also` for each fitted recording.
 ///
 /// # Errors
 /// The model's installation matrix has no inverse.
@@ -70,7 +70,7 @@ pub fn diagnose_also<T>(
         progress("confirming the findings");
         let mut found = shares_of(&mut together);
         for own in &mut found {
-            // The set stands: its findings need no columns by frequency, which are most of the memory.
+            // The set is final: its findings need no spectra of the columns, which are most of the memory.
             own.equations.truncate(0);
         }
         let confirmed = confirmed(&fitted, None, &mut together, &mut found, plan)?;
@@ -97,8 +97,7 @@ pub fn diagnose_also<T>(
     Ok(Some((outcome, found.iter().map(also).collect())))
 }
 
-/// Figures of a recording that only tests: what is common to all others, predicted from its own reference. None of its rows
-/// is looked at before.
+/// Figures of a held-out recording: the common effects, predicted from its own reference. None of its rows is used before.
 fn of_held_out(
     data: &mut Data,
     (together, first): (&Together, &Found),
@@ -132,7 +131,7 @@ fn of_held_out(
     let kept = all.filter(|(place, _)| is_common(place));
     let kept = kept.map(|(&place, block)| (place, block.clone()));
     (of_common.members, of_common.blocks) = kept.unzip();
-    // Columns are of any motion.
+    // The columns can be formed along any motion.
     let of_first = (&first.candidates, &first.pool);
     subtract(
         &mut after_rad,

@@ -1,10 +1,10 @@
 //! Several recordings of one unit under one model: one likelihood, whose parts are the recordings.
 //!
-//! Each recording keeps its own motion, delays, noise and drift. It is settled by itself; then one search goes over effects
-//! that all have in common, that have a value of their own in each, and that are in one of them alone (`shared`,
-//! `search`). What is found must hold in blocks of all recordings and fall where they are re-enacted without it
-//! (`confirm`); what is written of each recording is joined (`report`). The whole: `flow`. Stretches of one recording that is
-//! longer than memory are searched in the same way, beside sums over all of it (`sums`, used by [`crate::long`]).
+//! Each recording keeps its own motion, delays, noise and drift. It is settled by itself; then one search covers effects
+//! common to all, effects with a size per recording, and effects of a single recording (`shared`, `search`). Findings are
+//! confirmed by cross-validation on blocks of all recordings and by parametric bootstrap (`confirm`); the findings of the
+//! recordings are joined (`report`). The whole: `flow`. Stretches of one recording longer than memory are searched in the
+//! same way, together with sums over all of it (`sums`, used by [`crate::long`]).
 
 pub(crate) mod shared;
 

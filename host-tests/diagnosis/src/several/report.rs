@@ -1,4 +1,4 @@
-//! What is written of each recording, joined.
+//! Joins the findings of the recordings into one report.
 
 use std::collections::BTreeSet;
 
@@ -23,20 +23,20 @@ use crate::pictures::Pictures;
 use crate::plan::AnalysisPlan;
 use crate::search::Found;
 
-/// What one recording shows, before it is joined with the others.
+/// Findings of one recording, before they are joined.
 struct OfRecording {
     outcome: Outcome,
-    /// Effects that the model has more.
+    /// Effects added to the model.
     added: Vec<rlg_model::ModelEffect>,
-    /// How many of the effects are common or its own, with a name; the others are its noise, its faults and what is left.
+    /// Number of named effects, common or its own, first in the list; the others are its noise, its faults and its residual.
     named: usize,
 }
 
-/// What recordings are joined beside.
+/// Data joined with the fitted recordings.
 pub(crate) enum Beside {
-    /// Figures of recordings that only test.
+    /// Figures of recordings that are held out whole.
     HeldOut(Vec<HeldOut>),
-    /// The one recording that all are stretches of.
+    /// The one recording of which all are stretches.
     Whole(Box<Whole>),
 }
 
@@ -44,13 +44,13 @@ pub(crate) enum Beside {
 pub(crate) struct Whole {
     /// Its name.
     pub(crate) recording: String,
-    /// How it was looked at, with figures of its blocks.
+    /// Stretches, blocks and figures of the blocks.
     pub(crate) entry: WholeEntry,
-    /// What each gyro wanders over its length \[rad/s\], where it does.
+    /// Drift of each gyro over its length \[rad/s\], if any.
     pub(crate) wandering_rad_s: [Option<f64>; 3],
-    /// Where its blocks are not like their noise, a sentence each.
+    /// Sentences on blocks that deviate from their noise.
     pub(crate) unlike: Vec<String>,
-    /// Where its blocks differ from the model.
+    /// Locations at which its blocks deviate from the model.
     pub(crate) locations: Vec<LocationEntry>,
     /// Pictures of its blocks.
     pub(crate) pictures: Pictures,
@@ -106,7 +106,7 @@ pub(crate) fn outcome(
     }
 }
 
-/// One diagnosis of recordings from those on each.
+/// Joins the diagnoses of recordings into one.
 fn of_recordings(
     all: &[Data],
     each: &[OfRecording],
@@ -139,13 +139,13 @@ fn of_recordings(
     joined(all, each, (recordings, &channels), tried)
 }
 
-/// A recording that only tests.
+/// A recording that is held out whole.
 pub(crate) struct HeldOut {
     pub(crate) entry: RecordingEntry,
     pub(crate) channels: Vec<ChannelEntry>,
 }
 
-/// Power that is left of each gyro over its noise.
+/// Residual power of each gyro over its noise \[1\].
 pub(crate) fn powers(channels: &[ChannelEntry]) -> [Option<f64>; 3] {
     [0, 1, 2].map(|axis| {
         let channel = channels.get(axis)?;
@@ -153,7 +153,7 @@ pub(crate) fn powers(channels: &[ChannelEntry]) -> [Option<f64>; 3] {
     })
 }
 
-/// What one recording shows: effects of its own, and common ones where it is the first that has them.
+/// Findings of one recording: effects of its own, and common ones if it is the first that has them.
 fn of_recording(
     (data, found): (&Data, &mut Found),
     (recording, count): (usize, usize),
@@ -167,7 +167,7 @@ fn of_recording(
     let is_told_here = |place: &usize| {
         let one = &shared[confirmed.headlines[*place]];
         let first = one.own.iter().position(Option::is_some);
-        // What sums alone show is told with the first of the stretches.
+        // Effects found in sums alone are reported with the first of the stretches.
         let first = first.filter(|&first| first < count).or(Some(0));
         match one.sharing {
             Sharing::Apart if one.own[recording].is_some() => true,
@@ -212,7 +212,7 @@ fn of_recording(
         predictions: confirmed.predictions.clone(),
         unconfirmed: here(&confirmed.unconfirmed),
         reenacted_away: here(&confirmed.reenacted_away),
-        // Of all, said once.
+        // Common to all recordings, reported once.
         shown_anyway: match recording {
             0 => confirmed.shown_anyway.clone(),
             _ => Vec::new(),
@@ -242,7 +242,7 @@ fn of_recording(
     }
 }
 
-/// One diagnosis of a recording from those on its stretches.
+/// Joins the diagnoses of stretches into one of their recording.
 fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> (Diagnosis, Option<Pictures>) {
     let diagnoses: Vec<&Diagnosis> = each.iter().map(|one| &one.outcome.diagnosis).collect();
     let verdict = match (
@@ -268,7 +268,7 @@ fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> (Diagnosis,
         let each = diagnoses.iter().flat_map(|one| of(&one.fit).clone());
         each.collect::<Vec<_>>()
     };
-    // A drift is what the blocks of all rows show; the level of a stretch is free.
+    // Drift is determined by the blocks of all rows; the level of a stretch is free.
     let with_drift_of = |one: ChannelEntry| {
         let mut blocks = whole.entry.channels.iter();
         let Some(blocks) = blocks.find(|other| other.channel == one.channel) else {
@@ -316,7 +316,7 @@ fn of_stretches(each: &[OfRecording], whole: Whole, tried: usize) -> (Diagnosis,
     (diagnosis, Some(whole.pictures))
 }
 
-/// Effects of stretches as those of their recording: first those with a name.
+/// Joins the effects of stretches, those with a name first.
 fn effects_of_stretches(each: &[OfRecording]) -> Vec<EffectEntry> {
     let mut effects: Vec<EffectEntry> = Vec::new();
     for own in each {
@@ -324,7 +324,7 @@ fn effects_of_stretches(each: &[OfRecording]) -> Vec<EffectEntry> {
     }
     for own in each {
         for effect in &own.outcome.diagnosis.effects[own.named..] {
-            // The noise is one of all stretches; the first says of it what there is to say.
+            // The noise is common to all stretches: the first entry of a kind is kept.
             let is_noise = NOISE_KINDS.contains(&effect.kind.as_str());
             if !is_noise || effects.iter().all(|other| other.kind != effect.kind) {
                 effects.push(effect.clone());
@@ -334,7 +334,7 @@ fn effects_of_stretches(each: &[OfRecording]) -> Vec<EffectEntry> {
     effects
 }
 
-/// What none of them could show.
+/// Sentences on kinds that none of the recordings could show.
 fn unseen_by_all(diagnoses: &[&Diagnosis]) -> Vec<String> {
     let unseen: Vec<BTreeSet<&String>> = diagnoses
         .iter()
@@ -345,7 +345,7 @@ fn unseen_by_all(diagnoses: &[&Diagnosis]) -> Vec<String> {
     lines.filter(nobody).cloned().collect()
 }
 
-/// The one whose next experiment is that of all: the first that names something.
+/// Diagnosis with the next experiment of all: the first with a named effect.
 fn leading(each: &[OfRecording]) -> Option<&Diagnosis> {
     let naming = each.iter().find(|one| one.named > 0);
     naming.or(each.first()).map(|one| &one.outcome.diagnosis)
@@ -359,7 +359,7 @@ fn experiment(each: &[OfRecording]) -> Option<ExperimentEntry> {
     leading(each).and_then(|one| one.experiment.clone())
 }
 
-/// One diagnosis of all.
+/// Joins the diagnoses of all recordings into one.
 fn joined(
     all: &[Data],
     each: &[OfRecording],
@@ -427,7 +427,7 @@ fn joined(
     }
 }
 
-/// Verdict on all recordings from those on each.
+/// Joins the verdicts on the recordings.
 fn verdict_of(each: impl Iterator<Item = Verdict> + Clone) -> Verdict {
     let is_told = |verdict| matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
     let is_consistent = |verdict| matches!(verdict, Verdict::Explained | Verdict::Matches);
@@ -439,7 +439,7 @@ fn verdict_of(each: impl Iterator<Item = Verdict> + Clone) -> Verdict {
     }
 }
 
-/// Times \[s\] that count on from the first recording's clock without a gap.
+/// Times \[s\] on a clock that continues from the first recording's without a gap.
 fn in_a_row<'a>(
     all: &[Data],
     each: &[&'a Diagnosis],
@@ -460,7 +460,8 @@ fn in_a_row<'a>(
     times
 }
 
-/// Figures of one gyro over all recordings: drifts by their weights, powers by mean, chances by the smallest of so many.
+/// Joint figures of one gyro: drift as weighted mean, powers as mean, p-value as the smallest times their number
+/// (Bonferroni).
 fn channel(all: &[Vec<ChannelEntry>], axis: usize) -> Option<ChannelEntry> {
     let each: Vec<&ChannelEntry> = all.iter().filter_map(|one| one.get(axis)).collect();
     let first = *each.first()?;
@@ -486,7 +487,7 @@ fn channel(all: &[Vec<ChannelEntry>], axis: usize) -> Option<ChannelEntry> {
     })
 }
 
-/// Noise of one gyro: the root mean square of the recordings'.
+/// Noise of one gyro: the root mean square over the recordings.
 fn noise(each: &[&Diagnosis], axis: usize) -> NoiseEntry {
     let count = each.len() as f64;
     let rms = |of: &dyn Fn(&NoiseEntry) -> f64| {

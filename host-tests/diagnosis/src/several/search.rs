@@ -1,5 +1,4 @@
-//! Alternates linearisation of each recording and one structure search over all, until the set and its delays no longer
-//! change.
+//! Alternates linearisation of each recording and one structure search over all, until the set and its delays converge.
 
 use std::collections::BTreeSet;
 
@@ -21,32 +20,32 @@ use crate::search::is_seen;
 use crate::self_test::{Row, self_test_on};
 use crate::settle::{Begun, Rows, Settled, settle};
 
-/// What the fitted rows of all recordings say.
+/// Result of the structure search on the fitted rows of all recordings.
 pub(crate) struct Together {
     /// Each recording's last pass.
     pub(crate) passes: Vec<Pass>,
-    /// Each recording's candidates, over its own columns.
+    /// Candidates of each recording, over its own columns.
     pub(crate) candidates: Vec<Vec<Candidate>>,
-    /// Every candidate, places as in `fit`.
+    /// All candidates, indexed as in `fit`.
     pub(crate) shared: Vec<Shared>,
-    /// The best set.
+    /// Fit of the best set.
     pub(crate) fit: Fit,
-    /// Its members with cost and rivals.
+    /// Members of the set, each with its cost in log posterior and its rivals.
     pub(crate) judged: Vec<Judged>,
     /// Rivals of each member whose columns span it.
     pub(crate) spanned_by: Vec<Vec<usize>>,
-    /// Those of them that explain as much as it.
+    /// Rivals in `spanned_by` that reproduce the member's effect to an insignificant residual.
     pub(crate) reached_by: Vec<Vec<usize>>,
     /// The set without each member, fitted anew.
     pub(crate) without: Vec<Fit>,
-    /// Nothing but noise.
+    /// Fit of the noise alone.
     pub(crate) empty: Fit,
-    /// Sets that were looked at.
+    /// Number of evaluated sets.
     pub(crate) tried: usize,
 }
 
 impl Together {
-    /// What the search would name in noise alone on all of them.
+    /// Runs the Monte Carlo self-test of the search on all recordings.
     pub(crate) fn self_test(
         &self,
         sums: Option<&NormalEquations>,
@@ -72,19 +71,19 @@ impl Together {
     }
 }
 
-/// One recording between two passes.
+/// State of one recording between two passes.
 struct Recording {
     pass: Pass,
     rows: Rows,
 }
 
-/// What a search sees of one recording, or of sums over all of one.
+/// Data of one recording, or of sums over all of one, in a search.
 pub(crate) struct Side<'a> {
-    /// Over its own columns.
+    /// Candidates over its own columns.
     pub(crate) candidates: &'a [Candidate],
     pub(crate) equations: &'a NormalEquations,
     pub(crate) drift: &'a DriftPrior,
-    /// Noise before anything is found.
+    /// Noise levels before any effect is found.
     pub(crate) levels: &'a [NoiseLevels],
 }
 
@@ -99,7 +98,7 @@ impl<'a> Side<'a> {
     }
 }
 
-/// Recordings whose set and delays no longer change.
+/// Recordings with a converged set and delays.
 pub(crate) struct Standing {
     recordings: Vec<Recording>,
     kin: Kin,
@@ -119,7 +118,7 @@ pub(crate) fn find(
     Some(standing.judged(None, plan))
 }
 
-/// Alternates linearisation of each recording and the search over all until neither changes; `None` where too few rows of one
+/// Alternates linearisation of each recording and the search over all until both converge; `None` where too few rows of one
 /// can be fitted.
 pub(crate) fn stand(
     all: &mut [Data],
@@ -190,24 +189,24 @@ pub(crate) fn stand(
     None
 }
 
-/// What stretches show of the whole recording.
+/// Joint result of the stretches, for the whole recording.
 pub(crate) struct Shown {
-    /// What was found on each gyro: column and size; without what happens once.
+    /// Gyro, column and size of each effect, events left out.
     pub(crate) parts: Vec<(usize, Sensed, f64)>,
-    /// What lies between the reference and the gyros.
+    /// Path between the reference and the gyros.
     pub(crate) path: Path,
-    /// Axes that move in any of them.
+    /// Axes that move in any stretch.
     pub(crate) is_moving: [bool; 3],
-    /// Candidates over the columns of `pool`, without what happens once.
+    /// Candidates over the columns of `pool`, events left out.
     pub(crate) candidates: Vec<Candidate>,
     /// Their columns.
     pub(crate) pool: Pool,
-    /// Noise of the gyros' rows, drift left out.
+    /// Noise levels of the gyros' rows, without drift.
     pub(crate) levels: Vec<NoiseLevels>,
 }
 
 impl Standing {
-    /// What the recordings show of the whole that they are stretches of.
+    /// Joint result for the recording of which these are stretches.
     pub(crate) fn shown(&self) -> Shown {
         let moves = |axis: usize| {
             let mut each = self.recordings.iter();
@@ -225,7 +224,7 @@ impl Standing {
         }
     }
 
-    /// What was found on each gyro: column and size.
+    /// Gyro, column and size of each effect, events left out.
     fn parts(&self) -> Vec<(usize, Sensed, f64)> {
         let mut parts = Vec::new();
         for (&member, block) in self.fit.members.iter().zip(&self.fit.blocks) {
@@ -251,7 +250,7 @@ impl Standing {
         parts
     }
 
-    /// Candidates with the columns that they are over, as the first recording has them; what happens once left out.
+    /// Candidates with their columns, each from the first recording that has it; events left out.
     fn candidates(&self) -> (Vec<Candidate>, Pool) {
         let mut pool = Pool::default();
         let mut all: Vec<Candidate> = Vec::new();
@@ -266,7 +265,7 @@ impl Standing {
         (all, pool)
     }
 
-    /// Searches anew beside sums over the whole recording, where there are any, and judges the set.
+    /// Searches anew together with sums over the whole recording, if there are any, and judges the set.
     pub(crate) fn judged(mut self, sums: Option<Side>, plan: &AnalysisPlan) -> Together {
         let of_sums = sums.as_ref().map(|sums| sums.candidates.to_vec());
         let mut sides: Vec<Side> = self
@@ -308,7 +307,7 @@ impl Standing {
     }
 }
 
-/// Spells out the candidates of all sides.
+/// Forms the shared candidates of all sides.
 fn spell(sides: &[Side], kin: Kin, plan: &AnalysisPlan) -> Vec<Shared> {
     let candidates: Vec<&[Candidate]> = sides.iter().map(|one| one.candidates).collect();
     spelt_out(&candidates, kin, &plan.several)
@@ -320,7 +319,7 @@ fn members_of(fit: &Fit, shared: &[Shared]) -> Vec<Shared> {
     members.map(|&place| shared[place].clone()).collect()
 }
 
-/// Places of members found before.
+/// Places of the members found before.
 fn places_of(before: &[Shared], shared: &[Shared]) -> Vec<usize> {
     let is_member = |place: &usize| before.iter().any(|one| one.is_same(&shared[*place]));
     (0..shared.len()).filter(is_member).collect()
@@ -334,19 +333,19 @@ impl Recording {
         }
     }
 
-    /// What its columns were made behind.
+    /// Path along which its columns were formed.
     fn path(&self) -> Path {
         self.pass.motion.signals.path
     }
 
-    /// Whether a delay of a gyro is among its candidates.
+    /// True if a delay of the gyro is among its candidates.
     fn may_show_delay(&self, gyro: usize) -> bool {
         let delays = self.pass.candidates.iter().filter(|one| is_delay(one.kind));
         let mut terms = delays.flat_map(|one| &one.hypothesis.terms);
         terms.any(|term| term.record == gyro)
     }
 
-    /// The next pass, behind what a fit leaves; its delays are `delay_s` where they are given.
+    /// Linearises the next pass behind the residual of a fit, with the delays `delay_s` if given.
     fn linearised_about(
         self,
         data: &mut Data,
@@ -365,8 +364,8 @@ impl Recording {
     }
 }
 
-/// Makes delays of all recordings about one value where what each recording says alone allows one: only then can they be one
-/// parameter. Stretches are of one recording, which has one.
+/// Linearises the delays of all recordings about one weighted mean if each recording's own estimate allows it: only then can
+/// they share one parameter. Stretches belong to one recording, which has one delay.
 fn join_delays(
     all: &mut [Data],
     (recordings, kin): (&mut Vec<Recording>, Kin),
@@ -379,7 +378,7 @@ fn join_delays(
         .map(|(one, fit)| delays(fit, &one.pass.candidates))
         .collect();
     let joint_s = [0, 1, 2].map(|gyro: usize| {
-        // A recording that cannot show a delay speaks for none.
+        // A recording that cannot show a delay has no weight.
         let speaks = |place: usize| {
             each[place].1[gyro].is_finite() || recordings[place].may_show_delay(gyro)
         };
@@ -397,7 +396,7 @@ fn join_delays(
         return;
     };
     let delay_s = [x, y, z];
-    // What was sought about a delay that it then had not is about that delay still.
+    // The columns are linearised about these delays already.
     if recordings.iter().all(|one| one.path().delay_s == delay_s) {
         return;
     }
@@ -411,7 +410,7 @@ fn join_delays(
         .collect();
 }
 
-/// Spells out in all recordings what was found in one of them by a scan: its candidate is in no other's catalogue.
+/// Adds to all recordings the candidates found in one of them by a scan: they are in no other's catalogue.
 fn spell_in_all(recordings: &mut [Recording], fits: &[Fit]) {
     let mut found: Vec<(usize, Candidate)> = Vec::new();
     for (place, (one, fit)) in recordings.iter().zip(fits).enumerate() {
@@ -444,7 +443,7 @@ fn spell_in_all(recordings: &mut [Recording], fits: &[Fit]) {
     }
 }
 
-/// Drift of all records from that of each recording's.
+/// Joins the drift priors of the recordings.
 pub(crate) fn drift_of(each: impl Iterator<Item = DriftPrior>) -> DriftPrior {
     let mut declared = Vec::new();
     for drift in each {
@@ -463,18 +462,18 @@ fn hypotheses_of(shared: &[Shared]) -> (Vec<Hypothesis>, usize) {
     (each.collect(), kinds.len().max(1))
 }
 
-/// Where a search begins.
+/// Starting set of a search.
 enum Start {
-    /// At a set.
+    /// A set.
     Only(Vec<usize>),
-    /// From nothing, and at a set.
+    /// The empty set, and a set.
     Also(Vec<usize>),
 }
 
-/// Runs `of` with a search over all sides.
+/// Runs `of` on a search over all sides.
 ///
 /// # Returns
-/// What comes of it, and how many sets were looked at.
+/// Its result, and the number of evaluated sets.
 fn searching<R>(
     sides: &[Side],
     shared: &[Shared],
@@ -496,7 +495,7 @@ fn searching<R>(
     (result, search.tried_sets())
 }
 
-/// The best set, and how many were looked at.
+/// Returns the best set, and the number of evaluated sets.
 fn search(
     sides: &[Side],
     shared: &[Shared],
@@ -516,7 +515,7 @@ fn search(
     })
 }
 
-/// What recordings found alone, as common to all where it can be.
+/// Places of the members found in single recordings, as common to all where possible.
 fn found_alone(shared: &[Shared], alone: &[Fit]) -> Vec<usize> {
     let mut start = Vec::new();
     for (recording, fit) in alone.iter().enumerate() {

@@ -1,4 +1,4 @@
-//! Candidates of several recordings as common hypotheses.
+//! Joins candidates of several recordings to common hypotheses.
 
 use rlg_catalogue::Candidate;
 use rlg_inference::likelihood::behind;
@@ -7,58 +7,58 @@ use rlg_inference::{Bound, Fit, Hypothesis};
 use crate::confirm::gyro_of_event;
 use crate::plan::SeveralPlan;
 
-/// Records of one recording: its gyros.
+/// Number of records per recording: its gyros.
 pub(crate) const RECORDS: usize = 3;
 
-/// What records of one search are of.
+/// Relation of the records of one search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Kin {
     /// Recordings of one unit.
     Recordings,
-    /// Stretches of one recording and sums over all of it: what acts in one acts in all, but what happens once.
+    /// Stretches of one recording and sums over all of it: all effects but events are common.
     Stretches,
 }
 
-/// Which recordings have an effect, and in how many sizes.
+/// Recordings that have an effect, and its number of sizes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum Sharing {
-    /// All that can show it, in one size.
+    /// All that can show it, with one size.
     Common,
-    /// All that can show it, each in its own.
+    /// All that can show it, with a size each.
     Apart,
-    /// One.
+    /// One recording.
     Only(usize),
 }
 
 /// A candidate over several recordings.
 #[derive(Debug, Clone)]
 pub(crate) struct Shared {
-    /// Its records count through all recordings; its columns are those of their recording.
+    /// Candidate whose records count through all recordings; its columns are those of their recording.
     pub(crate) candidate: Candidate,
-    /// Who has it.
+    /// Recordings that have it.
     pub(crate) sharing: Sharing,
-    /// By recording that has it: its place among that one's candidates, and which parameter here each of its own is.
+    /// By recording that has it: the place of its candidate, and the parameter in `candidate` of each of its parameters.
     pub(crate) own: Vec<Option<(usize, Vec<usize>)>>,
 }
 
 impl Shared {
-    /// Whether it is the same effect with the same sharing, columns aside.
+    /// True if effect and sharing are the same, columns aside.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let (a, b) = (&self.candidate, &other.candidate);
         a.kind == b.kind && a.variant == b.variant && self.sharing == other.sharing
     }
 
-    /// What it does to one recording, on that one's own records; parameters as here.
+    /// Part of one recording, on its own records; parameters as here.
     pub(crate) fn in_recording(&self, recording: usize) -> Candidate {
         let mut own = self.candidate.clone();
         own.hypothesis = on_own_records(&own.hypothesis, recording);
         own
     }
 
-    /// The same by itself: with its own parameters where each recording has its own size.
+    /// Part of one recording, with the recording's own parameters if its size is its own.
     ///
     /// # Returns
-    /// The candidate and the first of its parameters here.
+    /// The candidate, and the index of its first parameter here.
     pub(crate) fn alone_in(
         &self,
         recording: usize,
@@ -75,7 +75,7 @@ impl Shared {
     }
 }
 
-/// A hypothesis on one recording's records alone, counted from its first.
+/// Part of a hypothesis on one recording's records, counted from the recording's first.
 pub(crate) fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypothesis {
     let first = recording * RECORDS;
     let mut own = hypothesis.clone();
@@ -87,7 +87,7 @@ pub(crate) fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypot
     own
 }
 
-/// Spells out which effects recordings may share.
+/// Forms the hypotheses of effects that recordings may share.
 ///
 /// # Inputs
 /// `candidates`: of each recording, over its own columns.
@@ -131,8 +131,8 @@ pub(crate) fn spelt_out(candidates: &[&[Candidate]], kin: Kin, plan: &SeveralPla
         for &one in &having {
             let mut alone = vec![None; group.len()];
             alone[one] = group[one];
-            // One recording does not tell what it has of its own from what the unit has in all, those that are held out
-            // among them; what happens once is its own.
+            // In a single recording its own effects are not distinguishable from those of the unit in all, held-out ones
+            // included; events are its own.
             let happens_once =
                 group[one].is_some_and(|place| gyro_of_event(&candidates[one][place]).is_some());
             let sharing = match candidates.len() == 1 && !happens_once {
@@ -150,17 +150,17 @@ pub(crate) fn spelt_out(candidates: &[&[Candidate]], kin: Kin, plan: &SeveralPla
     all
 }
 
-/// Whether candidates of two recordings may be one effect. What happens once happens in one.
+/// True if candidates of two recordings may be one effect. An event belongs to one recording.
 fn may_be_one(a: &Candidate, b: &Candidate) -> bool {
     let is_linear = |one: &Candidate| one.base.iter().all(|base| *base == 0.0);
-    // What is estimated about a delay is that delay, whichever it is made about; other numbers within a column make it.
+    // Delays are one effect whatever they are linearised about; other nonlinear candidates need the same base.
     let is_one_column = rlg_catalogue::candidates::is_delay(a.kind)
         || (is_linear(a) && is_linear(b))
         || a.base == b.base;
     a.kind == b.kind && a.variant == b.variant && is_one_column && gyro_of_event(a).is_none()
 }
 
-/// Whether all that a group's parameters are beyond is the same.
+/// True if the candidates of a group are linearised about the same values.
 fn has_one_base(candidates: &[&[Candidate]], group: &[Option<usize>]) -> bool {
     let mut known: Vec<(&str, f64)> = Vec::new();
     for (own, place) in candidates.iter().zip(group) {
@@ -178,7 +178,7 @@ fn has_one_base(candidates: &[&[Candidate]], group: &[Option<usize>]) -> bool {
     true
 }
 
-/// One effect of the recordings in `group`.
+/// Forms one effect of the recordings in `group`.
 fn shared(
     candidates: &[&[Candidate]],
     group: &[Option<usize>],
@@ -243,7 +243,7 @@ fn shared(
     }
 }
 
-/// Carries over which candidate means something else without which other, that of the same sharing where there is one.
+/// Sets the candidate that each shared candidate requires, of the same sharing if there is one.
 fn require(all: &mut [Shared], candidates: &[&[Candidate]]) {
     for place in 0..all.len() {
         let of_first = all[place]
@@ -267,7 +267,7 @@ fn require(all: &mut [Shared], candidates: &[&[Candidate]]) {
     }
 }
 
-/// A fit as one recording sees it: over its own candidates, with its own noise, members that are not its own left out.
+/// Restricts a fit to one recording: its own candidates and noise, other members left out.
 pub(crate) fn seen_by(fit: &Fit, all: &[Shared], recording: usize) -> Fit {
     let mut own = with_noise_of(fit, recording);
     own.members.clear();

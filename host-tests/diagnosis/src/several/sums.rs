@@ -1,7 +1,7 @@
 //! Sums over blocks of all rows of a recording longer than memory, as one more record of the search over its stretches.
 //!
-//! A sum keeps all that changes slowly: bias, temperature, the drift that vibration rectifies. Columns are formed at the full
-//! rate and summed, so that what two fast motions make together is in them. White noise of a row adds up, white noise of angle
+//! Slow effects survive summation: bias, temperature, the drift that vibration rectifies. Columns are formed at the full
+//! rate and summed, so that products of fast motions are in them. White noise of a row adds up, white noise of angle
 //! telescopes: sums have noise of the same kinds. Blocks that hold rows of a stretch are left out: no row counts twice.
 
 use std::ops::Range;
@@ -24,32 +24,32 @@ use crate::whitened::Whitener;
 pub(crate) struct Summed {
     /// Blocks per second \[Hz\].
     pub(crate) rate_hz: f64,
-    /// Which blocks have all of their rows measured.
+    /// True for blocks with all rows measured.
     pub(crate) measured: Vec<bool>,
-    /// Blocks to fit and to confirm.
+    /// True for blocks to fit and to confirm.
     pub(crate) seen: Vec<bool>,
-    /// Blocks that are only tested.
+    /// Held-out blocks.
     pub(crate) tested: Vec<Range<usize>>,
     /// Residual \[rad per block\].
     pub(crate) residual_rad: Triad,
-    /// What the columns are made of.
+    /// Definitions of the columns.
     pub(crate) pool: Pool,
-    /// Columns, places as in the pool; single precision, as everywhere in the sums over bins.
+    /// Columns, indexed as in the pool; single precision, as everywhere in the sums over bins.
     pub(crate) columns: Vec<Vec<f32>>,
-    /// Over these columns.
+    /// Candidates over these columns.
     pub(crate) candidates: Vec<Candidate>,
 }
 
-/// The same with what their rows say of every column.
+/// Block sums with the normal equations of every column.
 pub(crate) struct Sums {
     pub(crate) summed: Summed,
     equations: NormalEquations,
     drift: DriftPrior,
-    /// Noise before anything is found.
+    /// Noise levels before any effect is found.
     levels: Vec<NoiseLevels>,
 }
 
-/// Some of the columns.
+/// Selected columns.
 struct Chosen<'a> {
     columns: &'a [Vec<f32>],
     places: Vec<usize>,
@@ -70,7 +70,7 @@ fn wide(column: &[f32]) -> Vec<f64> {
 }
 
 impl Sums {
-    /// Passes over all columns; `None` where too few blocks are seen.
+    /// Forms the normal equations of all columns; `None` where too few blocks are seen.
     pub(crate) fn new(mut summed: Summed, drift: DriftPrior) -> Option<Self> {
         let observations = Observations::bridged(&summed.seen)?;
         let levels = first_levels(&summed.residual_rad, &observations);
@@ -95,7 +95,7 @@ impl Sums {
         })
     }
 
-    /// What a search sees of it.
+    /// Side of the sums in a search.
     pub(crate) fn side(&self) -> Side<'_> {
         Side {
             candidates: &self.summed.candidates,
@@ -105,17 +105,17 @@ impl Sums {
         }
     }
 
-    /// What the model declares of drift.
+    /// Drift prior declared by the model.
     pub(crate) fn drift(&self) -> &DriftPrior {
         &self.drift
     }
 
-    /// Frees the columns by frequency: a set stands.
+    /// Frees the spectra of the columns once the set is final.
     pub(crate) fn release(&mut self) {
         self.equations.truncate(0);
     }
 
-    /// Sums over validation blocks of whitened residual and columns of a set.
+    /// Sums whitened residual and columns of a set over validation blocks.
     pub(crate) fn whitened(
         &self,
         set: &[Hypothesis],
@@ -135,7 +135,7 @@ impl Sums {
         Some(BlockSums::new(&records, &columns, &blocks))
     }
 
-    /// Normal equations of some candidates alone, which then count their columns; `None` where too few blocks are seen.
+    /// Forms the normal equations of some candidates, reindexed to their own columns; `None` where too few blocks are seen.
     pub(crate) fn of(
         &self,
         candidates: &[Candidate],
@@ -162,10 +162,10 @@ impl Sums {
         Some((equations, adopted))
     }
 
-    /// What a fit leaves of the blocks \[rad\].
+    /// Residual of the blocks after a fit \[rad\].
     ///
     /// # Inputs
-    /// `candidates`: places as in the fit, over the columns here.
+    /// `candidates`: indexed as in the fit, over the columns here.
     pub(crate) fn left_by(&self, fit: &Fit, candidates: &[Candidate]) -> Triad {
         let mut left_rad = self.summed.residual_rad.clone();
         for (gyro, left) in left_rad.iter_mut().enumerate() {
