@@ -73,8 +73,9 @@ pub enum Column {
     /// Effect of a low pass in a gyro's path on its increment \[rad\]; or its derivative with respect to the time
     /// constant.
     LowPass(usize, LowPass, low_pass::Part),
-    /// Effect of lock-in on a gyro's increment \[rad\]; or its derivative with respect to the threshold.
+    /// Effect of a high pass behind a gyro on its increment \[rad\]; or its derivative with respect to the time constant.
     HighPass(usize, HighPass, high_pass::Part),
+    /// Effect of lock-in on a gyro's increment \[rad\]; or its derivative with respect to the threshold.
     LockIn(usize, Threshold, lock_in::Part),
     /// Increment of the cosine (true) or sine of an order times the table's angle.
     Wave(usize, u32, bool),

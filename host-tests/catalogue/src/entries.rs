@@ -480,12 +480,13 @@ pub const PULL: &str = "reference_pull";
 /// Dead band about rest, of gyros without dither.
 pub const LOCK_IN: &str = "lock_in";
 
-/// Effect outside the catalogue, as an expression in measured channels.
-/// Kinds located by a scan over rows, orders, frequencies or expressions.
+/// First-order high pass behind a gyro: automatic zeroing.
 pub const HIGH_PASS: &str = "gyro_high_pass";
 
+/// Effect outside the catalogue, as an expression in measured channels.
 pub const UNLISTED: &str = "unlisted";
 
+/// Kinds located by a scan over rows, orders, frequencies or expressions.
 pub static SCANNED: [Card; 8] = [
     Card {
         kind: STEP,

@@ -383,12 +383,13 @@ impl Columns for ExactLowPass<'_> {
     }
 }
 
-    /// Hypothesis of one parameter per column, on the gyro.
-    /// Hypothesis of the response alone.
-/// Hypothesis of one parameter for each of `count` columns of the case's motion about an axis.
+/// High pass behind a gyro by its exact columns: its full response, and its derivative with respect to the time constant.
 pub struct ExactHighPass<'a> {
+    /// High pass.
     pub high_pass: HighPass,
+    /// Motion.
     pub signals: &'a Signals,
+    /// Gyro in front of it.
     pub gyro: usize,
 }
 
@@ -403,13 +404,17 @@ impl Columns for ExactHighPass<'_> {
     }
 }
 
+/// Exact columns of a filter of one gyro.
 pub trait OfOneGyro: Columns {
+    /// Gyro of the filter, and the signals of its columns.
     fn of(&self) -> (usize, &Signals);
 
+    /// Hypothesis of one parameter per column, on the gyro.
     fn hypothesis(&self) -> Hypothesis {
         first_on_gyro(self.of(), self.count())
     }
 
+    /// Hypothesis of the response alone.
     fn of_response(&self) -> Hypothesis {
         first_on_gyro(self.of(), 1)
     }
@@ -427,6 +432,7 @@ impl OfOneGyro for ExactHighPass<'_> {
     }
 }
 
+/// Hypothesis of one parameter for each of the first `count` columns of a gyro's increments, on that gyro.
 fn first_on_gyro((gyro, signals): (usize, &Signals), count: usize) -> Hypothesis {
     let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
     let terms = (0..count).map(|column| Term {
@@ -437,6 +443,8 @@ fn first_on_gyro((gyro, signals): (usize, &Signals), count: usize) -> Hypothesis
     });
     Hypothesis::of_terms(count, terms.collect())
 }
+
+/// Hypothesis of one parameter for each of `count` columns of the case's motion about an axis.
 fn on_every_gyro(count: usize, axis: usize, signals: &Signals) -> Hypothesis {
     let terms = (0..count).flat_map(|column| {
         (0..3).map(move |gyro| Term {

@@ -270,8 +270,8 @@ impl Pool {
         }
     }
 
-    /// Lock-in, selected from `places`: the dead band of each gyro with a threshold, and the threshold linearised about
-    /// a first value.
+    /// First-order high passes, selected from `places`: the full response behind each gyro with one, and the time constant
+    /// linearised about a first value.
     pub fn high_pass(
         &mut self,
         high_passes: [Option<HighPass>; 3],
@@ -293,6 +293,8 @@ impl Pool {
         self.on_gyros(HIGH_PASS, of_gyros, places, signals)
     }
 
+    /// Lock-in, selected from `places`: the dead band of each gyro with a threshold, and the threshold linearised about
+    /// a first value.
     pub fn lock_in(
         &mut self,
         thresholds: [Option<Threshold>; 3],

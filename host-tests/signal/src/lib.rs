@@ -8,7 +8,7 @@
 //!
 //! The channels themselves come first: [`streams`] puts a recording on the gyros' rows; [`channel_map`] tests if gyros and
 //! reference share axes, signs and unit, by the [`channel_check`] of the [`coherent_map`] between them, after
-//! [`same_motion`] has tested for a common motion and [`lost_rows`] for one delay; [`read_once`] selects one row per sample
+//! [`same_motion`] has tested for a common motion and [`lost_rows`] for one delay; [`own_lines`] are vibration of the gyros alone; [`read_once`] selects one row per sample
 //! of a held channel; [`qualify`] finds faults of the data ([`held`], [`stops`], [`repeated`]) and masks their rows;
 //! [`piece`] names the origin of rows; [`residual`] subtracts the model's prediction. The final residual is accepted as
 //! noise only if it is not [`in_step`] with the motion.

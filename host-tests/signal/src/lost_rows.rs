@@ -448,7 +448,6 @@ mod tests {
 
     const RATE_HZ: f64 = 100.0;
 
-    /// Uniform noise with unit variance, by a congruential generator.
     /// A motion low-passed at `cut_hz` (second order), and samples of gyros rotated against it \[rad\].
     fn record(rows: usize, cut_hz: f64, seed: u64) -> (Triad, Triad) {
         let mut noise = noise(seed);

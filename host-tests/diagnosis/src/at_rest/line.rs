@@ -36,16 +36,16 @@ pub(crate) enum Origin {
 pub(crate) struct Line {
     pub(crate) origin: Origin,
     /// Apparent frequency in the rows \[Hz\].
-    /// Amplitude and phase on each gyro \[rad a row\]; 0 on a gyro where it is not significant.
-    /// The same as it was measured on each gyro \[rad a row\].
-    /// Standard deviation of either quadrature \[rad\].
-    /// 2 Δ ln L at its last fit, summed over the gyros that show it.
-    /// ln of its false-alarm probability, trials counted.
     pub(crate) shown_hz: f64,
+    /// Amplitude and phase on each gyro \[rad a row\]; 0 on a gyro where it is not significant.
     pub(crate) amplitude_rad: [Complex64; 3],
+    /// The same as it was measured on each gyro \[rad a row\].
     pub(crate) measured_rad: [Complex64; 3],
+    /// Standard deviation of either quadrature \[rad\].
     pub(crate) std_rad: [f64; 3],
+    /// 2 Δ ln L at its last fit, summed over the gyros that show it.
     pub(crate) gain: f64,
+    /// ln of its false-alarm probability, trials counted.
     pub(crate) ln_chance: f64,
 }
 
@@ -111,16 +111,16 @@ pub(crate) fn phase_rad<'a>(
 
 impl Line {
     /// True if a gyro shows it.
-    /// True if any gyro shows it: not if pulse quantisation hides its angle on all.
-    /// Increments of the line on the gyros \[rad\].
     pub(crate) fn is_on(&self, gyro: usize) -> bool {
         self.amplitude_rad[gyro] != Complex64::ZERO
     }
 
+    /// True if any gyro shows it: not if pulse quantisation hides its angle on all.
     pub(crate) fn is_any(&self) -> bool {
         (0..3).any(|gyro| self.is_on(gyro))
     }
 
+    /// Increments of the line on the gyros \[rad\].
     pub(crate) fn rows_rad(&self, lines: &[Line], clock: Clock) -> Triad {
         let phase_rad = phase_rad(&self.origin, lines, clock);
         let turns: Vec<Complex64> = (0..clock.rows)
