@@ -9,6 +9,7 @@ use rlg_signal::axes::Triad;
 use crate::alignment::{Alignment, COUNT, PAIRS};
 use crate::conditioned::conditioned;
 use crate::dither::Dither;
+use crate::earth::Slow;
 use crate::gyro_motion::{GyroMotion, Reads};
 use crate::increments::{Increments, ReferenceClock, Stamps};
 use crate::noise::Alike;
@@ -108,15 +109,36 @@ impl About {
             }
             growth
         });
-        let body = unbiased.iter().map(|row| body_from_sensed * row).collect();
-        let motion = gyros.motion(body);
+        let body: Vec<Vector3<f64>> = unbiased.iter().map(|row| body_from_sensed * row).collect();
+        let mut motion = gyros.motion(body.clone());
         let times = |sample: &SlowSample| sample.time_s;
         let clock = ReferenceClock {
             delay_s: alignment.delay_s,
             rate: alignment.clock_rate,
             middle_s: 0.5 * (samples.first().map(times)? + samples.last().map(times)?),
         };
-        let mut increments = Increments::new(&motion, samples, known, &clock, &gyros.lost_before)?;
+        let formed = |motion: &GyroMotion| {
+            Increments::new(motion, samples, known, &clock, &gyros.lost_before)
+        };
+        let mut increments = formed(&motion)?;
+        let slow = Slow::of(&increments, &motion);
+        let sensed_by_turn = alignment.sensed_by_turn();
+        let rows = 0..unbiased.len();
+        let fixed_rad: Vec<Vector3<f64>> = rows
+            .map(|row| motion.in_row(row).inverse() * slow.fixed_rad_s / gyros.rate_hz)
+            .collect();
+        // Columns hold no scale of what is fixed in space, and so no row does.
+        let beyond_turn = Matrix3::identity() - body_from_sensed * sensed_by_turn.matrix();
+        if beyond_turn != Matrix3::zeros() {
+            let rows = body.iter().zip(&fixed_rad);
+            let body = rows.map(|(body, fixed)| body + beyond_turn * fixed);
+            motion = gyros.motion(body.collect());
+            increments = formed(&motion)?;
+        }
+        let constant_rad = slow.constant_rad_s / gyros.rate_hz;
+        for (unbiased, fixed) in unbiased.iter_mut().zip(&fixed_rad) {
+            *unbiased -= sensed_by_turn * (fixed + constant_rad);
+        }
         increments.least_walk_rad2 =
             gyros.white_noise_of_rows(increments.alike, increments.period_s);
         increments.declared_walk_rad_sqrt_s = gyros.declared_walk_rad_sqrt_s;

@@ -128,6 +128,11 @@ pub struct Alignment {
 pub(crate) const LOW_PASS_STD_S: f64 = 0.05;
 
 impl Alignment {
+    /// Returns the rotation from the body's to the sensed axes, without scale and non-orthogonality.
+    pub(crate) fn sensed_by_turn(&self) -> Rotation3<f64> {
+        Rotation3::from_scaled_axis(turn_and_stretch(&self.sensed_from_body).0)
+    }
+
     /// Returns the alignment stated by a model's effects.
     pub fn of_model(model: &Model) -> Self {
         let number = |kind: &str, name: &str| -> f64 {

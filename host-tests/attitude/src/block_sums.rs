@@ -97,6 +97,7 @@ pub struct Predicted {
 }
 
 /// Estimates of some parameters with their covariance.
+#[derive(Clone)]
 pub struct Estimates {
     /// Values.
     pub values: Vec<f64>,

@@ -142,6 +142,11 @@ impl GyroMotion {
         }
     }
 
+    /// Rotation from body to the start frame in the middle of a row.
+    pub fn in_row(&self, row: usize) -> UnitQuaternion<f64> {
+        self.middles[row]
+    }
+
     /// Cumulative sum over rows of a vector fixed in space, at row boundaries: unrotated for attitudes, in body axes for
     /// sums.
     pub fn fixed_sum(&self, of_row: Vector3<f64>) -> Vec<Vector3<f64>> {

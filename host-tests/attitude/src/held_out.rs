@@ -16,7 +16,7 @@ use crate::alignment::Alignment;
 use crate::equations::Band;
 use crate::increments::Stamps;
 use crate::noise::{Levels, NoiseTerms};
-use crate::said::{Said, in_body};
+use crate::said::Said;
 
 /// Validation figures before and after the diagnosis.
 pub(crate) struct HeldOut {
@@ -168,7 +168,7 @@ fn body_rows(one: &Residual) -> Triad {
     for row in 0..one.about.increments.rows() {
         let value = Vector3::from_fn(|axis, _| one.left_rad[axis][row]);
         // An excess of the gyros appears in the reference's error with opposite sign.
-        let body = -in_body(&one.about.increments, &one.about.motion, row, value);
+        let body = -one.about.increments.in_body(&one.about.motion, row, value);
         for axis in 0..3 {
             rows[axis].push(body[axis]);
         }

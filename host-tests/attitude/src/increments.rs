@@ -201,6 +201,20 @@ impl Increments {
         }
     }
 
+    /// Transforms a vector of a row to the body's axes.
+    pub fn in_body(&self, motion: &GyroMotion, row: usize, value: Vector3<f64>) -> Vector3<f64> {
+        let start = self.navigation_from_start[row].transpose() * value;
+        motion.frame_from_body(self.places[row]).inverse() * start
+    }
+
+    /// Rate by which the gyros exceed the reference over a row, body axes \[rad/s\].
+    pub fn excess_rad_s(&self, motion: &GyroMotion, row: usize) -> Vector3<f64> {
+        let value = Vector3::from_fn(|axis, _| self.rows_rad[axis][row]);
+        let lasts_s = self.times_s[row + 1] - self.times_s[row];
+        // A gyro that reads too much lets the reference lag.
+        -self.in_body(motion, row, value) / lasts_s
+    }
+
     /// Places of the stamps along the gyros' rows.
     pub fn places(&self) -> &[Place] {
         &self.places

@@ -61,6 +61,8 @@ mod vertical;
 
 mod own_lines;
 
+mod earth;
+
 mod coarse;
 
 mod conventions;

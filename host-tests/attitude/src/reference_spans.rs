@@ -9,7 +9,7 @@ use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::AXES;
 
 use crate::increments::Stamps;
-use crate::said::{Said, in_body};
+use crate::said::Said;
 
 /// Consecutive stamps that were left out.
 pub(crate) struct Span {
@@ -106,12 +106,9 @@ pub(crate) fn jumps(said: &Said) -> Vec<JumpSeen> {
     let about = &registered.about;
     new.map(|jump| JumpSeen {
         time_s: said.observed.samples[jump.stamp].time_s,
-        size_rad: in_body(
-            &about.increments,
-            &about.motion,
-            jump.row,
-            Vector3::from(jump.size_rad),
-        ),
+        size_rad: about
+            .increments
+            .in_body(&about.motion, jump.row, Vector3::from(jump.size_rad)),
         std_rad: jump.std_rad,
     })
     .collect()

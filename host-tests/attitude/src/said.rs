@@ -7,8 +7,6 @@ use rlg_signal::axes::Triad;
 use crate::about::About;
 use crate::alignment::{Alignment, COUNT};
 use crate::choice::{Candidates, Named};
-use crate::gyro_motion::GyroMotion;
-use crate::increments::Increments;
 use crate::observed::Observed;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
@@ -79,16 +77,4 @@ impl Said<'_> {
     pub(crate) fn begins_s(&self, step: Step) -> f64 {
         self.observed.streams.begin_s(step.row)
     }
-}
-
-/// Transforms a vector of a row to the body's axes.
-pub(crate) fn in_body(
-    increments: &Increments,
-    motion: &GyroMotion,
-    row: usize,
-    value: Vector3<f64>,
-) -> Vector3<f64> {
-    let start = increments.navigation_from_start[row].transpose() * value;
-    let frame_from_body = motion.frame_from_body(increments.places()[row]);
-    frame_from_body.inverse() * start
 }

@@ -11,6 +11,7 @@ use crate::alignment::{Alignment, COUNT, Free, in_order, places};
 use crate::block_sums::Estimates;
 use crate::blocks::Blocks;
 use crate::choice::{Candidates, Choice, Named, chance, without};
+use crate::earth;
 use crate::equations::Band;
 use crate::fitting::priced;
 use crate::growth::Called;
@@ -144,7 +145,8 @@ pub fn search(
     let mut named_set = beside;
     named_set.extend(registration.iter().flat_map(|named| named.places.clone()));
     let estimates = search.blocks.sums.estimates(&set);
-    let of_named = search.blocks.sums.estimates(&named_set);
+    let mut of_named = search.blocks.sums.estimates(&named_set);
+    earth::on_its_length(&named_set, &mut of_named);
     for named in &mut registration {
         named.of_reference(&estimates, &of.1.alignment);
         let rivals = of.1.rivals.iter();
