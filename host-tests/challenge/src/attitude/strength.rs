@@ -4,17 +4,23 @@
 //! The signal of an effect is the growth, from stamp to stamp, of the gyros' attitude less that of the reference; in the
 //! navigation frame its noise is the same about all axes, random walk of the gyros and white noise of the stamps.
 
+use std::collections::BTreeMap;
+
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
 
 use super::path::Path;
 use crate::bounds::beside;
 use crate::marks::case::Case;
-use crate::marks::effects::Effect;
+use crate::marks::effects::{AXES, Effect};
 use crate::marks::kinds::find;
 use crate::marks::noise::{Levels, Weighting, dct, product};
 
 /// Kinds that align gyros and reference: nuisance parameters of every diagnosis.
 const ALIGNMENT: [&str; 4] = ["gyro_bias", "gyro_scale", "installation", "reference_delay"];
+
+/// The gyros' filters, of which all six flexures alike cannot be distinguished beside attitudes; and a small one \[s²\].
+const BANDWIDTH: &str = "gyro_bandwidth";
+const SMALL_S2: f64 = 1e-6;
 
 /// Stamps of a reference with a case.
 pub struct Stamped<'a> {
@@ -55,8 +61,17 @@ impl<'a> Stamped<'a> {
             .into_iter()
             .filter(|kind| !is_own(kind))
             .filter_map(find);
+        let smoothed = AXES
+            .iter()
+            .filter(|_| !is_own(BANDWIDTH))
+            .map(|axis| Effect {
+                kind: BANDWIDTH,
+                axis: None,
+                values: BTreeMap::from([((*axis).to_owned(), SMALL_S2)]),
+            });
         let columns: Vec<[Vec<f64>; 3]> = others
             .flat_map(|kind| kind.columns(effect))
+            .chain(smoothed)
             .map(|column| shape(&column))
             .collect();
         let inner = |a: &[Vec<f64>; 3], b: &[Vec<f64>; 3]| product(&self.weightings, a, b);

@@ -183,6 +183,18 @@ impl Effect {
             let shape = match self.kind {
                 "gyro_bias" => vec![case.period_s; case.rows],
                 "gyro_scale" => case.increments_rad[axis].clone(),
+                // Smoothing by its variance: v/2 times the second derivative.
+                "gyro_bandwidth" => {
+                    let increments = &case.increments_rad[axis];
+                    let last = case.rows - 1;
+                    let at = |row: usize| increments[row];
+                    (0..case.rows)
+                        .map(|row| {
+                            at(row.saturating_sub(1)) - 2.0 * at(row) + at((row + 1).min(last))
+                        })
+                        .map(|second| 0.5 * second / case.period_s.powi(2))
+                        .collect()
+                }
                 "gyro_scale_asymmetry" => {
                     integral(case, |node_s| rates(case, axis, node_s), |rate| rate.abs())
                 }

@@ -51,8 +51,8 @@ impl Grade {
             "gyro_g_bias" => [1e-6, 1e-5, 2e-3],
             "gyro_bias_temperature" => [1e-6, 1e-5, 1e-3],
             "gyro_bias_step" => [1e-5, 1e-4, 1e-2],
-            // 1/ω0² of a mount at 20 Hz
-            "axis_flexure" => [6e-5; 3],
+            // 1/ω0² of a block that rings at 50 Hz
+            "axis_flexure" => [1e-5; 3],
             "reference_delay" => [0.15; 3],
             "reference_misalignment" => [0.1; 3],
             _ => [f64::INFINITY; 3],
