@@ -2,7 +2,7 @@
 
 use std::borrow::Cow;
 
-use nalgebra::Vector3;
+use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::result::FiguresEntry;
 use rlg_findings::sentences::DEG_H;
@@ -188,13 +188,15 @@ fn figures(one: &Residual, levels: &Levels, period_s: f64) -> ([FiguresEntry; 3]
     let lasts_s = rows as f64 * increments.period_s;
     // The mean over the record has the noise power of its lowest frequencies.
     let drift_std = |axis: usize| (powers[axis][1.min(rows - 1)] * rows as f64).sqrt() / lasts_s;
-    let ratios: [f64; 3] = std::array::from_fn(|axis| {
-        let spectrum = band.spectrum(&one.left_rad[axis]);
-        let pairs = spectrum.iter().zip(&powers[axis]).skip(1);
-        let sum: f64 = pairs.map(|(value, power)| value * value / power).sum();
-        sum / (spectrum.len().max(2) - 1) as f64
+    let count = (band.cut.max(increments.free.len() + 2) - 1 - increments.free.len()) as f64;
+    let ratios = [0, 1, 2].map(|axis: usize| {
+        let power = power_beside_free(
+            &band,
+            (&one.left_rad[axis], &powers[axis]),
+            &increments.free,
+        );
+        power / count
     });
-    let count = (band.cut.max(2) - 1) as f64;
     let entry = |axis: usize| FiguresEntry {
         drift_rad_s: body[axis].iter().sum::<f64>() / lasts_s,
         drift_std_rad_s: drift_std(axis),
@@ -206,6 +208,22 @@ fn figures(one: &Residual, levels: &Levels, period_s: f64) -> ([FiguresEntry; 3]
         [entry(0), entry(1), entry(2)],
         ratios.iter().sum::<f64>() / 3.0,
     )
+}
+
+/// Power of rows over that of their noise, summed over the coefficients beyond the mean, with the free rows at their best: an
+/// angle that is differenced keeps that of its two ends, which silence does not take away.
+fn power_beside_free(band: &Band, (rows, powers): (&[f64], &[f64]), free: &[usize]) -> f64 {
+    let white = |spectrum: Vec<f64>| -> DVector<f64> {
+        let pairs = spectrum.into_iter().zip(powers).skip(1);
+        let each: Vec<f64> = pairs.map(|(value, power)| value / power.sqrt()).collect();
+        each.into()
+    };
+    let values = white(band.spectrum(rows));
+    let columns: Vec<DVector<f64>> = free.iter().map(|row| white(band.of_row(*row))).collect();
+    let gram = DMatrix::from_fn(free.len(), free.len(), |a, b| columns[a].dot(&columns[b]));
+    let moments = DVector::from_fn(free.len(), |a, _| columns[a].dot(&values));
+    let explained = moments.dot(&(rlg_inference::linear::pseudo_inverse(&gram) * &moments));
+    values.norm_squared() - explained
 }
 
 fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 2]) -> Pictures {
