@@ -1,4 +1,4 @@
-//! What was found before a pass, and what is left to explain behind it.
+//! Effects found before a pass, and the residual left to explain.
 
 use rlg_catalogue::entries::LATE_PICKOFF;
 use rlg_catalogue::low_pass;
@@ -10,16 +10,16 @@ use super::data::Data;
 use super::path::is_same;
 use rlg_signal::streams::{Triad, add, add_triad};
 
-/// What was found before a pass.
+/// Effects found before a pass.
 pub(super) enum Before {
-    /// By global means.
+    /// Gross departures, by global regressions.
     Coarse(Coarse),
-    /// A set, over the candidates of the pass before.
+    /// Fitted set, over the candidates of the previous pass.
     Pass(Fit, Vec<Candidate>),
 }
 
 impl Before {
-    /// How late the pickoffs are by a set \[s\].
+    /// Delay of the pickoffs estimated with the set \[s\].
     pub(super) fn late_pickoff_s(&self) -> [f64; 3] {
         let mut late_s = [0.0; 3];
         if let Self::Pass(fit, members) = self {
@@ -34,11 +34,11 @@ impl Before {
         late_s
     }
 
-    /// Linear effects of it: gyro, column, size. Columns are made of motion that the gate lets through; what it hides of these
-    /// effects would look like another one.
+    /// Linear effects found: gyro, column, size. Columns are computed from the gated motion; the part of an effect that the
+    /// gate suppresses would resemble another effect.
     ///
     /// # Inputs
-    /// `candidates`: of this pass over `pool`, the set's members about their estimates among them.
+    /// `candidates`: candidates of this pass over `pool`, the set's members among them, linearised about their estimates.
     pub(super) fn linear(
         &self,
         candidates: &[Candidate],
@@ -92,20 +92,20 @@ impl Before {
     }
 }
 
-/// What is left to explain behind what the model knows \[rad\].
+/// Residual of the model with its effects, the reference's noise as before the model's filters \[rad\].
 pub(super) fn left_behind_known(data: &mut Data, signals: &Signals) -> Triad {
     if !data.model.effects.is_empty() {
         data.set_known(signals);
     }
     let mut residual_rad = without_known(data, signals);
-    // Filters that the model knows have passed the noise already; before them it is white as ever.
+    // The model's filters have filtered the reference's noise, too; before them it is white.
     if let Some(noise_rad) = data.passed_noise_rad(signals) {
         add_triad(&mut residual_rad, &noise_rad, 1.0);
     }
     residual_rad
 }
 
-/// Takes out what columns made of gated motion do not show of what was found: gyro, column, size.
+/// Subtracts the part of the found effects that the gate suppresses in their columns: gyro, column, size.
 pub(super) fn take_out_hidden(
     residual_rad: &mut Triad,
     parts: &[(usize, Sensed, f64)],
@@ -118,7 +118,7 @@ pub(super) fn take_out_hidden(
     }
 }
 
-/// The residual without what the model's effects add \[rad\].
+/// Residual without the model's effects \[rad\].
 pub(super) fn without_known(data: &Data, signals: &Signals) -> Triad {
     let mut residual_rad = data.residual_rad.clone();
     if !data.known.is_empty() {

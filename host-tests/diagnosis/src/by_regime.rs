@@ -1,4 +1,4 @@
-//! The size of a finding in each stretch of like motion: the same everywhere, where its name is right.
+//! Size of a finding in each regime of motion: the same in all if its name is right.
 
 use rlg_findings::result::RegimeEntry;
 
@@ -6,17 +6,18 @@ use super::regimes::Regime;
 use super::whitened::Whitener;
 use rlg_signal::streams::Triad;
 
-/// A stretch in which an effect is smaller than this \[σ\] says nothing about its size.
+/// Smallest size of an effect in a regime that determines its amplitude \[σ\].
 const LEAST_SNR: f64 = 3.0;
 
-/// Where an effect has less than this share of the information that its strongest stretch has in as long, the noise of the
-/// reference in its columns shows rather than it.
+/// Smallest information on an effect per row of a regime, as a share of the strongest regime's: below it, noise of the
+/// reference dominates its columns.
 const LEAST_SHARE: f64 = 1e-2;
 
-/// What an effect is of its fitted size in each of `regimes` that show it, the rest of the set held fixed.
+/// Estimates the amplitude of an effect, relative to its fitted size, in each of `regimes` that determines it, the rest of
+/// the set held fixed.
 ///
 /// # Inputs
-/// `effect_rad`: of the effect alone \[rad\]; `left_sigma`: what the set leaves, whitened \[σ\].
+/// `effect_rad`: increments of the effect alone \[rad\]; `left_sigma`: whitened residual of the set \[σ\].
 pub(super) fn sizes(
     whitener: &Whitener,
     effect_rad: &Triad,

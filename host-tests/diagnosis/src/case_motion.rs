@@ -1,4 +1,4 @@
-//! The motion that columns are made of, independent of the residual's noise (inference.md, A2).
+//! Estimates the motion from which columns are computed, independent of the residual's noise (inference.md, A2).
 
 use std::sync::Arc;
 
@@ -14,15 +14,15 @@ use super::data::Data;
 use super::plan::AnalysisPlan;
 use rlg_signal::streams::{Triad, each_axis, weighted_sum};
 
-/// Motion with what was learnt of the reference on the way.
+/// Estimated motion, and the noise of the reference estimated with it.
 pub struct Motion {
-    /// What columns are made of.
+    /// Signals from which columns are computed.
     pub signals: Signals,
-    /// Whether each axis moves beyond the reference's noise.
+    /// True for axes that move beyond the reference's noise.
     pub is_moving: [bool; 3],
-    /// Standard deviation of the noise that is left in each axis' rate, where it moves \[rad/s\].
+    /// Standard deviation of the residual noise in each axis' rate, if it moves \[rad/s\].
     pub rate_noise_rad_s: [f64; 3],
-    /// Power of the reference's white rate noise per row \[rad²\], measured beside what is declared, with its standard
+    /// Power of the reference's white rate noise per row \[rad²\], estimated given its declaration, with its standard
     /// deviation.
     pub reference_walk: [Level; 3],
     /// The same of its white angle noise \[rad²\].
@@ -54,10 +54,10 @@ pub fn estimate(
     estimate_from(data, measured, clean_rad, levels, seen, path, plan)
 }
 
-/// What was measured of the motion.
+/// Measured motion.
 #[derive(Debug, Clone)]
 pub struct Measured<'a> {
-    /// Increments of the case by the reference \[rad\], behind what the model knows of the path.
+    /// Increments of the case by the reference \[rad\], after the path of the model.
     pub reference_rad: Arc<Triad>,
     /// Increments of the blocks against the case by the pickoffs \[rad\].
     pub dither_rad: Option<&'a Triad>,
@@ -66,8 +66,9 @@ pub struct Measured<'a> {
 /// Estimates the motion.
 ///
 /// # Inputs
-/// `measured`: of the recording or of one that is re-enacted; `clean_rad`: the residual less everything that is explained, bridged where it may not be looked at; `levels`: its
-/// noise; `seen`: rows of it that may be looked at; `path`: what was found to lie between the reference and each gyro.
+/// `measured`: motion of the recording or of a parametric bootstrap; `clean_rad`: residual without all that is explained,
+/// bridged over rows that may not be used; `levels`: its noise; `seen`: its rows that may be used; `path`: estimated path
+/// between the reference and each gyro.
 pub fn estimate_from(
     data: &Data,
     measured: Measured,
@@ -94,7 +95,8 @@ pub fn estimate_from(
         .powi(2)
         / rate_hz;
     let angle = reference.angle_noise_rad.unwrap_or(0.0).powi(2);
-    // Residuals hold the noise of readings as each gyro senses it; the reading's own is that of all of them together.
+    // Each residual holds the reference's noise as its gyro senses it; noise on an axis of the reference follows from all
+    // three.
     let reading_from_sensed = data.shared().try_inverse();
     let reading_from_sensed = reading_from_sensed.unwrap_or_else(Matrix3::identity);
     let of_axis = |axis: usize| {
@@ -102,9 +104,9 @@ pub fn estimate_from(
         let clean_on_axis_rad = weighted_sum(weights_of, clean_rad);
         let levels_on_axis = levels_of(weights_of, levels);
         let noise = shape(levels_on_axis);
-        // A noise that is left out, or 0, is unknown: its shape has a power of 1 rad² a row.
+        // A noise not declared, or declared 0, is unknown: its shape has a power of 1 rad² a row.
         let power = |declared: f64| if declared > 0.0 { declared } else { 1.0 };
-        // The path passes the reference's noise as it passes its motion.
+        // The path filters the reference's noise as it filters the motion.
         let passed: Option<Vec<f64>> = (!path.is_direct(axis)).then(|| {
             let hz = |k: usize| 0.5 * rate_hz * k as f64 / rows as f64;
             (0..rows)
@@ -146,7 +148,7 @@ pub fn estimate_from(
         );
         let mut of_reference = vec![0.0; rows];
         let mut uncertain = vec![0.0; rows];
-        // The residual's own levels come from as many rows.
+        // Relative standard deviation of the residual's own levels, from as many rows.
         let of_fit = (2.0 / rows as f64).sqrt();
         for (term, share) in terms.iter().zip(&shares) {
             let sums = of_reference.iter_mut().zip(&mut uncertain);
@@ -155,7 +157,7 @@ pub fn estimate_from(
                 *uncertain += (share.std + share.share * of_fit) * power;
             }
         }
-        // What is conditioned on holds the noise behind the path, what is fitted holds it before.
+        // The residual used for conditioning holds the reference's noise after the path, the fitted levels hold it before.
         let mut own = noise.clone();
         for (term, share) in terms.iter().zip(&shares) {
             let powers = own.iter_mut().zip(&term.shape);
@@ -164,7 +166,7 @@ pub fn estimate_from(
             }
         }
         drop(terms);
-        // It holds the reference's noise: there is no more of it than that.
+        // The residual holds the reference's noise, which cannot exceed it.
         for k in 0..rows {
             own[k] = own[k].max(of_reference[k].min(noise[k]));
             of_reference[k] = of_reference[k].min(own[k]);
@@ -235,7 +237,7 @@ pub fn estimate_from(
     }
 }
 
-/// What columns are made of, from estimates of the motion.
+/// Signals from which columns are computed, of the estimated motion.
 pub(crate) fn signals(data: &Data, motions: Motions, path: Path) -> Signals {
     Signals::new(
         data.streams.rate_hz,
@@ -247,7 +249,7 @@ pub(crate) fn signals(data: &Data, motions: Motions, path: Path) -> Signals {
     )
 }
 
-/// The motion of a unit at rest: the Earth's, without noise, and nothing that would stand out of any.
+/// Motion of a unit at rest: the Earth's rotation, noise-free, with no moving axis.
 fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
     let rate_hz = data.streams.rate_hz;
     let dither_rad = measured.dither_rad.cloned();
@@ -261,7 +263,7 @@ fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
     }
 }
 
-/// Levels of a weighted sum of gyros.
+/// Noise levels of a weighted sum of gyros.
 pub(crate) fn levels_of(weights: [f64; 3], levels: &[NoiseLevels]) -> NoiseLevels {
     NoiseLevels::from_array(std::array::from_fn(|term| {
         let each = weights.iter().zip(levels);
@@ -270,7 +272,7 @@ pub(crate) fn levels_of(weights: [f64; 3], levels: &[NoiseLevels]) -> NoiseLevel
     }))
 }
 
-/// What is estimated about one axis.
+/// Estimates on one axis.
 struct OfAxis {
     shrunk: Shrunk,
     walk: Level,
@@ -278,7 +280,7 @@ struct OfAxis {
     dither: Option<Vec<f64>>,
 }
 
-/// `values` plus `residual` behind a filter given by DCT-II coefficient.
+/// Computes `values` plus `residual` through a filter given by DCT-II coefficient.
 pub(crate) fn add_filtered(
     values: &[f64],
     residual: &[f64],

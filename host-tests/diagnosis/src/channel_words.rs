@@ -1,11 +1,11 @@
-//! What is said of gyros that follow the reference, or their pickoffs, in other axes, with another sign or in another unit.
+//! Sentences on gyros that follow the reference, or their pickoffs, in other axes, with another sign or in another unit.
 
 use rlg_signal::channel_check::Crossing;
 use rlg_signal::channel_map::Lead;
 use rlg_signal::same_motion::Apart;
 use rlg_signal::streams::AXES;
 
-/// What the gyros follow, in words.
+/// Name of the channel that the gyros follow.
 fn name(lead: Lead) -> &'static str {
     match lead {
         Lead::Reference => "the reference",
@@ -13,9 +13,9 @@ fn name(lead: Lead) -> &'static str {
     }
 }
 
-/// Gyros and reference of two motions.
+/// Sentence on gyros and reference with two different motions.
 pub fn apart(found: &Apart) -> String {
-    /// Share that says that another piece of the same motion is meant.
+    /// Explained share from which on another piece of the same motion is likely \[1\].
     const FOLLOWS: f64 = 0.8;
     let elsewhere = match found.by_chance >= FOLLOWS && found.share < 0.5 * found.by_chance {
         true => format!(
@@ -33,7 +33,7 @@ pub fn apart(found: &Apart) -> String {
     )
 }
 
-/// Factors that units and counters make, with what they suggest.
+/// Factors caused by units and counters, with their suggested cause.
 const CAUSES: [(f64, &str); 12] = [
     (57.295_779_513_082_32, "degrees where radians are meant?"),
     (3600.0, "arcseconds for degrees, or seconds for hours?"),
@@ -58,12 +58,12 @@ const CAUSES: [(f64, &str); 12] = [
     (16.0, "the range of the sensor set to its sixteenth?"),
 ];
 
-/// Nearest cause of a factor: the factor that it makes, and what it suggests.
+/// First listed cause near a factor: its nominal factor and the suggestion.
 ///
 /// # Inputs
-/// `rate_hz`: rows a second, which is the factor of increments that are read as rates; NaN where it is not asked for.
+/// `rate_hz`: row rate \[Hz\], the factor of increments read as rates; NaN to leave that cause out.
 pub fn cause(factor: f64, rate_hz: f64) -> Option<(f64, &'static str)> {
-    /// How far scale errors may take a factor from its cause \[1\].
+    /// Largest relative difference between a factor and its cause, by scale errors \[1\].
     const NEAR: f64 = 0.02;
     let size = factor.abs();
     let is_near = |wanted: f64| (size / wanted - 1.0).abs() < NEAR;
@@ -77,14 +77,14 @@ pub fn cause(factor: f64, rate_hz: f64) -> Option<(f64, &'static str)> {
         .map(|(one, words)| (one * factor.signum(), words))
 }
 
-/// Whether a factor is that between two units: small powers of two are settings of a sensor.
+/// True if a factor is that between two units: small powers of two are settings of a sensor.
 pub fn is_unit(factor: f64) -> bool {
     const SETTINGS: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
     let is_setting = |one: f64| SETTINGS.contains(&one) || SETTINGS.contains(&(1.0 / one));
     cause(factor, f64::NAN).is_some_and(|(one, _)| !is_setting(one.abs()))
 }
 
-/// A number with three decimals, or four digits where it is large or small.
+/// Formats a number with three decimals, in exponential form with four where it is large or small.
 fn times(factor: f64) -> String {
     match factor.abs() {
         size if !(0.1..1000.0).contains(&size) => format!("{factor:.4e}"),
@@ -92,7 +92,7 @@ fn times(factor: f64) -> String {
     }
 }
 
-/// One sentence on a crossing.
+/// Sentence on a crossing of axes, signs or units.
 pub fn sentence(lead: Lead, crossing: &Crossing) -> String {
     let what = said(lead, crossing, f64::NAN);
     let done = match (crossing.is_registration(), lead) {
@@ -109,7 +109,7 @@ pub fn sentence(lead: Lead, crossing: &Crossing) -> String {
     format!("{what}; {done}.")
 }
 
-/// What the gyros follow, in words.
+/// Describes the axes, signs and factors in which the gyros follow a channel.
 fn said(lead: Lead, crossing: &Crossing, rate_hz: f64) -> String {
     let mut parts = Vec::new();
     if crossing.is_turned() {
@@ -129,7 +129,7 @@ fn said(lead: Lead, crossing: &Crossing, rate_hz: f64) -> String {
     parts.join("; ")
 }
 
-/// What is measured of an axis, with its standard deviation.
+/// Measured coefficient of a gyro on an axis, with its standard deviation.
 fn measured(crossing: &Crossing, gyro: usize, axis: usize) -> String {
     let (value, std) = (
         crossing.measured.map[(gyro, axis)],
@@ -138,7 +138,7 @@ fn measured(crossing: &Crossing, gyro: usize, axis: usize) -> String {
     format!("{value:.3} \u{b1} {std:.3}")
 }
 
-/// Order and signs.
+/// Describes the order and the signs of the axes.
 fn axes(lead: Lead, crossing: &Crossing) -> String {
     let lead_name = name(lead);
     let moves = |axis: usize| crossing.measured.moves[axis];
@@ -194,7 +194,7 @@ fn axes(lead: Lead, crossing: &Crossing) -> String {
     )
 }
 
-/// "gyro z reads", "gyros x and y read", "all three read".
+/// Subject and verb: "gyro z reads", "gyros x and y read", "all three read".
 fn who(gyros: &[usize]) -> String {
     let names: Vec<&str> = gyros.iter().map(|&gyro| AXES[gyro]).collect();
     match gyros.len() {
@@ -204,9 +204,9 @@ fn who(gyros: &[usize]) -> String {
     }
 }
 
-/// Gross factors: gyros of one factor together.
+/// Describes the gross factors, gyros of one factor together.
 fn factors(lead: Lead, crossing: &Crossing, rate_hz: f64) -> String {
-    /// Factors of one cause differ by less \[1\].
+    /// Largest relative difference between factors of one cause \[1\].
     const ALIKE: f64 = 0.05;
     let mut left: Vec<usize> = (0..3)
         .filter(|&gyro| crossing.factors[gyro] != 1.0)
@@ -233,7 +233,7 @@ fn factors(lead: Lead, crossing: &Crossing, rate_hz: f64) -> String {
     parts.join("; ")
 }
 
-/// Why a recording is refused.
+/// Reason for the refusal of a recording.
 pub fn refusal(crossings: &[(Lead, Crossing)], recording: &str, rate_hz: f64) -> String {
     let each: Vec<String> = crossings
         .iter()
@@ -246,7 +246,7 @@ pub fn refusal(crossings: &[(Lead, Crossing)], recording: &str, rate_hz: f64) ->
     )
 }
 
-/// Whose channel it most likely is.
+/// Channel most likely at fault, and its fault.
 fn advice(crossings: &[(Lead, Crossing)]) -> String {
     let of = |wanted: Lead| {
         let mut all = crossings.iter();

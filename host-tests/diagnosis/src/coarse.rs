@@ -1,8 +1,9 @@
-//! What is far from the model, found by global means before anything is linearised (inference.md, A2: large errors first).
+//! Estimates gross departures from the model by global regressions, before any linearisation (inference.md, A2: large errors
+//! first).
 //!
-//! A delay is sought over all lags at once, all gyros together, beside low passes; at the best of them each gyro is fitted by
-//! all three axes of the reference and a constant. What the fit explains beyond what noise of the reference could is taken
-//! out of the residual before its noise is measured.
+//! The delay is estimated by cross-correlation over all lags at once, all gyros together, with low passes as alternatives;
+//! at the best path each gyro is regressed on all three axes of the reference and a constant. A fit that explains more than
+//! noise of the reference could is removed from the residual before its noise is estimated.
 
 use std::sync::Arc;
 
@@ -19,28 +20,27 @@ use rlg_signal::derivatives::Spectrum;
 use rlg_signal::streams::{Triad, each_axis};
 use rlg_signal::transforms;
 
-/// What is far from the model.
+/// Gross departures from the model.
 pub struct Coarse {
-    /// Delays, or low passes that all gyros share.
+    /// Delays, or a low pass common to all gyros.
     pub path: Path,
-    /// By gyro, what of each axis of the reference behind the path it senses besides what the model says; 0 where that is not
-    /// far off.
+    /// By gyro, its coefficients on the axes of the reference after the path, beyond the model's \[1\]; 0 if not gross.
     pub sensed: [Vector3<f64>; 3],
-    /// The residual less what is far from the model \[rad\].
+    /// Residual without these departures \[rad\].
     pub clean_rad: Triad,
 }
 
 impl Coarse {
-    /// Whether anything is far from the model.
+    /// True if any departure is gross.
     pub fn is_far(&self) -> bool {
         self.path != Path::default() || self.sensed != [Vector3::zeros(); 3]
     }
 }
 
-/// Finds what is far from the model in a residual whose rows may be looked at where `seen`.
+/// Estimates gross departures from the model in a residual, on the rows that are `seen`.
 ///
 /// # Inputs
-/// `residual_rad`: less what the model's effects add.
+/// `residual_rad`: residual without the model's effects.
 pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePlan) -> Coarse {
     let streams = data.streams;
     if streams.at_rest.is_some() {
@@ -67,10 +67,11 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
         let sensed = sensed_rad[gyro].iter().zip(&expected);
         let mut left: Vec<f64> = sensed.map(|(sensed, expected)| sensed - expected).collect();
         let fit = Regression::new(&left, &behind, &rows);
-        // Noise of the reference alone explains no more than the share that its own axis follows it by.
+        // Noise of the reference alone explains no more than the fit's negative coefficient on the gyro's own axis.
         let by_noise = (-fit.coefficients[gyro]).clamp(0.0, 1.0);
         let explained = 1.0 - fit.left / fit.power.max(f64::MIN_POSITIVE);
-        // A gyro that reads less than half of its axis is not one: the axis stands still, and the reference's noise moves.
+        // A gyro that senses less than half of its axis is implausible: the axis is still, and only the reference's noise
+        // varies.
         let is_noise = by_noise > plan.explained;
         if !is_noise && explained > by_noise + plan.explained * (1.0 - by_noise) {
             further[gyro] = fit.coefficients;
@@ -87,7 +88,7 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
     }
 }
 
-/// Values less their mean over the `seen` rows: a constant tells nothing of noise.
+/// Values minus their mean over the `seen` rows: a constant has no information on the noise.
 fn about_the_mean(values: &Triad, seen: &[bool]) -> Triad {
     let count = seen.iter().filter(|&&seen| seen).count().max(1) as f64;
     each_axis(|axis| {
@@ -103,7 +104,7 @@ fn about_the_mean(values: &Triad, seen: &[bool]) -> Triad {
     })
 }
 
-/// What the model expects a gyro to sense of increments of the case \[rad\].
+/// Increments of a gyro predicted by the model from increments of the case \[rad\].
 fn expected(data: &Data, gyro: usize, case: &Triad) -> Vec<f64> {
     let scale = 1.0 / (1.0 - data.model.gyro.scale_error[gyro]);
     let along: [f64; 3] = std::array::from_fn(|axis| data.sensing_from_body[(gyro, axis)] * scale);
@@ -112,13 +113,13 @@ fn expected(data: &Data, gyro: usize, case: &Triad) -> Vec<f64> {
         .collect()
 }
 
-/// Least squares of one gyro on three axes and a constant.
+/// Least-squares regression of one gyro on three axes and a constant.
 struct Regression {
     coefficients: Vector3<f64>,
     constant: f64,
-    /// Mean of what is fitted.
+    /// Mean of the fitted values.
     mean: f64,
-    /// Mean square about the mean, before and after.
+    /// Mean square about the mean, before the fit (`power`) and after it (`left`).
     power: f64,
     left: f64,
 }
@@ -138,13 +139,13 @@ impl Regression {
         sums.regression()
     }
 
-    /// What it leaves of a value in a row.
+    /// Residual of a value in a row.
     fn left_of(&self, value: f64, on: &Triad, row: usize) -> f64 {
         let axes = Vector3::from_fn(|axis, _| on[axis][row]);
         value - self.constant - self.coefficients.dot(&axes)
     }
 
-    /// Takes the fit out of `values`.
+    /// Subtracts the fit from `values`.
     fn take_out(&self, values: &mut [f64], on: &Triad) {
         for (row, value) in values.iter_mut().enumerate() {
             *value = self.left_of(*value, on, row);
@@ -152,7 +153,7 @@ impl Regression {
     }
 }
 
-/// Sums over rows that a regression needs.
+/// Sums over rows for the normal equations of a regression.
 #[derive(Default)]
 struct Moments {
     count: f64,
@@ -165,7 +166,7 @@ struct Moments {
 
 impl Moments {
     fn regression(&self) -> Regression {
-        /// Axes whose power is less than this share of the strongest show nothing.
+        /// Share of the total power below which a direction of the reference is left out \[1\].
         const LEAST_POWER: f64 = 1e-10;
         let count = self.count.max(1.0);
         let mean = self.value / count;
@@ -187,7 +188,7 @@ impl Moments {
     }
 }
 
-/// The delay or the low passes that explain the gyros together, where they do better than nothing between.
+/// Selects the delays or the low pass that explain the gyros together; the direct path if none is better than it.
 fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePlan) -> Path {
     let streams = data.streams;
     let each = streams.rows.div_ceil(plan.most_rows);
@@ -207,7 +208,7 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
     let behind = |path: Path, triad: &Triad| {
         each_axis(|axis| path.along(axis, &triad[axis], rate_hz).into_owned())
     };
-    // What a path makes of the record's ends is not known.
+    // The output of a path is not known at the record's ends.
     let away_from_ends = |away_s: f64| {
         let rows = reached(&rows, away_s * rate_hz);
         reached(&rows, -away_s * rate_hz)
@@ -228,7 +229,7 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         by.is_better_than(&without, plan)
     });
     let late = late.unwrap_or_default();
-    // A gyro may be late by itself.
+    // One gyro may have a delay of its own.
     let apart = [0, 1, 2].map(|gyro| {
         let own = lags.best(&[gyro], plan.tie);
         own.map_or(late.delay_s[gyro], |lag| lag / rate_hz)
@@ -245,8 +246,8 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
     let gain = |low_pass: LowPass| -> Option<f64> {
         const SETTLED: f64 = 5.0;
         let inner = away_from_ends(most_away_s(&late) + SETTLED * low_pass.time_s);
-        // A low pass takes noise of the reference away, whatever it does to the motion. Behind four more of them on gyros and
-        // reference alike it is an eighth of white noise, and three eighths of white angle noise: less than half.
+        // A low pass also removes noise of the reference. After four more low passes on gyros and reference alike, it
+        // removes an eighth of white noise and three eighths of white angle noise: less than half.
         let smooth = |hz: f64| low_pass.whole(hz).powi(4);
         let through = |of: &[Spectrum; 3], path: Path| {
             each_axis(|axis| of[axis].through(|hz| smooth(hz) * path.response(axis, hz)))
@@ -258,7 +259,7 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
             && filtered.halves(&by(Path::default()), plan);
         is_better.then_some(filtered.log_likelihood - late.log_likelihood)
     };
-    // An octave is too wide to tell a low pass from a delay.
+    // Octaves are too coarse a grid to distinguish a low pass from a delay.
     let finer = |one: LowPass| {
         [0.0, 0.25, 0.5, 0.75].map(|octaves: f64| LowPass {
             time_s: one.time_s * octaves.exp2(),
@@ -272,7 +273,7 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
         .map_or(late, |(low_pass, _)| of_low_pass(low_pass))
 }
 
-/// How far from its row a path reaches, either way \[s\].
+/// Largest absolute delay of a path \[s\].
 fn most_away_s(path: &Path) -> f64 {
     let each = path.delay_s.iter();
     each.fold(0.0, |most, delay_s| delay_s.abs().max(most))
@@ -285,17 +286,17 @@ fn of_low_pass(low_pass: LowPass) -> Path {
     }
 }
 
-/// What a regression of each gyro on the reference leaves.
+/// Residuals of a regression of each gyro on the reference.
 struct Explained {
-    /// Mean square that is left of each gyro.
+    /// Mean square residual of each gyro.
     left: [f64; 3],
-    /// Sums of squares that are left in each of [`BLOCKS`] blocks of rows, by gyro.
+    /// Sums of squared residuals in each of [`BLOCKS`] blocks of rows, by gyro.
     by_block: Vec<[f64; 3]>,
-    /// ln of the likelihood of white noise, up to a constant.
+    /// Log-likelihood of white noise, up to a constant.
     log_likelihood: f64,
 }
 
-/// Blocks of rows that something far off is seen in.
+/// Number of blocks of rows in which a gross departure is tested.
 const BLOCKS: usize = 16;
 
 impl Explained {
@@ -318,7 +319,7 @@ impl Explained {
         }
     }
 
-    /// Whether it explains half of what another leaves of a gyro.
+    /// True if its residual power on any gyro is less than half of another's.
     fn halves(&self, other: &Self, plan: &CoarsePlan) -> bool {
         (0..3).any(|gyro| self.halves_of(gyro, other, plan))
     }
@@ -328,7 +329,8 @@ impl Explained {
         self.left[gyro] < (1.0 - plan.explained) * other.left[gyro]
     }
 
-    /// Whether it explains half of what another leaves, or more in block after block, whatever the noise's colour.
+    /// True if it halves another's residual power, or lowers it consistently over the blocks (t-test), whatever the noise's
+    /// colour.
     fn is_better_than(&self, other: &Self, plan: &CoarsePlan) -> bool {
         let gains: Vec<f64> = self
             .by_block
@@ -349,7 +351,7 @@ impl Explained {
     }
 }
 
-/// ln of the likelihood of white noise of `count` rows, up to a constant.
+/// Profile log-likelihood of white noise of `count` rows, up to a constant.
 fn log_likelihood(regressions: impl Iterator<Item = Regression>, count: f64) -> f64 {
     let of_gyro = |one: Regression| {
         if one.power > 0.0 {
@@ -361,10 +363,10 @@ fn log_likelihood(regressions: impl Iterator<Item = Regression>, count: f64) -> 
     -0.5 * count * regressions.map(of_gyro).sum::<f64>()
 }
 
-/// Regressions at every lag, from correlations.
+/// Regressions at every lag, from cross-correlations.
 struct Lags {
     most: usize,
-    /// By lag from −most on, each gyro's sums.
+    /// Sums of each gyro, by lag from −most on.
     moments: Vec<[Moments; 3]>,
 }
 
@@ -419,7 +421,7 @@ impl Lags {
         Self { most, moments }
     }
 
-    /// ln of the likelihood of white noise where some gyros are `lag` rows late, and the number of rows; `None` beyond the lags.
+    /// Log-likelihood of white noise with some gyros `lag` rows late, and the number of rows; `None` beyond the lags.
     fn at(&self, gyros: &[usize], lag: isize) -> Option<(f64, f64)> {
         let place = lag.checked_add_unsigned(self.most)?;
         let moments = self.moments.get(usize::try_from(place).ok()?)?;
@@ -428,7 +430,7 @@ impl Lags {
         Some((log_likelihood(regressions, count), count))
     }
 
-    /// The lag of the largest likelihood \[rows\], of those within `tie` of it the nearest to zero.
+    /// Maximum-likelihood lag \[rows\], of the maxima within `tie` of the largest the nearest to zero.
     fn best(&self, gyros: &[usize], tie: f64) -> Option<f64> {
         let most = self.most as isize;
         let all: Vec<(isize, f64)> = (-most..=most)
@@ -450,7 +452,7 @@ impl Lags {
             .filter(|&place| all[place].1 > largest - tie && is_top(place))
             .map(|place| all[place].0)
             .min_by_key(|lag| lag.unsigned_abs())?;
-        // Near the best lag what is left grows with the square of the distance.
+        // Near the best lag the residual power grows with the square of the distance.
         let left = |lag: isize| {
             let (log_likelihood, count) = self.at(gyros, lag)?;
             let values = gyros.len() as f64 * count;
@@ -471,7 +473,7 @@ impl Lags {
     }
 }
 
-/// Correlations of records of one length.
+/// Cross-correlations of records of one length.
 struct Correlator {
     length: usize,
     forward: Arc<dyn RealToComplex<f64>>,
@@ -499,7 +501,7 @@ impl Correlator {
         spectrum
     }
 
-    /// Σ a(t) b(t − lag) from −most to most.
+    /// Computes Σ a(t) b(t − lag) for lags from −most to most.
     fn lags(&self, a: &[Complex64], b: &[Complex64], most: usize) -> Vec<f64> {
         let inverse = &self.inverse;
         let mut product: Vec<Complex64> = a.iter().zip(b).map(|(a, b)| a * b.conj()).collect();

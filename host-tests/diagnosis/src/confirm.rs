@@ -1,5 +1,5 @@
-//! What is found must hold in all blocks of the fitted rows, and where the recording is re-enacted without it; then it is
-//! fitted again with drift chosen anew.
+//! Validates each effect of the found set by cross-validation over blocks of the fitted rows and by a parametric bootstrap
+//! without it; then refits the set, drift selected anew.
 
 use std::ops::Range;
 
@@ -26,19 +26,22 @@ use super::told::told;
 use super::whitened::Whitener;
 use rlg_signal::streams::{Triad, add};
 
-/// What blocks of the fitted rows say of a member, each predicted by the others.
+/// Cross-validation of a member over blocks of the fitted rows, each block predicted from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Prediction {
-    /// Log score that the member gains there.
+    /// Gain in predictive log score by the member, summed over the blocks; of an event its log-likelihood ratio.
     pub gain: f64,
-    /// By how much blocks that disagree say that its likelihood ratio is too large; 1 where chance may make them disagree.
+    /// Design effect: variance of the parameters between blocks over that of their likelihood, the factor that the
+    /// likelihood ratio is too large by; 1 if not significant \[1\].
     pub design_effect: f64,
-    /// Whether it holds there, whatever its size.
+    /// The member is confirmed there, whatever its size: the gain is positive; a step always is, a slip or a window if no
+    /// impulse remains significant.
     pub holds: bool,
 }
 
 impl Prediction {
-    /// Whether a member keeps its name: blocks that disagree say that its likelihood ratio is that much too large.
+    /// True if a member keeps its name: its cost of omission exceeds the plan's after its likelihood ratio is divided by the
+    /// design effect.
     pub(super) fn keeps(&self, found: &Found, place: usize, plan: &AnalysisPlan) -> bool {
         let ratio = found.fit.log_likelihood - found.without[place].log_likelihood;
         let lost = ratio * (1.0 - 1.0 / self.design_effect);
@@ -46,7 +49,7 @@ impl Prediction {
     }
 }
 
-/// Whitened rows of the fitted blocks, and what they were whitened with.
+/// Sums of whitened rows over the fitted blocks, and their whitening filter.
 pub(super) struct Whitened {
     pub(super) sums: BlockSums,
     whitener: Whitener,
@@ -55,7 +58,7 @@ pub(super) struct Whitened {
 /// Whitens rows and members' columns, and sums them over blocks; `None` where too few rows are fitted.
 ///
 /// # Inputs
-/// `set`: parameters of each member of the found set, on the recording's own records.
+/// `set`: hypotheses of the members of the found set, on the recording's own records.
 pub(super) fn whiten(
     data: &Data,
     found: &Found,
@@ -75,11 +78,11 @@ pub(super) fn whiten(
     Some(Whitened { sums, whitener })
 }
 
-/// Parameters of a set, what members do without one as one more of each.
+/// Parameters of a set, the fixed part of a member counted as one more of its parameters.
 pub(super) struct Parameters {
-    /// Of each member.
+    /// Parameters of each member.
     pub(super) own: Vec<Range<usize>>,
-    /// Those that stand for what a member does without one.
+    /// Parameters that stand for the fixed part of a member.
     pub(super) fixed: Vec<usize>,
 }
 
@@ -99,11 +102,11 @@ impl Parameters {
     }
 }
 
-/// What blocks of the fitted rows say of each member of the found set. A step, a slip or a window happens in few blocks, and no
-/// other can predict it; slip and window hold where the rows have no more like them.
+/// Cross-validates each member of the found set over blocks of the fitted rows. A step, a slip or a window lies in few
+/// blocks, and the others cannot predict it; slip and window are confirmed if no impulse remains significant.
 ///
 /// # Returns
-/// In the order of the set; `None` where too few rows are fitted.
+/// Predictions in the order of the set; `None` where too few rows are fitted.
 fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Prediction>> {
     let members = &found.fit.members;
     let members = members
@@ -126,7 +129,7 @@ fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Pr
     Some((0..found.fit.members.len()).map(of_member).collect())
 }
 
-/// What blocks say of a member that acts all along.
+/// Cross-validates a member that acts throughout the record.
 pub(super) fn of_blocks(
     found: &Found,
     place: usize,
@@ -134,7 +137,7 @@ pub(super) fn of_blocks(
     sums: &BlockSums,
     plan: &AnalysisPlan,
 ) -> Prediction {
-    // What is made behind it goes with it.
+    // Members that require it are left out with it.
     let members = &found.fit.members;
     let with_it = (0..members.len()).filter(|&other| {
         let hypothesis = &found.candidates[members[other]].hypothesis;
@@ -154,7 +157,7 @@ pub(super) fn of_blocks(
     }
 }
 
-/// What the rows say of a member that happens once to a gyro.
+/// Tests a member that acts once on a gyro by the largest impulse in the residual.
 pub(super) fn of_event(
     found: &Found,
     (place, axis): (usize, usize),
@@ -175,7 +178,7 @@ pub(super) fn of_event(
     }
 }
 
-/// The gyro to which a candidate happens once; `None` where it acts all along.
+/// Gyro on which a candidate acts once; `None` if it acts throughout the record.
 pub(super) fn gyro_of_event(candidate: &Candidate) -> Option<usize> {
     match candidate.variant {
         Variant::Event { axis, .. } => Some(axis),
@@ -184,10 +187,10 @@ pub(super) fn gyro_of_event(candidate: &Candidate) -> Option<usize> {
     }
 }
 
-/// Forms the whitened columns of a set's parameters, by gyro and parameter; empty where a parameter does nothing.
+/// Forms the whitened columns of a set's parameters, by gyro and parameter; empty where a parameter has no effect.
 ///
 /// # Inputs
-/// `values`: of a column by row.
+/// `values`: values of a column by row.
 pub(super) fn columns_of(
     set: &[Hypothesis],
     rows: usize,
@@ -217,7 +220,7 @@ pub(super) fn columns_of(
     columns
 }
 
-/// What a fit over the found candidates leaves \[rad\].
+/// Returns the residual of a fit over the found candidates \[rad\].
 pub(super) fn left_by(found: &Found, fit: &Fit) -> Triad {
     let mut left_rad = found.residual_rad.clone();
     let signals = &found.motion.signals;
@@ -225,8 +228,8 @@ pub(super) fn left_by(found: &Found, fit: &Fit) -> Triad {
     left_rad
 }
 
-/// When a member of a fit happened, if it is a step: its gyro, what the others leave there \[rad\] and the instant by the rows
-/// of a transform.
+/// Estimates the instant of a member of a fit if it is a step: its gyro, the residual of the other members there \[rad\] and
+/// the instant (change point) on the rows of a transform.
 fn instant(
     found: &Found,
     fit: &Fit,
@@ -249,34 +252,35 @@ fn instant(
     Some((axis, with_rad, instant))
 }
 
-/// Members of the found set by what becomes of them.
+/// Members of the found set by the outcome of their validation.
 pub struct Confirmed {
-    /// Those with a name, as places in [`Found::judged`].
+    /// Named members, as places in [`Found::judged`].
     pub named: Vec<usize>,
-    /// What a named member is called, as places in [`Found::candidates`].
+    /// Candidate that names each named member, as places in [`Found::candidates`].
     pub headlines: Vec<usize>,
-    /// What blocks of the fitted rows say of every member of the found set.
+    /// Cross-validation of every member of the found set.
     pub predictions: Vec<Prediction>,
-    /// Places in [`Found::judged`] that do not hold there.
+    /// Places in [`Found::judged`] rejected by the cross-validation.
     pub unconfirmed: Vec<usize>,
-    /// Places in [`Found::judged`] that the recording re-enacted without them shows as well.
+    /// Places in [`Found::judged`] rejected by the parametric bootstrap: the recording simulated without them shows them as
+    /// well.
     pub reenacted_away: Vec<usize>,
-    /// Kinds of such that an earlier search found, without which this one was made.
+    /// Kinds of an earlier search that the bootstrap rejected, left out of this one.
     pub shown_anyway: Vec<&'static str>,
-    /// Places in [`Found::judged`] whose value no unit can have where all rows are fitted.
+    /// Places in [`Found::judged`] whose estimate on all fitted rows no unit can have.
     pub impossible: Vec<usize>,
-    /// Re-enactments without each named member.
+    /// Parametric bootstrap without each named member.
     pub reenactments: Vec<Reenactment>,
     /// Standard deviation of the instant of each named step \[rows\].
     pub instant_std_rows: Vec<Option<f64>>,
-    /// The one of several recordings that each named member is of; `None` where it is of all.
+    /// Recording in which each named member acts, of several; `None` if in all.
     pub recordings: Vec<Option<String>>,
-    /// The fit of the headlines.
+    /// Final fit of `headlines`.
     pub last: Final,
 }
 
-/// Kinds that re-enactments show as well, without which something else may explain the recording. Not those of the path that
-/// the motion was seen along.
+/// Kinds rejected by the parametric bootstrap, without which another effect may explain the recording. Delays and low passes
+/// are excepted: the motion was estimated along that path.
 ///
 /// # Inputs
 /// `reenacted_away`: places in [`Found::judged`].
@@ -289,14 +293,14 @@ pub(crate) fn fallen(reenacted_away: &[usize], found: &Found) -> Vec<&'static st
         .collect()
 }
 
-/// Searches, and again without the kinds that fell, until none falls: they explain nothing of a recording that shows them even
-/// where it is re-enacted without them.
+/// Repeats a search without the kinds that the parametric bootstrap rejects, until it rejects none: such a kind explains
+/// nothing, as the recording simulated without it shows it as well.
 ///
 /// # Inputs
-/// `search`: without some kinds; what it leaves, and the kinds that [`fallen`] tells of it.
+/// `search`: searches without the given kinds; returns its result and the kinds that [`fallen`] returns of it.
 ///
 /// # Returns
-/// What the last search leaves, and the kinds without which it was made besides `left_out`.
+/// Result of the last search, and the kinds left out of it besides `left_out`.
 pub(crate) fn until_none_falls<T>(
     left_out: &[&str],
     progress: &dyn Fn(&str),
@@ -313,8 +317,8 @@ pub(crate) fn until_none_falls<T>(
     }
 }
 
-/// Takes away what does not hold in blocks of the rows, and what the recording shows even where it is re-enacted without it; `None`
-/// where too few rows are left.
+/// Removes members rejected by the cross-validation over blocks, by the parametric bootstrap or as impossible; `None` where
+/// too few rows are left.
 pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<Confirmed> {
     let predictions = predictions(data, found, plan)?;
     let is_costly = |place: &usize| found.judged[*place].cost_without > plan.naming;
@@ -363,7 +367,7 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
     }
 }
 
-/// The place of the name that falls and that re-enactments show most of; `None` where all stand.
+/// Place of the rejected name with the largest inflation in the bootstrap; `None` if no name is rejected.
 pub(super) fn weakest(
     ratios: &[Named],
     reenactments: &[Reenactment],
@@ -375,7 +379,7 @@ pub(super) fn weakest(
         .max_by(|&a, &b| inflation(a).total_cmp(&inflation(b)))
 }
 
-/// What of a member's log-likelihood ratio may go before its name does.
+/// Log-likelihood ratio of a member, and the part of it that may be lost before its name is.
 pub(super) fn in_doubt(found: &Found, place: usize, plan: &AnalysisPlan) -> Named {
     Named {
         log_likelihood_ratio: found.fit.log_likelihood - found.without[place].log_likelihood,
@@ -383,7 +387,7 @@ pub(super) fn in_doubt(found: &Found, place: usize, plan: &AnalysisPlan) -> Name
     }
 }
 
-/// Puts every step among the `headlines` at its mean instant by the rows to fit and to confirm.
+/// Moves every step among the `headlines` to the posterior mean of its instant on the rows to fit and to confirm.
 ///
 /// # Returns
 /// Standard deviation of each headline's instant \[rows\], where it has one.
@@ -423,10 +427,10 @@ pub(super) fn settle_instants(
     std_rows
 }
 
-/// The candidate with the fewest free numbers among a member and the rivals that reach it; of an expression, those that explain
-/// as much with more numbers among them.
+/// Candidate with the fewest free parameters among a member and its rivals; of an expression, also among the rivals with
+/// more parameters that explain as much.
 pub(super) fn headline((judged, reached_by): (&Judged, &[usize]), all: &[Candidate]) -> usize {
-    // An expression is no name where a listed effect reaches it.
+    // A listed effect has precedence over an expression.
     let numbers = |candidate: usize| {
         let one = &all[candidate];
         (one.kind == UNLISTED, one.hypothesis.parameters)
@@ -441,13 +445,13 @@ pub(super) fn headline((judged, reached_by): (&Judged, &[usize]), all: &[Candida
             best
         }
     });
-    // Of two names for the same columns that of the gyro comes first, as in the catalogue.
+    // Of two candidates on the same columns the gyro's has precedence, as in the catalogue.
     (0..simplest)
         .find(|&other| is_same_column(&all[other].hypothesis, &all[simplest].hypothesis))
         .unwrap_or(simplest)
 }
 
-/// Whether two hypotheses of parameters of any sign scale the same columns into the same records.
+/// True if two hypotheses with parameters of any sign scale the same columns into the same records.
 fn is_same_column(a: &Hypothesis, b: &Hypothesis) -> bool {
     let is_free = |one: &Hypothesis| {
         let mut ranges = (0..one.parameters).map(|k| one.bound(k).range);
@@ -464,19 +468,19 @@ fn is_same_column(a: &Hypothesis, b: &Hypothesis) -> bool {
     is_free(a) && is_free(b) && places(a) == places(b)
 }
 
-/// What is found, fitted on rows to fit and rows to confirm together.
+/// Final fit of the set, on rows to fit and rows to confirm together.
 pub struct Final {
     /// The fit, its blocks in the order of the members.
     pub fit: Fit,
-    /// What it leaves \[rad\].
+    /// Residual of the fit \[rad\].
     pub left_rad: Triad,
-    /// Where what it leaves is not the noise that was fitted.
+    /// Octaves in which the residual departs from the fitted noise.
     pub misfits: Vec<Misfit>,
-    /// Gyros of which the number of each member is told.
+    /// Gyros whose own data determine the parameter of each member.
     pub told: Vec<[bool; 3]>,
 }
 
-/// Octaves in which what a fit over `candidates` leaves of a recording is not its noise.
+/// Octaves in which the residual of a fit over `candidates` departs from the fitted noise.
 pub(super) fn misfits_of(
     data: &Data,
     equations: &NormalEquations,
@@ -484,12 +488,12 @@ pub(super) fn misfits_of(
     plan: &AnalysisPlan,
 ) -> Vec<Misfit> {
     let mut misfits = misfits_left(equations, fitted, plan);
-    // What counting makes is no white noise of angle where pulses come rarely, and never more than a pulse.
+    // Quantisation error is not white angle noise where pulses are rare, and never exceeds a pulse.
     misfits.retain(|one| !data.lattice.hides_angle(one.gyro, one.angle_rms_rad));
     misfits
 }
 
-/// The same of any rows.
+/// The same on any rows, quantisation error included.
 pub(super) fn misfits_left(
     equations: &NormalEquations,
     (fit, candidates): (&Fit, &[Candidate]),
@@ -529,7 +533,7 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
     );
     let drift = drift_prior(&data.model.gyro);
     let kinds = hypotheses.len().max(1);
-    // Drift is chosen anew: what had no name may have stood for it.
+    // Drift is selected anew: it may have been fitted as a member without a name.
     let mut search = Search::new(
         &equations,
         &hypotheses,

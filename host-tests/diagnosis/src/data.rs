@@ -1,4 +1,4 @@
-//! The recording as the search sees it: residual of the model, reference, measured inputs, and which rows serve what.
+//! Data of the search: residual of the model, reference, measured inputs, and the use of each row.
 
 use std::ops::Range;
 use std::sync::Arc;
@@ -28,47 +28,48 @@ use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_signal::residual::{body_from_sensing, without_effects};
 use rlg_signal::streams::{AXES, Streams, Triad, add, add_triad, each_axis, weighted_sum};
 
-/// Everything that does not change while effects are searched for.
+/// Quantities that stay constant while effects are searched for.
 pub struct Data<'a> {
     /// Aligned channels.
     pub streams: &'a Streams,
     /// The model.
     pub model: &'a Model,
-    /// Sensed less predicted increments \[rad\], the model's delays, low passes and mounts taken out, its other effects still
-    /// in.
+    /// Sensed minus predicted increments \[rad\], with the model's delays, low passes and mounts in the prediction but not
+    /// its other effects.
     pub residual_rad: Triad,
-    /// What was taken out of the residual before the search.
+    /// Increments removed from the residual before the search \[rad\].
     pub aside: Aside,
-    /// Lines of the gyros alone among those.
+    /// Spectral lines on gyros only, part of the removed increments.
     pub own_lines: Vec<OwnLine>,
-    /// Delays, low passes and mounts that the model holds.
+    /// Delays, low passes and mounts of the model.
     known_path: Path,
-    /// Increments of the reference \[rad\] behind the model's delays, low passes and mounts.
+    /// Increments of the reference \[rad\] after the model's delays, low passes and mounts.
     pub reference_rad: Arc<Triad>,
-    /// Increments of block against case \[rad\].
+    /// Increments of the block against the case \[rad\].
     pub dither_rad: Option<Triad>,
-    /// Constants that nobody knows the sizes of: the share of each in each gyro.
+    /// Constants of unknown size (nuisance parameters): the share of each in each gyro.
     pub free_constants: Vec<Vec<f64>>,
-    /// The inverse of Eq. (7)'s matrix.
+    /// Rates along the sensing axes from body rates: the inverse of Eq. (7)'s matrix.
     pub sensing_from_body: Matrix3<f64>,
-    /// What the effects that the model holds already add: gyro, column, size.
+    /// Effects of the model: gyro, column, size.
     pub known: Vec<(usize, Sensed, f64)>,
-    /// What gyros sense of each axis besides, as far as it has been found.
+    /// Share of each axis sensed by each gyro \[1\] beyond the model, as found so far.
     pub found_share: Matrix3<f64>,
-    /// How far from a gyro's row that of the reference lies that shows it \[rows\], where a delay is long.
+    /// Largest delay of a gyro against the reference \[rows\], negative if the reference is late.
     pub late_rows: f64,
-    /// The use of every row.
+    /// Use of every row.
     pub partition: Partition,
-    /// Rows at which another kind of motion begins by the recording's segments, the first and the end among them.
+    /// Rows at which a segment of the recording begins or ends, the first row and the end included.
     pub cuts: Vec<usize>,
-    /// What gyros without a dither count in.
+    /// Quantisation of the gyros without a dither.
     pub lattice: Lattice,
-    /// What the model says that gyros sense that count so, without noise \[rad\]; 0 in rows that only test.
+    /// Noise-free increments predicted by the model for gyros with a detected quantisation step \[rad\]; 0 in rows that only
+    /// test.
     pub counted_rad: [Option<Vec<f64>>; 3],
 }
 
 impl<'a> Data<'a> {
-    /// Prepares an aligned recording, whose sensed increments are used up: the residual stands for them.
+    /// Prepares an aligned recording and consumes its sensed increments: the residual replaces them.
     ///
     /// # Errors
     /// The installation matrix has no inverse.
@@ -157,25 +158,25 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// Forgets what a search found: the next one may go another way.
+    /// Resets the delay and the shares found by a search, as the next one may select others.
     pub fn forget_found(&mut self) {
         self.late_rows = self.known_path.longest_delay_s() * self.streams.rate_hz;
         self.found_share = Matrix3::zeros();
     }
 
-    /// Channels besides the motion that columns are made of.
+    /// Measured channels, besides the motion, from which columns are computed.
     pub fn inputs(&self) -> Inputs<'_> {
         Inputs::of(self.streams)
     }
 
-    /// Rows that are measured, whose reference was recorded, and that serve one of `uses`.
+    /// Usable rows that serve one of `uses` and whose reference was recorded, as a mask.
     pub fn rows_of(&self, uses: &[Use]) -> Vec<bool> {
         let rows = self.partition.rows_of(uses, &self.streams.usable);
         reached(&rows, self.late_rows)
     }
 
-    /// Rows that are `seen`, as one span; `None` where they are too few. The level of a stretch of a longer recording is known
-    /// from all of that.
+    /// Rows that are `seen`, as one span; `None` where they are too few. In a stretch of a longer recording the level is a
+    /// free parameter: the whole recording determines it.
     pub fn observed(&self, seen: &[bool]) -> Option<Observations> {
         let observed = Observations::bridged(seen)?;
         Some(match self.streams.is_stretch() {
@@ -184,12 +185,12 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// Contiguous rows of [`Data::rows_of`].
+    /// Contiguous ranges of [`Data::rows_of`].
     pub fn ranges_of(&self, uses: &[Use]) -> Vec<Range<usize>> {
         rlg_inference::observations::runs(&self.rows_of(uses), true)
     }
 
-    /// Reads the model's effects: what they add can only be spelt out once there are signals.
+    /// Reads the model's effects as columns, which need `signals`.
     pub fn set_known(&mut self, signals: &Signals) {
         let turned_rad = known_by_axis(TURNED, self.model, self.streams).into();
         self.known = self
@@ -203,7 +204,7 @@ impl<'a> Data<'a> {
             .collect();
     }
 
-    /// What gyros sense of each axis, by the model with its effects and by what has been found.
+    /// Share of each axis sensed by each gyro \[1\], by the model with its effects and by the effects found so far.
     pub fn shared(&self) -> Matrix3<f64> {
         let scaled = self.model.gyro.scale_error.map(|error| 1.0 / (1.0 - error));
         let scaled = Matrix3::from_diagonal(&scaled.into());
@@ -216,7 +217,8 @@ impl<'a> Data<'a> {
         shared
     }
 
-    /// What the case turns with of each reading of the reference \[1\], by the model with its effects and by what has been found.
+    /// Increment of the case per increment of the reference \[1\], by axes, by the model with its effects and by the effects
+    /// found so far.
     pub fn turned_by_all(&self) -> Matrix3<f64> {
         let scaled = self.model.gyro.scale_error.map(|error| 1.0 - error);
         let scaled = Matrix3::from_diagonal(&scaled.into());
@@ -226,7 +228,8 @@ impl<'a> Data<'a> {
         })
     }
 
-    /// What low passes and mounts of the model have added to the reference's noise \[rad\]; `None` without any.
+    /// Change of the reference's noise by the model's low passes and mounts, as sensed by the gyros \[rad\]; `None` without
+    /// any.
     pub fn passed_noise_rad(&self, signals: &Signals) -> Option<Triad> {
         let path = self.known_path;
         if path.mount == [None; 3] && path.low_pass == [None; 3] {
@@ -245,13 +248,13 @@ impl<'a> Data<'a> {
         Some(passed(&noise, path, sensing, rate_hz))
     }
 
-    /// What a path that the model does not know adds to the sensed increments, by the reference as it was measured \[rad\].
+    /// Change of the sensed increments by a path that is not in the model, from the measured reference \[rad\].
     pub(super) fn passed_by(&self, path: Path) -> Triad {
         let sensing = (self.sensing_from_body, self.model.gyro.scale_error);
         passed(&self.reference_rad, path, sensing, self.streams.rate_hz)
     }
 
-    /// What the model's effects besides delays, low passes and mounts add to the sensed increments \[rad\].
+    /// Sensed increments by the model's effects other than delays, low passes and mounts \[rad\].
     pub fn known_rad(&self, signals: &Signals) -> Triad {
         let mut sum: Triad = std::array::from_fn(|_| vec![0.0; signals.rows]);
         for (gyro, column, size) in &self.known {
@@ -261,13 +264,13 @@ impl<'a> Data<'a> {
     }
 }
 
-/// Whether an effect is in this recording: of several, a model may name the one that has it.
+/// True if an effect acts in this recording: of several, a model may name the one that has it.
 fn is_in(effect: &ModelEffect, streams: &Streams) -> bool {
     let name = effect.text("recording");
     name.is_none_or(|name| name == streams.piece.recording)
 }
 
-/// What a model says of a kind by axis, all its effects in this recording together.
+/// Value of a kind by axis in a model: the sum over all its effects in this recording.
 pub(crate) fn known_by_axis(kind: &str, model: &Model, streams: &Streams) -> [f64; 3] {
     let effects = model.effects.iter().filter(|one| is_in(one, streams));
     let of_kind = effects.filter(|one| one.kind == kind);
@@ -276,7 +279,7 @@ pub(crate) fn known_by_axis(kind: &str, model: &Model, streams: &Streams) -> [f6
     })
 }
 
-/// Delays, low passes and mounts that a model holds.
+/// Delays, low passes and mounts of a model.
 fn known_path(model: &Model, streams: &Streams) -> Path {
     let mut path = Path::default();
     for effect in model.effects.iter().filter(|one| is_in(one, streams)) {
@@ -289,7 +292,7 @@ fn known_path(model: &Model, streams: &Streams) -> Path {
     path
 }
 
-/// What a path adds to the sensed increments \[rad\] of increments of the reference \[rad\].
+/// Change of the sensed increments by a path \[rad\], for increments of the reference \[rad\].
 fn passed(
     reference_rad: &Triad,
     path: Path,
@@ -323,7 +326,7 @@ fn passed(
 /// Checks that every effect of a model can be predicted from a reference on the gyros' rows, or from the Earth's rate.
 ///
 /// # Errors
-/// The first effect that cannot.
+/// The first effect that cannot be predicted.
 pub fn is_predictable(model: &Model, file: &std::path::Path) -> Result<(), InputError> {
     let is_known = |effect: &ModelEffect| {
         let kind = effect.kind.as_str();
@@ -340,7 +343,7 @@ pub fn is_predictable(model: &Model, file: &std::path::Path) -> Result<(), Input
     }
 }
 
-/// Row rate and interpolation change no increment.
+/// True of effects of the recorder: row rate and interpolation change no increment.
 fn is_of_recorder(effect: &ModelEffect) -> bool {
     match effect.parameters.get("expression") {
         Some(EffectValue::Text(text)) => {
@@ -350,7 +353,8 @@ fn is_of_recorder(effect: &ModelEffect) -> bool {
     }
 }
 
-/// Effects of the noise, of the accelerometers and faults of the data add nothing to what a gyro senses.
+/// True of effects of the noise, effects of the accelerometers and faults of the data: they add nothing to a gyro's
+/// increments.
 fn is_silent(kind: &str) -> bool {
     NOISE_KINDS.contains(&kind)
         || FAULT_KINDS.contains(&kind)
@@ -373,7 +377,7 @@ fn delay_of(effect: &ModelEffect, axis: usize) -> f64 {
     }
 }
 
-/// Values on all rows, bridged where they may not be looked at, 0 outside the spans.
+/// Values on all rows, bridged over rows that may not be used, 0 outside the spans.
 pub fn bridged(values: &Triad, observations: &Observations) -> Triad {
     std::array::from_fn(|axis| {
         let mut all = vec![0.0; observations.record_rows];
@@ -384,7 +388,7 @@ pub fn bridged(values: &Triad, observations: &Observations) -> Triad {
     })
 }
 
-/// Rows that may be looked at and whose reference was recorded, `late_rows` before each.
+/// Rows that may be used and whose reference, `late_rows` before each, was recorded.
 pub fn reached(seen: &[bool], late_rows: f64) -> Vec<bool> {
     let mut rows = seen.to_vec();
     let count = rows.len();
@@ -410,7 +414,7 @@ fn low_pass_of(effect: &ModelEffect, axis: usize) -> Option<LowPass> {
     (effect.kind == BANDWIDTH && time_s > 0.0).then_some(LowPass { time_s })
 }
 
-/// The row of a step, which begins with it, or of a slip, which lies within it.
+/// Row of an event: a step begins with it, a slip lies within it.
 pub fn event_row(effect: &ModelEffect, (start_s, rate_hz): (f64, f64), rows: usize) -> usize {
     let at = (number(effect, "time_s") - start_s) * rate_hz;
     let row = if effect.kind == STEP {
@@ -435,7 +439,7 @@ fn known(
     streams: &Streams,
 ) -> Option<Vec<(usize, Sensed, f64)>> {
     let kind = effect.kind.as_str();
-    // A dither turns lock-in into noise; delays and mounts are on the path; rotations make one together.
+    // A dither turns lock-in into noise; delays and mounts are on the path; rotations are combined into one.
     if is_silent(kind)
         || is_delay(kind)
         || kind == MOUNT
@@ -515,7 +519,7 @@ fn known(
             }
         }
     } else {
-        // All axes count as moving: the model says that the effect is there.
+        // All axes count as moving: the effect is in the model.
         let mut pool = Pool::default();
         let entry = rlg_catalogue::entries::find(kind)?;
         let whole = pool.whole(entry, signals);

@@ -1,4 +1,4 @@
-//! What is said of faults of the data: one sentence for each kind and channel, with counts.
+//! Sentences on faults of the data: one for each kind and channel, with counts.
 
 use rlg_signal::fault::{Detail, Fault};
 use rlg_signal::streams::Streams;
@@ -96,11 +96,11 @@ pub fn sentence(streams: &Streams, alike: &[&Fault]) -> String {
     }
 }
 
-/// Channels whose readings stand for several rows.
+/// Sentence on channels whose samples are held for several rows.
 fn held(streams: &Streams, alike: &[&Fault], rows_per_reading: f64) -> String {
     let names: Vec<&str> = alike.iter().map(|fault| fault.channel.as_str()).collect();
     let age_rows = 0.5 * (rows_per_reading - 1.0);
-    // The rows that are left are as long as a reading.
+    // The remaining rows are as long as a sample.
     let recorded_hz = streams.rate_hz * rows_per_reading;
     format!(
         "Data: each reading of {} stands for {} rows (mean age {} rows, {:.1} ms): only rows with a new reading were compared, {:.4} a second.",
@@ -112,7 +112,7 @@ fn held(streams: &Streams, alike: &[&Fault], rows_per_reading: f64) -> String {
     )
 }
 
-/// How many places.
+/// Number of places in words.
 fn at(places: usize) -> String {
     match places {
         1 => "one place".to_string(),
@@ -120,7 +120,7 @@ fn at(places: usize) -> String {
     }
 }
 
-/// A number with as many decimals as it needs, two at most.
+/// Formats a number with as many decimals as it needs, two at most.
 fn rounded(value: f64) -> String {
     let text = format!("{value:.2}");
     text.trim_end_matches('0').trim_end_matches('.').to_string()

@@ -1,4 +1,4 @@
-//! The flow of a diagnosis against a reference on the gyros' rows.
+//! Sequence of a diagnosis against a reference on the gyros' rows.
 
 use std::path::Path;
 
@@ -12,7 +12,7 @@ use super::{data, findings, registration, search, self_test, settle};
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::Streams;
 
-/// Diagnoses an aligned and qualified recording, using up its sensed increments; `None` where too few rows can be fitted.
+/// Diagnoses an aligned and qualified recording, consuming its sensed increments; `None` where too few rows can be fitted.
 ///
 /// # Errors
 /// The model's installation matrix has no inverse.
@@ -27,8 +27,8 @@ pub fn diagnose(
         .map(|found| found.map(|(outcome, ())| outcome))
 }
 
-/// Aligns gyros and reference of an aligned and qualified recording: the same, with physics left out, and with the values of
-/// what the recording does not call for.
+/// Aligns gyros and reference of an aligned and qualified recording: a diagnosis without physical effects, with estimates
+/// also of registration parameters that the recording does not require.
 ///
 /// # Errors
 /// The model's installation matrix has no inverse.
@@ -59,7 +59,7 @@ pub fn align(
 /// Finds the best set and writes its findings.
 ///
 /// # Returns
-/// The findings, and what `also` makes of the set while it has its columns.
+/// The findings, and the result of `also` on the set while it has its columns.
 ///
 /// # Errors
 /// The model's installation matrix has no inverse.
@@ -84,7 +84,7 @@ pub fn diagnose_also<T>(
         let also = also(&data, &found);
         progress("trying the search on this recording");
         let tested = self_test::self_test(&found, plan, seed);
-        // The set stands: its findings need no columns by frequency, which are most of the memory.
+        // The set is final: its findings need no spectra of columns, which are most of the memory.
         found.equations.truncate(0);
         progress("writing the findings");
         let confirmed = confirmed(&data, &mut found, plan)?;

@@ -15,7 +15,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::finding::{Finding, Numbers, card, fixed, numbers, of_the_others};
 
-/// What stands in a class for a gyro that drifts.
+/// Entry in a class for drift of a gyro.
 pub const DRIFT: &str = "rate_random_walk";
 
 pub(crate) fn entry(
@@ -114,7 +114,7 @@ pub(crate) fn entry(
     }
 }
 
-/// What a gyro that follows an expression lacks.
+/// Sentence on the effect missing from the model of a gyro that follows an expression.
 fn followed(axis: &str, expression: &str) -> String {
     if expression == format!("time*alpha_{axis}") {
         format!(
@@ -135,7 +135,7 @@ fn event_time_s(kind: &str, row: usize, streams: &Streams) -> f64 {
     }
 }
 
-/// A slip is known to its row.
+/// Standard deviation of the instant of an event \[s\]; half a row for a slip.
 fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
     one.instant_std_rows.unwrap_or(0.5) / streams.rate_hz
 }

@@ -10,7 +10,7 @@ use rlg_signal::streams::{AXES, Streams};
 use super::data_words;
 use super::validate::{Figures, Validation};
 
-/// A fault of the data.
+/// Entry of a fault of the data.
 pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
     let [start_s, end_s] = streams.span_of(&fault.rows);
     // A fault is located to the row.
@@ -21,7 +21,7 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         std,
         unit: "s".to_string(),
     };
-    // How many there are, or how many rows each stands for, is counted.
+    // Counts are exact: places and rows, or rows per sample.
     let counted = match fault.detail {
         Detail::Places { places, rows } => {
             vec![("count", places as f64), ("row_count", rows as f64)]
@@ -79,7 +79,7 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
     }
 }
 
-/// What the model says of it from then on.
+/// Effect of a fault in the updated model.
 pub fn fault_effect(fault: &Fault, streams: &Streams) -> ModelEffect {
     let [start_s, end_s] = streams.span_of(&fault.rows);
     ModelEffect {
@@ -95,7 +95,7 @@ pub fn fault_effect(fault: &Fault, streams: &Streams) -> ModelEffect {
     }
 }
 
-/// Before and after on held-out time.
+/// Entry of a channel: figures on held-out time, before and after.
 pub fn channel(validation: &Validation) -> ChannelEntry {
     let figures = |figures: &Figures| FiguresEntry {
         drift_rad_s: figures.drift_rad_s,

@@ -1,4 +1,4 @@
-//! Noise beyond what the model declares and the reference was measured to have.
+//! Excess noise beyond the declared levels of the model and the measured levels of the reference.
 
 use std::collections::BTreeSet;
 
@@ -12,11 +12,11 @@ use super::plan::AnalysisPlan;
 use rlg_findings::excess::excess_square;
 use rlg_findings::excess::{Excess, PULSES, WALK};
 
-/// Levels that are compared: two on each of three gyros.
+/// Number of compared levels: two on each of three gyros.
 const TRIALS: f64 = 6.0;
 
-/// Compares the fitted white noise of rate and of angle with what is known of it, on gyros that are not in `unlike_noise`. Random
-/// walk of those in `locks_in` is that of their lock-in, whose stops leave an angle by chance.
+/// Compares the fitted white noise of rate and of angle with their known levels, on gyros that are not in `unlike_noise`.
+/// Random walk of gyros in `locks_in` is attributed to lock-in, whose stops leave a random angle.
 pub fn excess(
     data: &Data,
     fit: &Fit,
@@ -30,8 +30,8 @@ pub fn excess(
     };
     let basis = NoiseBasis::new(&observations);
     let is_noise = |axis: &usize| !unlike_noise.contains(axis);
-    // Tones of coarse pulses lie where a walk would show, too, and their weight is read off the values. What rounds rates and
-    // counts nothing leaves an angle that is not bounded.
+    // Quantisation tones of coarse pulses overlap the band of a random walk, and their weight follows from the values.
+    // Rounding of rates without counting leaves an unbounded angle error.
     let of_pulses = |axis: usize| data.lattice.unknown_rad2(axis) / 12.0;
     let is_counted = |axis: usize| match data.streams.at_rest {
         Some(_) => is_bounded(&data.residual_rad[axis], &observations),
@@ -46,14 +46,14 @@ pub fn excess(
         let more = excess_square(data.model, "angle_random_walk", axis) / rate_hz;
         Some(known(own + more, motion.reference_walk[axis]))
     };
-    // Of a gyro at rest that is not like noise somewhere, the highest octaves may still say it.
+    // At rest, the highest octaves may determine the level of a gyro that departs from noise elsewhere.
     let highest = [0, 1, 2].map(|axis| {
         let asked = data.streams.at_rest.is_some() && !is_noise(&axis);
         asked.then(|| angle_of_highest(&data.residual_rad[axis], &observations, plan))?
     });
     let angle = |axis: usize| {
         let axis = Some(axis).filter(|axis| is_noise(axis) || highest[*axis].is_some())?;
-        // At rest nothing but the gyro makes noise of angle, so that a declared resolution is known of increments, too.
+        // At rest only the gyro makes angle noise, so a declared resolution is known of increments, too.
         let pulse_rad = match data.streams.at_rest {
             Some(_) => data.model.gyro.pulse_weight_rad[axis],
             None => data.streams.pulse_rad[axis],
@@ -95,12 +95,12 @@ pub fn excess(
     found
 }
 
-/// Whether increments are those of an angle that is bounded, as that of counting is: then some octave holds less power than
-/// an even share. Where pulses come rarely neither they nor their angle are white, and no level says it.
+/// True if increments are those of a bounded angle, as counting makes: some octave then holds less power than an even share.
+/// With rare pulses, neither they nor their angle are white, and no noise level decides it.
 fn is_bounded(increments_rad: &[f64], observations: &Observations) -> bool {
-    /// The first coefficient that slow effects leave alone.
+    /// First coefficient above slow effects.
     const LEAST: usize = 32;
-    /// Standard deviations below an even share.
+    /// Required deficit below an even share \[σ\].
     const BELOW: f64 = 4.0;
     observations.spans.iter().any(|span| {
         let mut power = span.bridge(increments_rad);
@@ -117,16 +117,16 @@ fn is_bounded(increments_rad: &[f64], observations: &Observations) -> bool {
     })
 }
 
-/// White noise of angle in the two highest octaves, by medians, which narrow bands and bursts do not move; `None` where their
-/// power does not grow as that of an angle does.
+/// Estimates white angle noise in the two highest octaves, by medians, robust to narrow bands and bursts; `None` where their
+/// power does not grow as that of angle noise.
 fn angle_of_highest(
     increments_rad: &[f64],
     observations: &Observations,
     plan: &AnalysisPlan,
 ) -> Option<Level> {
-    /// Median of a squared normal number.
+    /// Median of a squared standard normal variable.
     const MEDIAN: f64 = 0.454_936;
-    /// Of a median of such numbers: its variance over that of their mean.
+    /// Standard deviation of the median of such variables over that of their mean.
     const SPREAD: f64 = 1.363;
     let [span] = observations.spans.as_slice() else {
         return None;

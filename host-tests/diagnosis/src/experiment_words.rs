@@ -1,4 +1,4 @@
-//! A proposed experiment in words, and its moves as a scenario has them.
+//! A proposed experiment in words, and its moves as scenario entries.
 
 use rlg_catalogue::moves::{Kind, Move};
 use rlg_catalogue::signals::AXES;
@@ -8,10 +8,10 @@ use rlg_findings::result::{ExperimentEntry, MoveEntry, PrecisionEntry, Separatio
 use super::entries_of_findings::DRIFT;
 use super::finding::card;
 
-/// The experiment in words.
+/// Describes the experiment in words.
 ///
 /// # Inputs
-/// `own`: the kind in question; `open`: kinds that it leaves confused with that.
+/// `own`: the kind in question; `open`: kinds not distinguishable from it afterwards.
 pub(crate) fn in_words(own: &str, entry: &ExperimentEntry, open: &[&str]) -> String {
     let mut sentence = capital(&entry.programme);
     if entry.repeats > 1 {
@@ -37,7 +37,7 @@ pub(crate) fn in_words(own: &str, entry: &ExperimentEntry, open: &[&str]) -> Str
     sentence
 }
 
-/// How well the number that is known worst will be known, of those in the first one's unit.
+/// Describes the predicted standard deviation of the least precise parameter, of those in the first one's unit.
 fn known_in_words(precisions: &[PrecisionEntry]) -> String {
     let by_promise =
         |a: &&PrecisionEntry, b: &&PrecisionEntry| a.promised_std.total_cmp(&b.promised_std);
@@ -52,7 +52,7 @@ fn known_in_words(precisions: &[PrecisionEntry]) -> String {
     })
 }
 
-/// How far what was found and each rival come apart, whichever is true.
+/// Describes the predicted separation \[σ\] between the found kind and each rival, the smaller of both hypotheses.
 fn apart_in_words(own: &str, separations: &[SeparationEntry]) -> String {
     let mut rivals: Vec<&str> = Vec::new();
     for one in separations {
@@ -84,7 +84,7 @@ fn apart_in_words(own: &str, separations: &[SeparationEntry]) -> String {
     )
 }
 
-/// A move as a scenario has it.
+/// Converts a move to a scenario entry.
 pub fn move_entry(one: &Move) -> MoveEntry {
     let still = MoveEntry {
         kind: "still",

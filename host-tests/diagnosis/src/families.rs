@@ -1,4 +1,4 @@
-//! Goes through the families of the catalogue: what each could add to a fit, and the strongest of each for the search.
+//! Scans the families of the catalogue by score tests, and selects the strongest members of each for the search.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::{ONE_AXIS, SHARED, Variant};
@@ -21,10 +21,10 @@ use super::pass::{Begin, Pass, left_on};
 use super::scores::{Coarse, Found, follow, most_at, size_price, tests, worth};
 use super::windows;
 
-/// Members of a family that are handed to the search at most.
+/// Largest number of members of a family passed to the search.
 const STRONGEST: usize = 3;
 
-/// Kinds that a resonant suspension is like well below its resonance.
+/// Kinds similar to a resonant suspension well below its resonance.
 const LIKE_A_MODE: [&str; 4] = [
     "axis_flexure",
     "axis_flexure_cubic",
@@ -32,10 +32,10 @@ const LIKE_A_MODE: [&str; 4] = [
     MODE,
 ];
 
-/// A candidate over columns of its own.
+/// Candidate with columns of its own.
 pub(super) type Alone = (Candidate, Vec<Sensed>);
 
-/// The strongest members of every family beside each of `fits`.
+/// Selects the strongest members of every family, given each of `fits`.
 pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone> {
     let signals = &pass.motion.signals;
     let is_moving = pass.motion.is_moving;
@@ -79,7 +79,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
         .collect()
 }
 
-/// The strongest soft mount and the strongest low passes beside a fit.
+/// Selects the strongest soft mount and the strongest low passes, given a fit.
 pub(super) fn strongest_filters(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Alone> {
     let tests = tests(pass, &[fit], &|_| true);
     let motion = &pass.motion;
@@ -90,7 +90,7 @@ pub(super) fn strongest_filters(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Al
     likely(pass, found.collect(), begin)
 }
 
-/// Those that are new and worth a fit.
+/// Candidates that are new and worth a fit.
 fn likely(pass: &Pass, found: Vec<Found>, begin: &Begin) -> Vec<Alone> {
     let is_new = |one: &Found| {
         let mut known = pass.candidates.iter();
@@ -105,7 +105,7 @@ fn likely(pass: &Pass, found: Vec<Found>, begin: &Begin) -> Vec<Alone> {
         .collect()
 }
 
-/// Members of a family, the strongest first; what has a time constant with that refined.
+/// Members of a family, the strongest first, their time constants refined.
 fn ranked(tests: &[ScoreTest], family: Family, coarse: &Coarse, signals: &Signals) -> Vec<Found> {
     let mut all = measured(tests, &family, coarse, signals);
     all.sort_by(|a, b| b.surplus.total_cmp(&a.surplus));
@@ -148,7 +148,7 @@ fn measured(
         .zip(all.into_iter().flatten());
     each.filter(|(_, surplus)| *surplus > f64::NEG_INFINITY)
         .map(|(candidate, surplus)| {
-            // Its own columns alone.
+            // A pool of the candidate's own columns only.
             let mut pool = Pool::default();
             Found {
                 candidate: pool.adopt(candidate, &family.pool.columns),
@@ -159,13 +159,13 @@ fn measured(
         .collect()
 }
 
-/// Resonances lie between some periods of the record and most of half the row rate.
+/// Grid of resonances from 5 Hz to most of half the row rate.
 fn resonances(signals: &Signals) -> Vec<Resonance> {
     const LEAST_HZ: f64 = 5.0;
     grid(LEAST_HZ, 0.45 * signals.rate_hz)
 }
 
-/// The mount about each axis that gains most at its full response.
+/// Selects the mount about each axis with the largest gain in log-likelihood at its full response.
 fn mount(
     tests: &[ScoreTest],
     signals: &Signals,
@@ -176,7 +176,7 @@ fn mount(
     if grid.is_empty() {
         return None;
     }
-    // Frequency and damping are two numbers.
+    // Price of the grid and of two parameters, frequency and damping.
     let price = (grid.len() as f64).ln() + 1.0;
     let about = |axis: usize| -> Option<(Resonance, f64)> {
         if !is_moving[axis] {
@@ -227,7 +227,7 @@ fn mount(
     })
 }
 
-/// The low pass on each gyro that gains most at its full response, of those no longer than `longest_s`.
+/// Selects the low pass on each gyro with the largest gain at its full response, of time constants up to `longest_s`.
 fn low_pass(
     tests: &[ScoreTest],
     signals: &Signals,
@@ -248,7 +248,7 @@ fn low_pass(
     Some(of.found(candidate, pool))
 }
 
-/// The high pass on each gyro that gains most at its full response.
+/// Selects the high pass on each gyro with the largest gain at its full response.
 fn high_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Option<Found> {
     let grid = high_pass::grid(signals.period_s(), signals.rows);
     let grid: Vec<f64> = grid.iter().map(|one| one.time_s).collect();
@@ -264,7 +264,7 @@ fn high_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Op
     Some(of.found(candidate, pool))
 }
 
-/// Gain of filters on some gyros, and the price of their sizes and places.
+/// Gain of filters on some gyros, and the price of their sizes and grid.
 struct Priced {
     gain: f64,
     price: f64,
@@ -280,7 +280,7 @@ impl Priced {
     }
 }
 
-/// The time constant of a filter on each gyro that gains most at its full response, from a grid of them.
+/// Selects the time constant of a filter on each gyro with the largest gain at its full response, from a grid.
 fn filters<T: OfOneGyro>(
     tests: &[ScoreTest],
     grid: &[f64],
@@ -308,7 +308,7 @@ fn filters<T: OfOneGyro>(
             .iter()
             .map(|time_s| (*time_s, gain(*time_s)))
             .max_by(|a, b| a.1.total_cmp(&b.1))?;
-        // Not even the best of every size and time constant about it is worth its place.
+        // Even with free size and time constant the gain is below the price of the grid.
         let (_, about) = of(begin.0)?;
         if about.gain().log_likelihood < places {
             return None;
@@ -326,7 +326,7 @@ fn filters<T: OfOneGyro>(
         let Some((time_s, gain)) = found else {
             continue;
         };
-        // Its columns are made where it is, and what is estimated is about that: its size has its price here.
+        // Its columns are linearised about its estimate, so its size is priced here.
         let of_size = size_price(2.0 * gain);
         if gain > places + of_size {
             best[gyro] = Some(time_s);
@@ -342,7 +342,7 @@ fn filters<T: OfOneGyro>(
     Some((best, of_all))
 }
 
-/// Sine and cosine of the strongest line that a fit leaves on a gyro, where both together are worth a fit.
+/// Sine and cosine of the strongest line in the residual of a gyro, if both together are worth a fit.
 fn line(
     pass: &Pass,
     fit: &Fit,
@@ -357,13 +357,13 @@ fn line(
     let Some(line) = strongest_line(&residual, rows) else {
         return Vec::new();
     };
-    // Against the power beside it, not the fitted noise: what is coloured is no line. A pair's median is 2 ln 2.
+    // Relative to the neighbouring power, not the fitted noise: coloured noise is no line. The median of a pair is 2 ln 2.
     let local = line.ratio * std::f64::consts::LN_2 - (3.0 * rows as f64).ln();
     if local < begin.least() {
         return Vec::new();
     }
     let about = lines_about(line.share * signals.rate_hz, gyro, signals);
-    // One wave has two parts: whichever the phase, its frequency is that of the largest gain of both.
+    // Sine and cosine share one frequency, that of the largest joint gain, whatever the phase.
     let both = |pair: &[Candidate]| -> Hypothesis {
         let parts = pair.iter().enumerate().flat_map(|(parameter, one)| {
             let terms = one.hypothesis.terms.iter();
@@ -390,10 +390,10 @@ fn line(
     }
 }
 
-/// Maxima of a grid that are followed with exact columns.
+/// Number of maxima of a grid refined with exact columns.
 const TOPS: usize = 3;
 
-/// A mount about an axis to the top of its likelihood beside the best of the tests, with exact columns.
+/// Refines a mount about an axis to its maximum likelihood (Gauss–Newton), given the best of the tests, with exact columns.
 fn polish(
     tests: &[ScoreTest],
     begin: Resonance,
@@ -418,7 +418,7 @@ fn polish(
     })
 }
 
-/// The resonance of the suspensions that gains most with six flexures of its own.
+/// Selects the resonance of the suspensions with the largest gain, six flexures fitted with it.
 fn suspension(tests: &[ScoreTest], signals: &Signals, levels: &[NoiseLevels]) -> Option<Found> {
     let grid = resonances(signals);
     if grid.is_empty() {

@@ -29,24 +29,24 @@ pub(crate) struct Finding<'a> {
     pub(crate) block: std::ops::Range<usize>,
     pub(crate) squared_size: f64,
     pub(crate) rank: usize,
-    /// Gyros of which its number is told, where all share one.
+    /// Gyros whose own data determine its parameter, where all share one.
     pub(crate) told: [bool; 3],
-    /// The one of several recordings that it is of; `None` where it is of all.
+    /// Recording in which it acts, of several; `None` if in all.
     pub(crate) recording: Option<&'a str>,
-    /// Kinds that the recording cannot tell from it.
+    /// Kinds not distinguishable from it in the recording.
     pub(crate) alike: Vec<String>,
-    /// Whether drift explains it as well.
+    /// Drift explains it as well.
     pub(crate) or_drift: bool,
     pub(crate) cost_without: f64,
     pub(crate) confirmed_gain: f64,
     pub(crate) reenactment: Reenactment,
     /// Standard deviation of its instant \[rows\], where it has one.
     pub(crate) instant_std_rows: Option<f64>,
-    /// Share of the residual's power that it explains beside the others \[1\].
+    /// Share of the residual's power explained by it, given the others \[1\].
     pub(crate) share: f64,
-    /// Whether it is no more than significant.
+    /// It is significant, but of no practical size.
     pub(crate) is_slight: bool,
-    /// Its size in each stretch of like motion that shows it.
+    /// Its size in each regime of motion that determines it.
     pub(crate) regimes: Vec<RegimeEntry>,
 }
 
@@ -96,7 +96,8 @@ fn finding<'a>(
         candidate,
         recording: confirmed.recordings[place].as_deref(),
         block: fit.blocks[place].clone(),
-        // Without its fixed part the numbers of a resonance or a threshold are none: it counts by what it gains.
+        // The parameters of a resonance or a threshold have no size without its fixed part: its likelihood ratio replaces
+        // it.
         squared_size: if candidate.hypothesis.fixed.is_empty() {
             fit.squared_sizes[place]
         } else {
@@ -117,7 +118,7 @@ fn finding<'a>(
     }
 }
 
-/// What is said of a kind.
+/// Catalogue card of a kind.
 pub(crate) fn card(kind: &str) -> Card {
     entries::card(kind).expect("a candidate is of the catalogue")
 }
@@ -131,7 +132,7 @@ pub(crate) struct Number {
     pub(crate) prior_std: f64,
 }
 
-/// A sentence on the gyros of which a number is not told; empty where it is told of all.
+/// Sentence on the gyros whose data do not determine a shared parameter; empty if none.
 pub(crate) fn of_the_others(told: [bool; 3]) -> String {
     let others = (0..3).filter(|&axis| !told[axis]).map(|axis| AXES[axis]);
     let others: Vec<&str> = others.collect();
@@ -158,7 +159,7 @@ pub(crate) fn unit_of(kind: &str, name: &str) -> &'static str {
     }
 }
 
-/// What of some numbers is known by itself or together.
+/// Identifiable parameters and combinations of parameters.
 pub(crate) fn fixed(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
     identifiable(&known(numbers), covariance)
 }
@@ -172,14 +173,14 @@ fn known(numbers: &[Number]) -> Vec<Known> {
     numbers.iter().map(of).collect()
 }
 
-/// The parameters of a finding as they are written, and which of them are a choice.
+/// Parameters of a finding as written, and the arbitrary choices among them.
 pub(crate) struct Numbers {
     pub(crate) each: Vec<Number>,
     pub(crate) covariance: DMatrix<f64>,
     pub(crate) choice: Option<String>,
 }
 
-/// The parameters of a finding, those that the data do not fix of least harm.
+/// Parameters of a finding, unidentified ones at their prior expectation given the identifiable combinations (least harm).
 pub(crate) fn numbers(one: &Finding, fit: &Fit) -> Numbers {
     let (mut each, covariance) = estimated(one, fit);
     let known = known(&each);
@@ -194,12 +195,12 @@ pub(crate) fn numbers(one: &Finding, fit: &Fit) -> Numbers {
     }
 }
 
-/// The parameters of a finding as they were estimated, with their covariance.
+/// Estimated parameters of a finding, with their covariance.
 fn estimated(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     let at = one.block.start;
     let kind = one.candidate.kind;
     let stated = |k: usize| entries::value_of(kind, one.candidate.base[k] + fit.estimate[at + k]);
-    // One value that all gyros share stands on each of them that shows it.
+    // A value shared by all gyros is written for each gyro that determines it.
     let shared = (one.candidate.variant == Variant::Common
         && matches!(
             entries::find(kind).map(|entry| entry.law),
@@ -227,7 +228,7 @@ fn estimated(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
     (numbers.collect(), covariance)
 }
 
-/// Share of the residual's power that an effect explains beside the others, on the rows that were fitted.
+/// Share of the residual's power explained by an effect, given the others, on the fitted rows \[1\].
 fn share(data: &Data, found: &Found, last: &Final, effect_rad: &Triad) -> f64 {
     let rows = data.ranges_of(&[Use::Train, Use::Confirm]);
     let sum = |of: &dyn Fn(usize, usize) -> f64| -> f64 {
@@ -243,7 +244,7 @@ fn share(data: &Data, found: &Found, last: &Final, effect_rad: &Triad) -> f64 {
     (explained / power.max(f64::MIN_POSITIVE)).max(0.0)
 }
 
-/// Whether an effect turns a gyro over the record further than its noise does: 1 σ.
+/// True if the angle of an effect over the record exceeds 1 σ of the gyro's noise.
 fn turns(effect_rad: &Triad, levels: &[NoiseLevels]) -> bool {
     effect_rad.iter().zip(levels).any(|(effect, levels)| {
         let turned: f64 = effect.iter().sum();

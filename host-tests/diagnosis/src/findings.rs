@@ -41,7 +41,7 @@ use super::search::Found;
 use super::summary::{not_excluded, runners_up, summary, unlike_noise};
 use super::validate::{Validation, validate};
 
-/// What is written of a set that is confirmed.
+/// Writes the outcome of a confirmed set.
 pub fn outcome(
     of: (&Data, &Found),
     confirmed: &Confirmed,
@@ -52,10 +52,10 @@ pub fn outcome(
     written(of, confirmed, faults, seed, plan).0
 }
 
-/// The same of a set that is confirmed.
+/// Writes the outcome of a confirmed set, with the effects added to its model.
 ///
 /// # Returns
-/// The outcome, and the effects that its model has more, those with a name first.
+/// The outcome, and the effects added to its model, named ones first.
 pub(super) fn written(
     (data, found): (&Data, &Found),
     confirmed: &Confirmed,
@@ -80,7 +80,7 @@ pub(super) fn written(
     };
     let findings = findings((data, found), confirmed, &seen.regimes, plan);
     let places = seen.places(data, &findings);
-    // Where what is left is not like noise, its level is none.
+    // No noise level is defined where the residual is not noise.
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
     let locks_in = lock_ins(&findings, data, found);
     let noise_found = excess(data, fit, &found.motion, (&unlike, &locks_in), plan);
@@ -99,7 +99,7 @@ pub(super) fn written(
     let own = own_lines::entries(&data.own_lines, clock, data.model);
     effects.extend(own.iter().map(|(entry, _)| entry.clone()));
     effects.extend(unexplained(&places.left, streams));
-    // What fits some rows and not others is not explained, whatever it is.
+    // A fit to some rows and not to others explains nothing.
     let is_consistent = confirmed.unconfirmed.is_empty()
         && confirmed.impossible.is_empty()
         && places.left.is_empty()
@@ -188,7 +188,7 @@ pub(super) fn written(
     (outcome, added)
 }
 
-/// Powers of what is left and of the motion by blocks of time; none of a unit at rest.
+/// Powers of the residual and of the motion by blocks of time; none of a unit at rest.
 fn blocks_of_time(data: &Data, (after_rad, motion_rad): (&Triad, &Triad)) -> Vec<Block> {
     let streams = data.streams;
     if streams.at_rest.is_some() {
@@ -201,21 +201,21 @@ fn blocks_of_time(data: &Data, (after_rad, motion_rad): (&Triad, &Triad)) -> Vec
 
 /// Residuals and noise of a set.
 struct Seen {
-    /// Of the model, and what the set leaves \[rad\].
+    /// Residuals of the model and of the set \[rad\].
     before_rad: Triad,
     after_rad: Triad,
     noise: [Noise; 3],
     regimes: Vec<Regime>,
 }
 
-/// Where a residual is beyond its noise, and how a set does on held-out rows.
+/// Locations of a residual beyond its noise, and figures of a set on held-out rows.
 struct Places {
     fitted_rows: Vec<Range<usize>>,
     test_rows: Vec<Range<usize>>,
-    /// Before and after.
+    /// Tiles before and after the set.
     tiles: (Vec<Tile>, Vec<Tile>),
     locations: Vec<Location>,
-    /// What the set leaves.
+    /// Locations in the residual of the set.
     left: Vec<Location>,
     validations: Vec<Validation>,
 }
@@ -232,7 +232,7 @@ impl Seen {
         };
         let before = tiles_of(&self.before_rad, &all_rows);
         let mut locations = locate::join(&before, regimes, &all_rows);
-        // What is left is judged on the rows that the findings saw: test rows change no finding.
+        // The residual is tested on the fitted rows: test rows change no finding.
         let after_fitted = tiles_of(&self.after_rad, &fitted_rows);
         let mut left = locate::join(&after_fitted, regimes, &fitted_rows);
         left.retain(|one| !data.lattice.hides_location(one, streams.rate_hz));
@@ -255,7 +255,7 @@ impl Seen {
     }
 }
 
-/// Gyros that lock in, by the model or by what was found.
+/// Gyros with lock-in, by the model or by the findings.
 fn lock_ins(findings: &[Finding], data: &Data, found: &Found) -> BTreeSet<usize> {
     let columns_found = findings.iter().flat_map(|one| {
         let fixed = one.candidate.hypothesis.fixed.iter();
@@ -291,7 +291,7 @@ fn noise_entries(fit: &Fit, noise: &[Noise; 3], span_s: f64) -> Vec<NoiseEntry> 
     (0..3).map(of).collect()
 }
 
-/// What the model has more: those with a name first.
+/// Effects added to the model, named ones first.
 fn added(
     (findings, fit): (&[Finding], &Fit),
     noise_found: &[Excess],
@@ -308,8 +308,8 @@ fn added(
         .collect()
 }
 
-/// Whether a step or a slip stands in any row, confirming and tested ones included: those are too late for a name, but
-/// the residual is then not the noise that was fitted.
+/// True if a step or a slip is significant in any row, rows to confirm and to test included: too late for a name, but the
+/// residual is then not the fitted noise.
 fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> bool {
     let Some(observations) = data.observed(&data.rows_of(&[Use::Train, Use::Confirm, Use::Test]))
     else {
@@ -337,7 +337,7 @@ fn noise_effect(excess: &Excess) -> ModelEffect {
     }
 }
 
-/// Every location follows the finding that acts on its gyro with the largest size.
+/// Names the regime of every location by the finding of the largest size on its gyro.
 fn name_regimes(locations: &mut [Location], findings: &[Finding]) {
     for location in locations {
         let acts = |one: &&Finding| {

@@ -1,19 +1,19 @@
-//! Whether what is left is the noise that was fitted, octave by octave.
+//! Tests the residual against the fitted noise, octave by octave (goodness of fit by χ²).
 //!
-//! A line that passes for drift leaves too little power below it; power of any kind beyond the terms of IEEE 952 leaves
-//! too much somewhere. Either way the noise is not what it was taken for, and the recording is not explained.
+//! A line fitted as drift leaves too little power below it; power of any kind beyond the terms of IEEE 952 leaves too much
+//! somewhere. Either way the noise model is rejected, and the recording is not explained.
 
 use rlg_inference::{NoiseBasis, NoiseLevels};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::plan::AnalysisPlan;
 
-/// An octave whose power is not the noise's.
+/// Octave whose power departs from the fitted noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Misfit {
     /// Gyro.
     pub gyro: usize,
-    /// From and to, as a share of the row rate.
+    /// Lower and upper edge, as a share of the row rate.
     pub band: [f64; 2],
     /// Power over that of the fitted noise.
     pub ratio: f64,
@@ -21,10 +21,10 @@ pub struct Misfit {
     pub angle_rms_rad: f64,
 }
 
-/// Octaves of a gyro that are too strong or too weak by chance less than the plan's, all octaves counted.
+/// Octaves of a gyro whose power is too large or too small, by a p-value below the plan's, all octaves counted.
 ///
 /// # Inputs
-/// `residual`: coefficients of what is left.
+/// `residual`: coefficients of the residual.
 pub fn misfits(
     basis: &NoiseBasis,
     residual: &[f64],
@@ -32,7 +32,7 @@ pub fn misfits(
     gyro: usize,
     plan: &AnalysisPlan,
 ) -> Vec<Misfit> {
-    /// The lowest octave with coefficients enough beside the biases and slow shapes that a fit takes out of it.
+    /// Lower edge of the lowest octave with coefficients enough besides the fitted biases and slow shapes.
     const LEAST: usize = 8;
     let powers = basis.binned(levels);
     let rows = basis.coefficients();

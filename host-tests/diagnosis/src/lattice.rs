@@ -1,9 +1,10 @@
-//! Gyros that count coarser pulses than the model knows, without a dither to blur them.
+//! Quantisation of undithered gyros whose pulses are coarser than the model's.
 //!
-//! Enters: the gyros' increments, the model. Leaves: each such gyro's pulse \[rad\], read off its values ([`Lattice`]).
-//! A counter that is not dithered is wrong in tones and windows that go with the motion and look like physics, but never
-//! by more than a pulse: what turns by less is no finding there, and what remains of it is the pulses' noise. Where the gyro
-//! turns so slowly that its pulses are rare, that holds of pulses that the model knows, too: they are no white noise.
+//! Input: the gyros' increments, the model. Output: the pulse of each such gyro \[rad\], estimated from its values
+//! ([`Lattice`]). The quantisation error of an undithered counter consists of tones and windows that correlate with the
+//! motion and resemble physical effects, but it never exceeds a pulse: an effect with a smaller angle is rejected there, and
+//! its residual is quantisation noise. Where the gyro turns so slowly that its pulses are rare, the same applies to pulses
+//! that the model knows: their error is not white.
 
 use super::locate::Location;
 use super::noise_spectrum::Declared;
@@ -12,35 +13,36 @@ use rlg_inference::events::{Event, EventKind};
 use rlg_model::Model;
 use rlg_signal::streams::Streams;
 
-/// A pulse this many times the declared one is another instrument's.
+/// Ratio to the declared pulse beyond which a pulse is another instrument's \[1\].
 const COARSER: f64 = 1.5;
 
-/// What the values are off their lattice by, as a share of a pulse.
+/// Largest distance of the values from their lattice, as a share of a pulse.
 const ON_LATTICE: f64 = 1e-3;
 
-/// Root mean square of an angle that pulses hide, in pulses: what is wrong by up to one has half of one at most.
+/// Largest root mean square of an angle masked by quantisation \[pulses\]: an error of up to one pulse has half a pulse at
+/// most.
 const HIDDEN: f64 = 0.6;
 
-/// See the page above.
+/// Quantisation of each gyro, see the module.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Lattice {
-    /// What each gyro counts in \[rad\]; 0 where it counts too finely to be seen.
+    /// Quantisation step of each gyro \[rad\]; 0 if too fine to be detected.
     pub counted_rad: [f64; 3],
-    /// The same where it is coarser than the model knows; else 0.
+    /// The same where it is coarser than the model's; else 0.
     pub pulse_rad: [f64; 3],
-    /// Of it, what stands in the model as an effect already \[rad\].
+    /// Part of it already in the model as an effect \[rad\].
     known_rad: [f64; 3],
-    /// Whether pulses come so rarely that what counting is wrong by stays for many rows: its angle is not white.
+    /// Pulses are so rare that the quantisation error persists for many rows: the angle noise is not white.
     pub is_rare: [bool; 3],
 }
 
 impl Lattice {
-    /// Reads the pulses off a recording's gyros.
+    /// Estimates the pulses of a recording's gyros.
     ///
     /// # Inputs
-    /// `is_seen`: whether a row may be looked at.
+    /// `is_seen`: true if a row may be used.
     pub fn of(streams: &Streams, model: &Model, is_seen: &dyn Fn(usize) -> bool) -> Self {
-        // What rounds rates leaves an angle that is not bounded: at rest the spectrum shows which of the two it is.
+        // Rounding of rates leaves an unbounded angle error; at rest the spectrum distinguishes it from counting.
         let may_count = !streams.reports_rates || streams.at_rest.is_some();
         if streams.pickoff_rad.is_some() || !may_count {
             return Self::default();
@@ -81,7 +83,7 @@ impl Lattice {
         }
     }
 
-    /// The declared noise with the pulses' own.
+    /// Adds the quantisation noise of the pulses to the declared noise.
     pub fn beside(&self, mut declared: [Declared; 3]) -> [Declared; 3] {
         for (axis, declared) in declared.iter_mut().enumerate() {
             let unknown = self.unknown_rad2(axis) / 12.0;
@@ -90,23 +92,23 @@ impl Lattice {
         declared
     }
 
-    /// What of the square of a pulse the model does not know \[rad²\].
+    /// Square of the pulse minus its part in the model \[rad²\].
     pub fn unknown_rad2(&self, axis: usize) -> f64 {
         (self.pulse_rad[axis].powi(2) - self.known_rad[axis].powi(2)).max(0.0)
     }
 
-    /// Whether increments of a gyro \[rad per row\] add up to no more than its pulses hide.
+    /// True if the angle of a gyro's increments \[rad per row\], scaled by `size`, is masked by its quantisation.
     pub fn hides(&self, axis: usize, increments_rad: &[f64], size: f64) -> bool {
         size.abs() * angle_rms_rad(increments_rad) <= HIDDEN * self.hiding_rad(axis)
     }
 
-    /// Whether a motion \[rad per row\] is no more than what a gyro whose pulses come rarely is wrong by: its own pulses, seen
-    /// through its residual.
+    /// True if a motion \[rad per row\] is within the quantisation error of a gyro with rare pulses: it is then its own
+    /// pulses, seen through its residual.
     pub fn hides_motion(&self, axis: usize, increments_rad: &[f64]) -> bool {
         self.is_rare[axis] && self.hides_angle(axis, angle_rms_rad(increments_rad))
     }
 
-    /// A pulse whose counting is no white noise of angle that the model knows \[rad\]; 0 of others.
+    /// Pulse whose quantisation error is not in the model as white angle noise \[rad\]; 0 of others.
     fn hiding_rad(&self, axis: usize) -> f64 {
         match self.is_rare[axis] {
             true => self.counted_rad[axis],
@@ -114,29 +116,30 @@ impl Lattice {
         }
     }
 
-    /// Whether there is any such gyro.
+    /// True if any gyro has a pulse coarser than the model's.
     pub fn is_any(&self) -> bool {
         self.pulse_rad != [0.0; 3]
     }
 
-    /// Whether an angle of this root mean square is within what counting makes \[rad\].
+    /// True if an angle of this root mean square \[rad\] is within the quantisation error.
     pub fn hides_angle(&self, axis: usize, rms_rad: f64) -> bool {
         rms_rad <= HIDDEN * self.counted_rad[axis]
     }
 
-    /// Whether an event is a jump that is no slip of a gyro that counts: its angle is off by up to a pulse, and slips by whole ones.
+    /// True if an event is a jump within the quantisation error, not a slip: the error is up to a pulse, slips are whole
+    /// pulses.
     pub fn hides_event(&self, axis: usize, event: &Event) -> bool {
-        /// Nearer to one pulse than to two.
+        /// Limit \[pulses\], nearer to one than to two.
         const HIDDEN: f64 = 1.5;
         let jump_rad = (event.size * event.std).abs() * event.rows as f64;
         event.kind != EventKind::Step && jump_rad < HIDDEN * self.counted_rad[axis]
     }
 
-    /// Whether a rate over a stretch and band turns by no more than the pulses hide.
+    /// True if the angle of a rate over a stretch and band is masked by quantisation.
     pub fn hides_location(&self, location: &Location, rate_hz: f64) -> bool {
         let seconds = location.rows.len() as f64 / rate_hz;
         let (low_hz, high_hz) = location.band_hz;
-        // Of a tone's rate its angle, of a constant rate's the root mean square of a ramp.
+        // Angle over rate: 1/ω of a tone, the root mean square of a ramp of a constant rate.
         let turn_s = match low_hz > 0.0 {
             true => (std::f64::consts::PI * (low_hz + high_hz)).recip(),
             false => seconds / f64::sqrt(12.0),
@@ -144,12 +147,13 @@ impl Lattice {
         location.size_rad_s * turn_s <= HIDDEN * self.hiding_rad(location.axis)
     }
 
-    /// The pulses as a finding beside the noise that was compared, in the place of what the spectrum says of these gyros.
+    /// Enters the pulses into the noise findings, in place of the spectral estimates for these gyros.
     ///
     /// # Inputs
-    /// `gain`: growth of ln L by white angle noise on a gyro beyond what is known without the pulses; `None` where they make none.
+    /// `gain`: gain in ln L by white angle noise of a gyro beyond the level known without the pulses; `None` if its pulses
+    /// make none.
     pub fn take_over(&self, found: &mut Vec<Excess>, gain: &dyn Fn(usize) -> Option<f64>) {
-        // Their tones lie where a walk would show, too.
+        // Quantisation tones overlap the band of a random walk.
         for entry in found.iter_mut() {
             let coarse = (0..3).filter(|&axis| self.pulse_rad[axis] > 0.0);
             for axis in coarse.filter(|&axis| gain(axis).is_some()) {
@@ -176,13 +180,13 @@ impl Lattice {
             entry.values[axis] = self.unknown_rad2(axis).sqrt();
             entry.stds[axis] = ON_LATTICE * entry.values[axis];
             entry.log_likelihood_gain += gain(axis).unwrap_or_default();
-            // Thousands of values on multiples of one number are no chance.
+            // Thousands of values on multiples of one number are not due to chance.
             entry.p_value = 0.0;
         }
     }
 }
 
-/// Root mean square of the angle that increments add up to, about its mean.
+/// Root mean square of the cumulative sum of increments, about its mean \[rad\].
 fn angle_rms_rad(increments_rad: &[f64]) -> f64 {
     let (mut angle_rad, mut sum, mut square) = (0.0, 0.0, 0.0);
     for increment in increments_rad {
@@ -194,15 +198,16 @@ fn angle_rms_rad(increments_rad: &[f64]) -> f64 {
     (square / count - (sum / count).powi(2)).max(0.0).sqrt()
 }
 
-/// Whether a counter shows the same for many rows in a tenth of them.
+/// True if runs of many equal values make up more than a tenth of the rows.
 fn stays(values: &[f64]) -> bool {
-    /// Rows.
+    /// Shortest such run \[rows\].
     const MANY: usize = 20;
     let same = values.chunk_by(|a, b| a == b).map(<[f64]>::len);
     10 * same.filter(|rows| *rows >= MANY).sum::<usize>() > values.len()
 }
 
-/// The number of which all values are multiples away from the most frequent one; 0 where there is none.
+/// Estimates the pulse: the smallest distance from the most frequent value if all differences of values are multiples of it;
+/// else 0.
 fn pulse_rad(values: &[f64]) -> f64 {
     let pulse = rlg_signal::fault::pulse(values);
     let first = values.first().copied().unwrap_or_default();
@@ -210,7 +215,7 @@ fn pulse_rad(values: &[f64]) -> f64 {
         let pulses = (value - first) / pulse;
         (pulses - pulses.round()).abs() > ON_LATTICE
     };
-    // Bridged gaps lie between.
+    // Values bridged over gaps are not multiples.
     const MOST_BETWEEN: f64 = 0.01;
     let between = || values.iter().filter(|value| off(value)).count() as f64;
     if pulse > 0.0 && between() < MOST_BETWEEN * values.len() as f64 {
@@ -220,11 +225,12 @@ fn pulse_rad(values: &[f64]) -> f64 {
     }
 }
 
-/// The number of which all values are multiples but for the unit that they are written in; 0 where there is none.
+/// Estimates the pulse of values rounded to a written unit: the number of which all are multiples within the rounding; 0 if
+/// none.
 fn written_pulse_rad(values: &[f64]) -> f64 {
-    /// Units that the difference of two written values is off by at most, and some rounding.
+    /// Largest rounding error of a difference of two written values \[units\], with a margin.
     const OFF: f64 = 1.5;
-    /// Pulses of fewer units look like noise written in them.
+    /// Smallest pulse \[units\]: a smaller one is not distinguishable from noise written in them.
     const FEWEST_UNITS: f64 = 20.0;
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
@@ -234,13 +240,13 @@ fn written_pulse_rad(values: &[f64]) -> f64 {
         larger.fold(f64::INFINITY, f64::min)
     };
     let largest = sorted.last().map_or(0.0, |last| last.max(-sorted[0]));
-    // Below a billionth of the largest value lies the rounding of its number.
+    // Steps below a billionth of the largest value are floating-point rounding.
     let unit = of_any(1e-9 * largest);
     let mut pulse = of_any(2.5 * unit);
     if !pulse.is_finite() || pulse < FEWEST_UNITS * unit {
         return 0.0;
     }
-    // The further the values, the better they know the pulse; a step further at a time, none is counted wrongly.
+    // Larger values determine the pulse better; doubling the range at a time, no count is wrong.
     let mut reach = 2.0 * pulse;
     loop {
         let near = sorted.iter().filter(|value| value.abs() <= reach);
@@ -305,7 +311,7 @@ mod tests {
             ..Lattice::default()
         };
         let tone: Vec<f64> = (0..4000).map(|row| (row as f64 * 0.1).cos()).collect();
-        // Its angle swings by ten times its size on either side, 0.18 pulses of root mean square.
+        // Its angle has an amplitude of ten times its size: 0.18 pulses of root mean square.
         assert!(lattice.hides(0, &tone, 1e-7));
         assert!(!lattice.hides(0, &vec![1.0; 4000], 1e-8));
         assert!(!lattice.hides(1, &tone, 1e-7));

@@ -7,7 +7,7 @@ use nalgebra::DMatrix;
 use super::portion::Bins;
 use super::regressor::{Regressor, gram};
 
-/// Takes the columns out of `left` by weighted least squares and returns their sizes.
+/// Fits the columns to `left` by weighted least squares (normal equations), subtracts them and returns their coefficients.
 pub fn fit_away<R: Borrow<Regressor>>(left: &mut Bins, columns: &[R], weights: &[f64]) -> Vec<f64> {
     let columns: Vec<&Regressor> = columns.iter().map(Borrow::borrow).collect();
     let count = columns.len();
@@ -20,7 +20,7 @@ pub fn fit_away<R: Borrow<Regressor>>(left: &mut Bins, columns: &[R], weights: &
     sizes.iter().copied().collect()
 }
 
-/// [`stable_inverse`] of a matrix whose units differ, taken where its diagonal is one.
+/// [`stable_inverse`] of a matrix whose units differ, computed at unit diagonal.
 pub fn scaled_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     let size = matrix.nrows();
     let scale: Vec<f64> = (0..size)
@@ -31,8 +31,8 @@ pub fn scaled_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     DMatrix::from_fn(size, size, |a, b| inverse[(a, b)] * scale[a] * scale[b])
 }
 
-/// Inverse of a positive semidefinite matrix; directions below 1e-12 of the largest are left out, being
-/// below what double precision leaves of a sum of 1e5 products.
+/// Pseudo-inverse of a positive semidefinite matrix; eigenvalues below 1e-12 of the largest are left out, being below the
+/// rounding of a sum of 1e5 products in double precision.
 pub fn stable_inverse(matrix: &DMatrix<f64>) -> DMatrix<f64> {
     const SMALLEST: f64 = 1e-12;
     if matrix.nrows() == 0 {

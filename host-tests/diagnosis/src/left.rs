@@ -1,4 +1,4 @@
-//! What no effect explains, as entries: located, and no more.
+//! Entries of the unexplained residual: located, and no more.
 
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::EffectEntry;
@@ -6,7 +6,8 @@ use rlg_signal::streams::{AXES, Streams};
 
 use super::locate::Location;
 
-/// Stretches and bands that no effect explains. At rest those of a gyro are one entry: there is no motion to tell them apart.
+/// Entries of stretches and bands that no effect explains. At rest one entry per gyro: without motion they are not
+/// distinguishable.
 pub fn unexplained(left: &[Location], streams: &Streams) -> Vec<EffectEntry> {
     match streams.at_rest {
         Some(_) => (0..3)

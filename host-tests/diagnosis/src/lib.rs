@@ -1,17 +1,19 @@
-//! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one honest test.
+//! Diagnosis against a reference on the gyros' rows: one likelihood, one search, one held-out test.
 //!
-//! In the order of the data: [`data`] (residual, rows) → [`coarse`] (what is far off) → [`case_motion`] (independent of
-//! the residual) ⇄ [`search`] (columns and structure search on the rows to fit, by [`scores`] of [`families`], windows and [`lock_in`], over a reference `turned` by no small angle),
-//! pass by pass until neither changes ([`settle`]) → [`confirm`] (on
-//! rows that were not fitted, and by [`reenact`]ing the recording without an effect; [`goodness`] of what is left) →
-//! [`findings`] and [`excess_noise`]. Of a unit at rest, whose motion is the Earth's, the same for what acts slowly
-//! ([`at_rest`]); several recordings of one unit share one search ([`several`]), and so do
-//! stretches of a recording longer than memory and sums over all of it ([`long`]). Where two instruments are only aligned, the same with physics left out ([`registration`]).
+//! In the order of the data: [`data`] (residual, rows) → [`coarse`] (gross departures) → [`case_motion`] (independent of the
+//! residual) ⇄ [`search`] (columns and structure search on the rows to fit, by [`scores`] of [`families`], windows and
+//! [`lock_in`], after a large rotation of the reference, `turned`), pass by pass until neither changes ([`settle`]) →
+//! [`confirm`] (cross-validation over blocks, and parametric bootstrap without an effect by [`reenact`]; [`goodness`] of fit
+//! of the residual) → [`findings`] and [`excess_noise`]. Of a unit at rest, whose motion is the Earth's, the same for slow
+//! effects ([`at_rest`]); several recordings of one unit share one search ([`several`]), and so do stretches of a recording
+//! longer than memory and sums over all of it ([`long`]). Where two instruments are only aligned, the same without physical
+//! effects ([`registration`]).
 //!
-//! Before it: channels in other axes or units ([`put_right`]); what is said of faults of the data ([`data_words`]).
+//! Before it: correction of channels in other axes or units ([`put_right`]); sentences on faults of the data
+//! ([`data_words`]).
 //!
-//! What others use too: tiles of the residual ([`locate`]) on a [`noise_spectrum`], figures on held-out time
-//! ([`validate`]), what coarse pulses hide ([`lattice`]), what the report draws ([`pictures`]).
+//! Also used elsewhere: tiles of the residual ([`locate`]) on a [`noise_spectrum`], figures on held-out time ([`validate`]),
+//! quantisation by coarse pulses ([`lattice`]), pictures of the report ([`pictures`]).
 
 pub mod portion;
 

@@ -1,11 +1,11 @@
-//! Where the residual is not noise: time × band × channel tiles.
+//! Locates the residual beyond its noise: time × band × channel tiles.
 //!
-//! Enters: a residual \[rad per row\], the noise of each gyro, the regimes and the rows to look at. Leaves:
-//! [`Tile`]s with their chance under the noise model, and [`Location`]s, the significant ones joined.
+//! Input: a residual \[rad per row\], the noise of each gyro, the regimes and the rows to test. Output: [`Tile`]s with their
+//! p-value under the noise model, and [`Location`]s, the significant ones joined.
 //!
-//! Each tile is Hann-windowed, so that strong lines stay in their band; its power over S, summed over a
-//! band, is a gamma variable whose degrees count the window's correlation between bins. The lowest band is
-//! tested as a mean rate too, which is what a drift is. The threshold counts every tile.
+//! Each tile is Hann-windowed, so that strong lines stay in their band; its power over S, summed over a band, is a gamma
+//! variable whose degrees of freedom count the window's correlation between bins. The lowest band is also tested as a mean
+//! rate (drift). The threshold counts every tile.
 
 use rayon::prelude::*;
 use realfft::RealToComplex;
@@ -20,7 +20,7 @@ use rlg_inference::observations::runs;
 use rlg_signal::streams::{Streams, Triad};
 use rlg_signal::transforms;
 
-/// Chance of at least one falsely located tile per recording.
+/// Probability of at least one falsely located tile per recording (family-wise error rate).
 pub const TILE_SIGNIFICANCE: f64 = 1e-4;
 
 /// Edges of the bands in which tiles are tested \[Hz\]: half decades, with the dither band on its own.
@@ -51,28 +51,28 @@ pub struct Tile {
     pub rows: Range<usize>,
     /// Band \[Hz\].
     pub band_hz: (f64, f64),
-    /// Power over what the noise predicts (1 = noise).
+    /// Power over that predicted by the noise (1 = noise).
     pub power: f64,
     /// Mean rate \[rad/s\], for the lowest band.
     pub mean_rad_s: f64,
-    /// Its standard deviation under the noise \[rad/s\].
+    /// Standard deviation of the mean rate under the noise \[rad/s\].
     pub mean_std_rad_s: f64,
     /// Root mean square of the excess rate in the band \[rad/s\].
     pub excess_rad_s: f64,
-    /// Chance under the noise, this tile alone.
+    /// p-value under the noise, of this tile alone.
     pub chance: f64,
 }
 
-/// What goes with a location.
+/// Channel or product coherent with a location.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Companion {
     /// Channel or product, as in expressions.
     pub with: String,
-    /// How much later the residual does the same \[s\].
+    /// Lag of the residual behind it \[s\].
     pub lag_s: f64,
-    /// −1 … 1.
+    /// Coherence, −1 … 1.
     pub coherence: f64,
-    /// Chance, expressions and lags counted.
+    /// p-value, expressions and lags counted.
     pub p_value: f64,
 }
 
@@ -87,17 +87,17 @@ pub struct Location {
     pub band_hz: (f64, f64),
     /// Largest mean rate or excess rate \[rad/s\].
     pub size_rad_s: f64,
-    /// Smallest chance among its tiles, trials counted.
+    /// Smallest p-value among its tiles, trials counted.
     pub p_value: f64,
-    /// How it goes with the motion, where something is known.
+    /// Relation to the motion, if known.
     pub regime: String,
-    /// Channels that it goes with, the surest first.
+    /// Channels coherent with it, the surest first.
     pub companions: Vec<Companion>,
 }
 
 /// Runs of usable rows inside `rows`, those too short to carry information left out.
 fn usable_runs(usable: &[bool], rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-    /// A joint costs about this many rows of information at its free jump.
+    /// Shortest run \[rows\]: a joint costs about as many rows of information at its free jump.
     const SHORTEST_RUN: usize = 64;
     runs(&usable[rows.clone()], true)
         .into_iter()
@@ -149,21 +149,21 @@ pub fn tiles(
         .collect()
 }
 
-/// Fewer rows have no bands.
+/// Shortest tile \[rows\]: fewer rows have no bands.
 const SHORTEST_ROWS: usize = 64;
 
 fn even(rows: &Range<usize>) -> usize {
     rows.len() & !1
 }
 
-/// What tiles of one length share.
+/// Quantities common to tiles of one length.
 struct Kind {
     count: usize,
     rate_hz: f64,
     window: Vec<f64>,
     norm: f64,
     forward: Arc<dyn RealToComplex<f64>>,
-    /// What the noise of each gyro makes of each bin behind the window.
+    /// Expected noise power of each gyro in each bin after the window.
     levels: [Vec<f64>; 3],
     mean_std_rad_s: [f64; 3],
 }
@@ -174,12 +174,12 @@ impl Kind {
         let window: Vec<f64> = (0..count)
             .map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / count as f64).cos())
             .collect();
-        // Drift does not start anew in each tile.
+        // Drift continues across tiles.
         let floor_hz = LOWEST_SHARE / span_s;
         let levels = noise.each_ref().map(|noise| {
             let at = |bin: usize| noise.at(bin as f64 / seconds, floor_hz);
             let level: Vec<f64> = (0..=count / 2 + 1).map(at).collect();
-            // The window shows each bin a sixth of either neighbour's noise; in a short tile that counts.
+            // The window adds a sixth of either neighbour's noise to each bin, which matters in a short tile.
             (0..=count / 2)
                 .map(|bin| (4.0 * level[bin] + level[bin.abs_diff(1)] + level[bin + 1]) / 6.0)
                 .collect()
@@ -253,8 +253,8 @@ impl Kind {
     }
 }
 
-/// Joins the significant tiles that touch in time on the same channel and band. A location that reaches
-/// the end of what was looked at in a regime is taken to last as long as the regime.
+/// Joins the significant tiles that touch in time on the same channel and band. A location that reaches the end of the
+/// tested rows in a regime is extended to the end of the regime.
 pub fn join(tiles: &[Tile], regimes: &[Regime], looked_at: &[Range<usize>]) -> Vec<Location> {
     let trials = tiles.len().max(1) as f64;
     let mut found: Vec<&Tile> = tiles
@@ -313,7 +313,7 @@ pub fn join(tiles: &[Tile], regimes: &[Regime], looked_at: &[Range<usize>]) -> V
     locations
 }
 
-/// Whether a tile among `count` cannot be chance.
+/// True if a tile among `count` is significant (Bonferroni).
 pub fn is_significant(tile: &Tile, count: usize) -> bool {
     tile.chance * (count.max(1) as f64) < TILE_SIGNIFICANCE
 }

@@ -1,4 +1,4 @@
-//! Lock-in of gyros that are not dithered, as a candidate for the search.
+//! Lock-in of undithered gyros, as a candidate for the search.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::PoolColumns;
@@ -15,19 +15,20 @@ use super::scores::{Coarse, Found, follow, most_at, tests};
 use rlg_findings::sentences::DEG_H;
 use rlg_signal::streams::AXES;
 
-/// Thresholds of real lasers lie between these \[rad/s\]: 2 to 2000 °/h.
+/// Range of lock-in thresholds of real lasers \[rad/s\]: 2 to 2000 °/h.
 const THRESHOLDS_RAD_S: [f64; 2] = [1e-5, 1e-2];
 
-/// Share of the angle noise that counting leaves below which what lies on multiples of a unit is rounded and not counted.
+/// Share of the angle noise of counting, below which values on multiples of a unit are rounded and not counted.
 const COUNTED: f64 = 0.25;
 
-/// Units of increments that are rounded one by one within which a dead band is that of their rounding.
+/// Largest dead band attributed to rounding of single increments \[units\].
 const ROUNDED_UNITS: f64 = 2.0;
 
-/// The threshold of each gyro that gains most beside the fits; none on dithered gyros, where lock-in is a random walk.
+/// Selects the threshold of each gyro with the largest gain, given the fits; none on dithered gyros, where lock-in is a
+/// random walk.
 ///
 /// # Inputs
-/// `over_sums`: the fits as tests over `coarse`.
+/// `over_sums`: score tests of the fits over `coarse`.
 pub(super) fn lock_in(
     pass: &Pass,
     fits: &[&Fit],
@@ -44,9 +45,9 @@ pub(super) fn lock_in(
     let mut places: f64 = 1.0;
     let mut exact = None;
     for gyro in (0..3).filter(|&axis| pass.motion.is_moving[axis]) {
-        // Within the noise of its rate a dead band would be made of nothing else.
+        // A dead band within the noise of the rate would consist of noise alone.
         let clear = plan.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
-        // What rounds increments one by one makes a dead band of half a unit by itself.
+        // Rounding of single increments alone makes a dead band of half a unit.
         let unit_rad = pass.lattice.counted_rad[gyro];
         let is_rounded = fits[0].levels[gyro].angle < COUNTED * unit_rad * unit_rad / 12.0;
         let unit_rad = if is_rounded { unit_rad } else { 0.0 };
@@ -57,7 +58,7 @@ pub(super) fn lock_in(
             continue;
         }
         places = places.max(grid.len() as f64);
-        // A threshold is one number.
+        // Price of the grid and of one parameter, the threshold.
         let price = (grid.len() as f64).ln() + 0.5;
         let Some(begin) = strongest(over_sums, coarse, gyro, &grid, signals) else {
             continue;
@@ -86,7 +87,7 @@ pub(super) fn lock_in(
                     .clamp(least, THRESHOLDS_RAD_S[1]),
             },
         );
-        // One at the least that can be told is none.
+        // A threshold at the lower bound is not identifiable.
         if gain > price && threshold.rad_s > least {
             thresholds[gyro] = Some(threshold);
             surplus += gain - price;
@@ -104,10 +105,10 @@ pub(super) fn lock_in(
     })
 }
 
-/// What thresholds would leave a random walk of angle on gyros that are dithered, for a navigation engineer; nothing where none is.
+/// Sentence on the thresholds whose lock-in would cause a random walk of dithered gyros; `None` without one.
 ///
 /// # Inputs
-/// `walk_rad_sqrt_s`: of each gyro beyond what is known; 0 for none.
+/// `walk_rad_sqrt_s`: excess random walk of each gyro; 0 for none.
 pub(super) fn behind_walk(walk_rad_sqrt_s: [f64; 3], data: &Data) -> Option<String> {
     let dither_rad = data.dither_rad.as_ref()?;
     let of_gyro = |axis: usize| {
@@ -131,22 +132,23 @@ pub(super) fn behind_walk(walk_rad_sqrt_s: [f64; 3], data: &Data) -> Option<Stri
     })
 }
 
-/// Threshold \[rad/s\] whose lock-in leaves a random walk under a dither of a peak rate: Ω_L = N √(S Ω_D), S = 2π a pulse
-/// (physics, what lock-in leaves).
+/// Threshold \[rad/s\] whose lock-in causes a random walk N under a dither of a peak rate Ω_D: Ω_L = N √(S Ω_D), S = 2π a
+/// pulse (physics, what lock-in leaves).
 fn threshold_rad_s(walk_rad_sqrt_s: f64, pulse_rad: f64, dither_peak_rad_s: f64) -> f64 {
     walk_rad_sqrt_s * (std::f64::consts::TAU / pulse_rad * dither_peak_rad_s).sqrt()
 }
 
-/// Angles that stops in a dead band leave by chance, up to half a pulse either way: no noise of the likelihood is like them.
+/// Random angles of the stops in a dead band, up to half a pulse either way, not covered by the noise of the likelihood.
 pub(super) struct Stops<'a> {
     pub(super) data: &'a Data<'a>,
     pub(super) signals: &'a Signals,
-    /// Those that the thresholds were estimated by.
+    /// Normal equations of the fitted thresholds.
     pub(super) equations: &'a NormalEquations,
 }
 
 impl Stops<'_> {
-    /// Adds what they do to the thresholds of `candidate`, whose parameters begin at `first` in `fit`, to the covariance.
+    /// Adds the variance by the stops to the thresholds of `candidate`, whose parameters begin at `first` in `fit`, in the
+    /// covariance.
     ///
     /// # Inputs
     /// `pool`: columns of the candidate.
@@ -173,7 +175,7 @@ impl Stops<'_> {
     }
 }
 
-/// The threshold of a grid whose dead band gains most, its depth left free.
+/// Selects the threshold of a grid whose dead band has the largest gain, with free depth.
 fn strongest(
     tests: &[ScoreTest],
     coarse: &Coarse,
