@@ -36,6 +36,7 @@ use crate::registration::{self, Registration};
 use crate::rest::{self, Rest};
 use crate::said::{Few, Said};
 use crate::search::{Found, called_for, search};
+use crate::zeroing;
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, Copy, Default)]
@@ -123,6 +124,8 @@ pub fn diagnose(
         };
     }
     if !observed.is_few {
+        observed.zeroed = zeroing::of(&observed, &settings.plan.zeroing);
+        observed.undo(zeroing::high_passes(&observed.zeroed));
         let lines = own_lines::of(&observed, &settings.plan.lines);
         observed.take_lines(lines);
     }
@@ -436,8 +439,9 @@ fn check_channels(
     if let Some(plan) = &mut asked.channels.same_motion {
         plan.reference_hz = channels::readings_hz(&observed.samples);
     }
+    let samples = observed.sound_samples();
     let streams = &mut observed.streams;
-    let rows = channels::reference_rows(&observed.samples, streams);
+    let rows = channels::reference_rows(&samples, streams);
     let own_rad = std::mem::replace(&mut streams.case_rad, rows.increments_rad);
     let usable = streams.usable.clone();
     for (usable, doubtful) in streams.usable.iter_mut().zip(rows.doubtful) {

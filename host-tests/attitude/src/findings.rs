@@ -29,6 +29,7 @@ use crate::promise;
 use crate::reference_spans::{self, JumpSeen, Span};
 use crate::registration::Registration;
 use crate::said::Said;
+use crate::zeroing;
 
 /// Composes the outcome of a diagnosis.
 pub(crate) fn outcome(said: &Said) -> Outcome {
@@ -59,8 +60,9 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         .map(|(one, numbers)| entry(said, one, numbers))
         .collect();
     let clock = (streams.rows, streams.rate_hz);
-    let lines = own_lines::entries(&observed.lines, clock, observed.model);
-    effects.extend(lines.iter().map(|(entry, _)| entry.clone()));
+    let mut preprocessed = own_lines::entries(&observed.lines, clock, observed.model);
+    preprocessed.extend(zeroing::entry(&observed.zeroed));
+    effects.extend(preprocessed.iter().map(|(entry, _)| entry.clone()));
     effects.extend(spans.iter().map(Span::entry));
     effects.extend(jumps.iter().map(JumpSeen::entry));
     effects.extend(
@@ -83,7 +85,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     for (one, numbers) in &named {
         switch_on(&mut model, model_effect(said, one, numbers));
     }
-    for (_, effect) in &lines {
+    for (_, effect) in &preprocessed {
         switch_on(&mut model, effect.clone());
     }
     let faults = spans.iter().map(Span::effect);
@@ -104,7 +106,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         verdict,
         summary: summary(
             said,
-            (verdict, &named, &lines),
+            (verdict, &named, &preprocessed),
             (&spans, &jumps),
             tested.as_ref(),
         ),

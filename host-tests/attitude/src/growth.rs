@@ -128,10 +128,9 @@ impl Growth<'_> {
             let about = (self.model, start, &free);
             Some((settle(self.of, about, true, self.progress)?, free))
         };
-        let low_passes = [settled(false), settled(true)];
-        std::iter::once(grown)
-            .chain(low_passes.into_iter().flatten())
-            .collect()
+        let low_passes = [settled(false), settled(true)].into_iter().flatten();
+        let possible = low_passes.filter(|(one, _)| one.is_possible());
+        std::iter::once(grown).chain(possible).collect()
     }
 
     /// Linearisation point of a low pass: its maximum-likelihood time constant by grid search, as the rectification of

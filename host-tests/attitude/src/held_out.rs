@@ -79,7 +79,7 @@ fn residual(
     let observed = said.observed;
     let gyros = match with_effects {
         true => Cow::Borrowed(&observed.gyros),
-        false => observed.gyros_with_lines(),
+        false => observed.gyros_as_read(),
     };
     let about = About::new(&gyros, &observed.samples, known, alignment)?;
     let mut left_rad = about.increments.rows_rad.clone();

@@ -55,9 +55,13 @@ mod channels;
 
 mod held;
 
+mod failures;
+
 mod observed;
 
 mod vertical;
+
+mod zeroing;
 
 mod own_lines;
 

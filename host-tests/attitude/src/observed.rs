@@ -20,6 +20,7 @@ use crate::about::{About, Gyros};
 use crate::channels;
 use crate::conditioned;
 use crate::dither::Dither;
+use crate::failures;
 use crate::gyro_motion::Reads;
 use crate::held;
 use crate::increments::Stamps;
@@ -28,6 +29,7 @@ use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
 use crate::registration::Records;
 use crate::vertical;
+use crate::zeroing::{self, Zeroed};
 
 /// A recording prepared for the registration.
 pub(crate) struct Observed<'a> {
@@ -45,14 +47,46 @@ pub(crate) struct Observed<'a> {
     /// The attitudes are too few for an estimate of their noise.
     pub(crate) is_few: bool,
     pub(crate) gyros: Gyros,
+    /// High passes that were undone on them beyond those of the model.
+    pub(crate) zeroed: Zeroed,
     /// Lines that were taken out of them.
     pub(crate) lines: Vec<OwnLine>,
 }
 
 impl Observed<'_> {
+    /// Samples without those known to be faulty; held-out ones are among them.
+    pub(crate) fn sound_samples(&self) -> Vec<SlowSample> {
+        let flags = self.stamps.left_out.iter().zip(&self.tested);
+        let sound = self
+            .samples
+            .iter()
+            .zip(flags.map(|(left_out, tested)| !left_out || *tested));
+        sound
+            .filter(|(_, is_sound)| *is_sound)
+            .map(|(sample, _)| sample.clone())
+            .collect()
+    }
+
     /// Data of a registration.
     pub(crate) fn records(&self) -> Records<'_> {
         (&self.gyros, &self.samples, &self.stamps)
+    }
+
+    /// Flags of gyro rows that are measured, lie between two fitted stamps and are not `doubtful`.
+    pub(crate) fn fitted_rows(&self, doubtful: &[bool]) -> Vec<bool> {
+        let (gyros, rows) = (&self.gyros, self.gyros.sensed_rad.len());
+        let row_of = |time_s: f64| ((time_s - gyros.start_s) * gyros.rate_hz).max(0.0);
+        let mut is_fitted = vec![false; rows];
+        for (stamp, pair) in self.samples.windows(2).enumerate() {
+            if !self.stamps.left_out[stamp] && !self.stamps.left_out[stamp + 1] {
+                let last = (row_of(pair[1].time_s).ceil() as usize).min(rows);
+                is_fitted[(row_of(pair[0].time_s) as usize).min(last)..last].fill(true);
+            }
+        }
+        let flags = self.streams.usable.iter().zip(doubtful);
+        let each = is_fitted.iter().zip(flags);
+        each.map(|(fitted, (usable, doubtful))| *fitted && *usable && !doubtful)
+            .collect()
     }
 
     /// Returns the gyros' signals, for columns about given rows.
@@ -129,12 +163,12 @@ pub(crate) fn observe<'a>(
     let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
     let (known, mut tested) = known_stamps(model, &samples, fitted);
     let mut stamps = known.clone();
-    let held = held::find(&gyros, &samples);
-    for stamp in (0..samples.len()).filter(|stamp| held[*stamp]) {
+    let [held, failed] = [held::find, failures::find].map(|find| find(&gyros, &samples));
+    for stamp in (0..samples.len()).filter(|stamp| held[*stamp] || failed[*stamp]) {
         stamps.left_out[stamp] = true;
         tested[stamp] = false;
     }
-    Ok(Some(Observed {
+    let mut observed = Observed {
         recording,
         model,
         streams,
@@ -145,8 +179,11 @@ pub(crate) fn observe<'a>(
         stamps,
         is_few,
         gyros,
+        zeroed: [None; 3],
         lines: Vec::new(),
-    }))
+    };
+    observed.undo(zeroing::of_model(model));
+    Ok(Some(observed))
 }
 
 /// Flags the stamps by the model's known faults, and those held out for validation, from `fitted` on.

@@ -9,6 +9,7 @@ use rlg_signal::own_lines::{OwnLine, OwnLinesPlan, find};
 use crate::about::Gyros;
 use crate::channels;
 use crate::observed::Observed;
+use crate::zeroing;
 
 /// Finds lines on the stamps that are fitted.
 pub(crate) fn of(observed: &Observed, plan: &OwnLinesPlan) -> Vec<OwnLine> {
@@ -16,33 +17,17 @@ pub(crate) fn of(observed: &Observed, plan: &OwnLinesPlan) -> Vec<OwnLine> {
         gyros,
         samples,
         streams,
-        stamps,
         ..
     } = observed;
     let Some(reference_hz) = channels::readings_hz(samples) else {
         return Vec::new();
     };
-    let rows = channels::reference_rows(samples, streams);
+    let rows = channels::reference_rows(&observed.sound_samples(), streams);
     let of_gyros: Triad = std::array::from_fn(|axis| {
         let each = gyros.sensed_rad.iter();
         each.map(|row| row[axis]).collect()
     });
-    let pairs = streams.usable.iter().zip(&rows.doubtful);
-    let mut seen: Vec<bool> = pairs
-        .map(|(usable, doubtful)| *usable && !doubtful)
-        .collect();
-    let row_of = |time_s: f64| (time_s - gyros.start_s) * gyros.rate_hz;
-    let mut is_fitted = vec![false; seen.len()];
-    for pair in samples.windows(2).enumerate() {
-        let (stamp, [from, to]) = (pair.0, [0, 1].map(|k: usize| row_of(pair.1[k].time_s)));
-        if !stamps.left_out[stamp] && !stamps.left_out[stamp + 1] {
-            let last = (to.ceil().max(0.0) as usize).min(seen.len());
-            is_fitted[(from.max(0.0) as usize).min(last)..last].fill(true);
-        }
-    }
-    for (seen, fitted) in seen.iter_mut().zip(is_fitted) {
-        *seen &= fitted;
-    }
+    let seen = observed.fitted_rows(&rows.doubtful);
     let force = streams.force_m_s2.as_ref();
     let others: Vec<&Triad> = std::iter::once(&rows.increments_rad).chain(force).collect();
     find(
@@ -61,11 +46,14 @@ impl Observed<'_> {
         self.lines = lines;
     }
 
-    /// Gyros with the lines that were taken out of them.
-    pub(crate) fn gyros_with_lines(&self) -> Cow<'_, Gyros> {
+    /// Gyros with the lines and the high passes that were found on them.
+    pub(crate) fn gyros_as_read(&self) -> Cow<'_, Gyros> {
         let mut gyros = Cow::Borrowed(&self.gyros);
         if !self.lines.is_empty() {
             add(gyros.to_mut(), &self.lines, 1.0);
+        }
+        if self.zeroed != [None; 3] {
+            zeroing::pass(gyros.to_mut(), zeroing::high_passes(&self.zeroed));
         }
         gyros
     }

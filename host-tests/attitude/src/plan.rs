@@ -27,6 +27,8 @@ pub struct AttitudePlan {
     pub most_effects: usize,
     /// Residual power on held-out rows, relative to the noise model, above which the record is not fully explained.
     pub most_power: f64,
+    /// Search for automatic zeroing.
+    pub zeroing: ZeroingPlan,
     /// Search for lines of the gyros alone.
     pub lines: OwnLinesPlan,
 }
@@ -44,7 +46,26 @@ impl Default for AttitudePlan {
             nearly: 0.5,
             most_effects: 6,
             most_power: 10.0,
+            zeroing: ZeroingPlan::default(),
             lines: OwnLinesPlan::default(),
+        }
+    }
+}
+
+/// Thresholds of the search for automatic zeroing.
+#[derive(Debug, Clone, Copy)]
+pub struct ZeroingPlan {
+    /// Time over which increments are summed \[s\]: delays and noise matter less.
+    pub block_s: f64,
+    /// Largest share of the squares left without a high pass that one leaves \[1\].
+    pub left: f64,
+}
+
+impl Default for ZeroingPlan {
+    fn default() -> Self {
+        Self {
+            block_s: 0.1,
+            left: 0.3,
         }
     }
 }

@@ -121,6 +121,16 @@ impl Registration {
         }
     }
 
+    /// True if no time constant of a low pass is negative beyond its standard deviation.
+    pub(crate) fn is_possible(&self) -> bool {
+        /// Standard deviations of a time constant.
+        const BEYOND: f64 = 3.0;
+        let mut each = (0..3).map(|axis| (axis, self.smoothing_s2[axis].1));
+        self.alignment
+            .low_pass_s
+            .is_none_or(|time_s| each.all(|(axis, std)| time_s[axis] > -BEYOND * std))
+    }
+
     /// True if the gyros are late, and not less smooth than the reference.
     pub(crate) fn may_be_low_pass(&self, model: &Alignment) -> bool {
         /// Threshold of significance, in standard deviations.

@@ -40,6 +40,17 @@ impl HighPass {
         }
     }
 
+    /// Replaces read increments by the sensed ones \[rad\].
+    pub fn undo(self, read_rad: &mut [f64], period_s: f64) {
+        let learnt = period_s / self.time_s;
+        let mut mean_rad = 0.0;
+        for value in read_rad {
+            let apart_rad = *value;
+            *value += mean_rad;
+            mean_rad += learnt * apart_rad;
+        }
+    }
+
     /// −l T of every row.
     fn forgotten(self, sensed_rad: &[f64], period_s: f64) -> Vec<f64> {
         let learnt = period_s / self.time_s;
@@ -82,6 +93,18 @@ mod tests {
                 (angle_rad / exact - 1.0).abs() < 0.01 / 3.0,
                 "{row}: {angle_rad} {exact}"
             );
+        }
+    }
+
+    #[test]
+    fn undone_the_increments_are_what_was_sensed() {
+        let sensed: Vec<f64> = (0..500).map(|row| (0.1 * f64::from(row)).cos()).collect();
+        let at = HighPass { time_s: 0.7 };
+        let beyond = at.beyond(&sensed, 0.01, Part::Response);
+        let mut read: Vec<f64> = sensed.iter().zip(&beyond).map(|(a, b)| a + b).collect();
+        at.undo(&mut read, 0.01);
+        for (undone, sensed) in read.iter().zip(&sensed) {
+            assert!((undone - sensed).abs() < 1e-12);
         }
     }
 

@@ -1,0 +1,207 @@
+//! Automatic zeroing of gyros beside attitudes: found and undone before anything is aligned, for a gyro that forgets a constant rate
+//! follows no scale, axis or delay.
+//!
+//! Each gyro is predicted from the reference's three rates behind a high pass, with a free map and a free constant, in sums over a
+//! tenth of a second; the time constant of least squares stands where it leaves much less than no high pass does.
+
+use std::borrow::Cow;
+
+use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::entries::HIGH_PASS;
+use rlg_catalogue::high_pass::{HighPass, Part, grid};
+use rlg_findings::entries::unlisted;
+use rlg_findings::result::{EffectEntry, ParameterEntry};
+use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_signal::axes::{AXES, Triad};
+
+use crate::about::Gyros;
+use crate::channels;
+use crate::numbers::card;
+use crate::observed::Observed;
+use crate::plan::ZeroingPlan;
+
+/// Time constant of a gyro's high pass, and its standard deviation \[s\].
+pub(crate) type Zeroed = [Option<[f64; 2]>; 3];
+
+/// Time constants of a model.
+pub(crate) fn of_model(model: &Model) -> [Option<HighPass>; 3] {
+    let of_kind = model.effects.iter().filter(|one| one.kind == HIGH_PASS);
+    let of_kind: Vec<&ModelEffect> = of_kind.collect();
+    AXES.map(|axis| {
+        let time_s: f64 = of_kind.iter().map(|one| one.number(axis)).sum();
+        (time_s > 0.0).then_some(HighPass { time_s })
+    })
+}
+
+/// Finds the high pass of each gyro on the stamps that are fitted.
+pub(crate) fn of(observed: &Observed, plan: &ZeroingPlan) -> Zeroed {
+    let rows = channels::reference_rows(&observed.sound_samples(), &observed.streams);
+    let seen = observed.fitted_rows(&rows.doubtful);
+    let rate_hz = observed.gyros.rate_hz;
+    let data = Data {
+        reference_rad: &rows.increments_rad,
+        block: ((plan.block_s * rate_hz).round() as usize).max(1),
+        seen,
+        period_s: 1.0 / rate_hz,
+    };
+    [0, 1, 2].map(|gyro| {
+        let sensed = observed.gyros.sensed_rad.iter();
+        let values: Vec<f64> = sensed.map(|row| row[gyro]).collect();
+        data.high_pass(&values, plan)
+    })
+}
+
+struct Data<'a> {
+    reference_rad: &'a Triad,
+    seen: Vec<bool>,
+    /// Rows of a sum.
+    block: usize,
+    period_s: f64,
+}
+
+impl Data<'_> {
+    fn high_pass(&self, values: &[f64], plan: &ZeroingPlan) -> Option<[f64; 2]> {
+        let sums = self.sums(values);
+        let left = |time_s: Option<f64>| self.left(&sums, time_s);
+        let without = left(None)?;
+        let best = grid(self.period_s, values.len())
+            .into_iter()
+            .filter_map(|one| Some((left(Some(one.time_s))?, one.time_s)))
+            .min_by(|a, b| a.0.total_cmp(&b.0))?;
+        if best.0 > plan.left * without {
+            return None;
+        }
+        /// Golden sections of an octave either way: to 1e-6 of the time constant.
+        const SECTIONS: usize = 32;
+        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+        let (mut from, mut to) = (best.1.ln() - 0.7, best.1.ln() + 0.7);
+        for _ in 0..SECTIONS {
+            let [low, high] = [to - golden * (to - from), from + golden * (to - from)];
+            match left(Some(low.exp()))? < left(Some(high.exp()))? {
+                true => to = high,
+                false => from = low,
+            }
+        }
+        let time_s = (0.5 * (from + to)).exp();
+        /// Relative step of the second difference.
+        const STEP: f64 = 0.01;
+        let here = left(Some(time_s))?;
+        let beside = left(Some(time_s * (1.0 + STEP)))? + left(Some(time_s * (1.0 - STEP)))?;
+        let curvature = (beside - 2.0 * here) / (STEP * time_s).powi(2);
+        let variance = here / sums.len() as f64;
+        Some([time_s, (2.0 * variance / curvature).max(0.0).sqrt()])
+    }
+
+    /// Sums of rows that are all seen.
+    fn sums(&self, values: &[f64]) -> Vec<f64> {
+        let blocks = values
+            .chunks_exact(self.block)
+            .zip(self.seen.chunks_exact(self.block));
+        let whole = blocks.filter(|(_, seen)| seen.iter().all(|seen| *seen));
+        whole.map(|(values, _)| values.iter().sum()).collect()
+    }
+
+    /// Sum of squares that a map of the reference behind a high pass, or behind none, leaves.
+    fn left(&self, sums: &[f64], time_s: Option<f64>) -> Option<f64> {
+        let passed = |values: &[f64]| -> Vec<f64> {
+            let mut passed = values.to_vec();
+            if let Some(time_s) = time_s {
+                let beyond = HighPass { time_s }.beyond(values, self.period_s, Part::Response);
+                passed
+                    .iter_mut()
+                    .zip(beyond)
+                    .for_each(|(value, beyond)| *value += beyond);
+            }
+            passed
+        };
+        let constant = vec![self.period_s; self.seen.len()];
+        let mut columns: Vec<Cow<[f64]>> = self
+            .reference_rad
+            .iter()
+            .map(|axis| Cow::Owned(passed(axis)))
+            .collect();
+        columns.push(Cow::Owned(passed(&constant)));
+        if time_s.is_some() {
+            columns.push(Cow::Borrowed(&constant));
+        }
+        let columns: Vec<Vec<f64>> = columns.iter().map(|column| self.sums(column)).collect();
+        if sums.len() <= columns.len() {
+            return None;
+        }
+        let design = DMatrix::from_fn(sums.len(), columns.len(), |row, column| {
+            columns[column][row]
+        });
+        let values = DVector::from_column_slice(sums);
+        let moments = design.tr_mul(&values);
+        let inverse = rlg_inference::linear::pseudo_inverse(&design.tr_mul(&design));
+        Some(values.norm_squared() - moments.dot(&(inverse * &moments)))
+    }
+}
+
+/// High passes that were found.
+pub(crate) fn high_passes(zeroed: &Zeroed) -> [Option<HighPass>; 3] {
+    zeroed.map(|one| one.map(|[time_s, _]| HighPass { time_s }))
+}
+
+/// Passes what gyros sensed through high passes.
+pub(crate) fn pass(gyros: &mut Gyros, high_passes: [Option<HighPass>; 3]) {
+    let period_s = 1.0 / gyros.rate_hz;
+    for (axis, high_pass) in high_passes.into_iter().enumerate() {
+        let Some(high_pass) = high_pass else { continue };
+        let values: Vec<f64> = gyros.sensed_rad.iter().map(|row| row[axis]).collect();
+        let beyond = high_pass.beyond(&values, period_s, Part::Response);
+        for (row, beyond) in gyros.sensed_rad.iter_mut().zip(beyond) {
+            row[axis] += beyond;
+        }
+    }
+}
+
+impl Observed<'_> {
+    /// Undoes high passes on what the gyros sensed.
+    pub(crate) fn undo(&mut self, high_passes: [Option<HighPass>; 3]) {
+        let period_s = 1.0 / self.gyros.rate_hz;
+        for (axis, high_pass) in high_passes.into_iter().enumerate() {
+            let Some(high_pass) = high_pass else { continue };
+            let mut values: Vec<f64> = self.gyros.sensed_rad.iter().map(|row| row[axis]).collect();
+            high_pass.undo(&mut values, period_s);
+            for (row, value) in self.gyros.sensed_rad.iter_mut().zip(values) {
+                row[axis] = value;
+            }
+        }
+    }
+}
+
+/// The entry of high passes that were found, and its effect.
+pub(crate) fn entry(zeroed: &Zeroed) -> Option<(EffectEntry, ModelEffect)> {
+    let found = || {
+        let each = zeroed.iter().enumerate();
+        each.filter_map(|(axis, one)| one.map(|[value, std]| (AXES[axis].to_string(), value, std)))
+    };
+    let count = found().count();
+    if count == 0 {
+        return None;
+    }
+    let card = card(HIGH_PASS);
+    let parameters = found().map(|(name, value, std)| ParameterEntry::Number {
+        name,
+        value,
+        std,
+        unit: card.unit.to_string(),
+    });
+    let stds: Vec<f64> = found().map(|(_, _, std)| std).collect();
+    let variance = |a: usize, b: usize| if a == b { stds[a] * stds[a] } else { 0.0 };
+    let entry = EffectEntry {
+        kind: HIGH_PASS.to_string(),
+        parameters: parameters.collect(),
+        covariance: (0..count)
+            .map(|a| (0..count).map(|b| variance(a, b)).collect())
+            .collect(),
+        ..unlisted(card.equation.to_string(), card.meaning.to_string())
+    };
+    let values = found().map(|(name, value, _)| (name, EffectValue::Number(value)));
+    let effect = ModelEffect {
+        kind: HIGH_PASS.to_string(),
+        parameters: values.collect(),
+    };
+    Some((entry, effect))
+}
