@@ -28,6 +28,8 @@ use crate::few_search::{self, FewFound};
 use crate::findings;
 use crate::fitting::priced;
 use crate::growth::Growth;
+use crate::gyro_times;
+use crate::late_gyros;
 use crate::observed::{Observed, observe};
 use crate::own_lines;
 use crate::physics::{self, Gyro};
@@ -124,8 +126,11 @@ pub fn diagnose(
         };
     }
     if !observed.is_few {
-        observed.zeroed = zeroing::of(&observed, &settings.plan.zeroing);
-        observed.undo(zeroing::high_passes(&observed.zeroed));
+        let rows = channels::reference_rows(&observed.sound_samples(), &observed.streams);
+        let seen = observed.fitted_rows(&rows.doubtful);
+        let reference = (&rows.increments_rad, seen);
+        observed.zeroed = zeroing::find(&observed.gyros, reference, &settings.plan.zeroing);
+        zeroing::undo(&mut observed.gyros, zeroing::high_passes(&observed.zeroed));
         let lines = own_lines::of(&observed, &settings.plan.lines);
         observed.take_lines(lines);
     }
@@ -173,8 +178,48 @@ struct Fitted {
     few: Option<Few>,
 }
 
-/// Fits attitudes whose noise is estimated from their own residuals.
+/// Fits attitudes whose noise is estimated from their own residuals; once more where single gyros are late, after their rows are
+/// moved.
 fn of_many(
+    settings: &Settings,
+    observed: &mut Observed,
+    of: (&Alignment, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Option<Fitted>, InputError> {
+    /// Most moves: each leaves the square of what it is wrong by.
+    const MOVES: usize = 3;
+    let Some(mut fitted) = fit_many(settings, observed, of, progress)? else {
+        return Ok(None);
+    };
+    for _ in 0..MOVES {
+        let Some(late) = late_gyros::of(&fitted.found, &fitted.registered) else {
+            break;
+        };
+        progress("once more with the rows of late gyros moved");
+        let before = (observed.gyros.clone(), observed.late);
+        gyro_times::advance(&mut observed.gyros, late.values_s);
+        observed.late.add(&late);
+        let moved = fit_many(settings, observed, of, progress)?;
+        // By row: what looked like faults of the reference has fewer.
+        let by_row = |one: &Fitted| {
+            let registered = &one.registered;
+            registered.log_likelihood / registered.about.increments.rows() as f64
+        };
+        let least = by_row(&fitted);
+        match moved.filter(|moved| by_row(moved) > least) {
+            Some(moved) => fitted = moved,
+            // A filter, and no delay.
+            None => {
+                (observed.gyros, observed.late) = before;
+                break;
+            }
+        }
+    }
+    Ok(Some(fitted))
+}
+
+/// One fit of them.
+fn fit_many(
     settings: &Settings,
     observed: &mut Observed,
     (of_model, model_file): (&Alignment, &Path),
@@ -206,7 +251,7 @@ fn of_many(
         return Ok(None);
     };
     let mut gyro = observed.gyro(&registered.about, model_file)?;
-    if observed.take_out(&gyro.known_rad(observed.model)) {
+    if !observed.is_without_known && observed.take_out(&gyro.known_rad(observed.model)) {
         progress("once more without what the model knows");
         let Some(again) = grown(observed) else {
             return Ok(None);
@@ -214,6 +259,7 @@ fn of_many(
         (registered, free) = again;
         gyro = observed.gyro(&registered.about, model_file)?;
     }
+    observed.is_without_known = true;
     let (pool, effects) = gyro.candidates(settings.left_out);
     let candidates = Candidates::new(effects);
     let mut plan = settings.plan;

@@ -20,11 +20,13 @@ use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::axes::AXES;
 
 use crate::alignment::{GROUPS, places};
+use crate::cards::card;
 use crate::choice::Named;
 use crate::gyro_motion::Reads;
+use crate::gyro_times;
 use crate::held_out::{HeldOut, held_out};
 use crate::mount;
-use crate::numbers::{Numbers, card, numbers};
+use crate::numbers::{Numbers, numbers};
 use crate::promise;
 use crate::reference_spans::{self, JumpSeen, Span};
 use crate::registration::Registration;
@@ -62,6 +64,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     let clock = (streams.rows, streams.rate_hz);
     let mut preprocessed = own_lines::entries(&observed.lines, clock, observed.model);
     preprocessed.extend(zeroing::entry(&observed.zeroed));
+    preprocessed.extend(gyro_times::entry(&observed.late));
     effects.extend(preprocessed.iter().map(|(entry, _)| entry.clone()));
     effects.extend(spans.iter().map(Span::entry));
     effects.extend(jumps.iter().map(JumpSeen::entry));

@@ -61,7 +61,11 @@ mod observed;
 
 mod vertical;
 
+mod cards;
+
 mod zeroing;
+
+mod gyro_times;
 
 mod own_lines;
 
@@ -84,6 +88,8 @@ mod choice;
 mod self_test;
 
 mod search;
+
+mod late_gyros;
 
 mod rest;
 

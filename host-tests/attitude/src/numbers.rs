@@ -1,13 +1,14 @@
 //! Parameters of findings, as named in the contract.
 
 use nalgebra::{DMatrix, DVector, Matrix3};
-use rlg_catalogue::entries::{self, Card, STEP};
+use rlg_catalogue::entries::{self, STEP};
 use rlg_findings::combinations::{Number, identifiable, written};
 use rlg_findings::result::ParameterEntry;
 use rlg_signal::axes::AXES;
 
 use crate::alignment::{Group, group_at};
 use crate::block_sums::Estimates;
+use crate::cards::card;
 use crate::said::Said;
 
 /// Parameters as named in the contract.
@@ -173,16 +174,4 @@ fn stated(group: &Group, navigation_from_start: &Matrix3<f64>) -> (Vec<String>, 
             DMatrix::identity(group.names.len(), group.names.len()),
         ),
     }
-}
-
-/// Catalogue card of a kind.
-pub(crate) fn card(kind: &str) -> Card {
-    const CLOCK: Card = Card {
-        kind: "reference_clock_rate",
-        equation: "reference stamps = gyros' time (1 + c)",
-        unit: "1",
-        meaning: "The clock of the reference and the clock of the gyros run at different rates.",
-        experiment: "A longer record shows the clocks part further.",
-    };
-    entries::card(kind).unwrap_or(CLOCK)
 }

@@ -22,6 +22,7 @@ use crate::conditioned;
 use crate::dither::Dither;
 use crate::failures;
 use crate::gyro_motion::Reads;
+use crate::gyro_times::{self, Late};
 use crate::held;
 use crate::increments::Stamps;
 use crate::noise::declared_walk_rad_sqrt_s;
@@ -49,6 +50,10 @@ pub(crate) struct Observed<'a> {
     pub(crate) gyros: Gyros,
     /// High passes that were undone on them beyond those of the model.
     pub(crate) zeroed: Zeroed,
+    /// True once the model's effects are subtracted from them.
+    pub(crate) is_without_known: bool,
+    /// Delays of single gyros by which their rows were moved beyond those of the model.
+    pub(crate) late: Late,
     /// Lines that were taken out of them.
     pub(crate) lines: Vec<OwnLine>,
 }
@@ -180,9 +185,12 @@ pub(crate) fn observe<'a>(
         is_few,
         gyros,
         zeroed: [None; 3],
+        late: Late::default(),
+        is_without_known: false,
         lines: Vec::new(),
     };
-    observed.undo(zeroing::of_model(model));
+    zeroing::undo(&mut observed.gyros, zeroing::of_model(model));
+    gyro_times::advance(&mut observed.gyros, gyro_times::of_model(model));
     Ok(Some(observed))
 }
 

@@ -8,6 +8,7 @@ use rlg_signal::own_lines::{OwnLine, OwnLinesPlan, find};
 
 use crate::about::Gyros;
 use crate::channels;
+use crate::gyro_times::{self, Late};
 use crate::observed::Observed;
 use crate::zeroing;
 
@@ -54,6 +55,9 @@ impl Observed<'_> {
         }
         if self.zeroed != [None; 3] {
             zeroing::pass(gyros.to_mut(), zeroing::high_passes(&self.zeroed));
+        }
+        if self.late != Late::default() {
+            gyro_times::advance(gyros.to_mut(), self.late.values_s.map(|late_s| -late_s));
         }
         gyros
     }

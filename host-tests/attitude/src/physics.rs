@@ -17,6 +17,7 @@ use rlg_signal::streams::Streams;
 
 use crate::about::About;
 use crate::alignment::GROUPS;
+use crate::gyro_times;
 
 /// True for kinds of the registration, or not distinguishable from it here: a filter of the reference would only cancel one
 /// of the gyros.
@@ -108,8 +109,9 @@ impl Gyro {
 
     fn linear(&self, entry: &Entry, effect: &ModelEffect) -> Option<Triad> {
         // The registration applies these exactly, except parameters without a value in the alignment.
-        let is_exact = is_registration(entry.kind)
-            && !["earth_rate", "gyro_bandwidth", "reference_bandwidth"].contains(&entry.kind);
+        let is_exact = entry.kind == gyro_times::KIND
+            || is_registration(entry.kind)
+                && !["earth_rate", "gyro_bandwidth", "reference_bandwidth"].contains(&entry.kind);
         if is_exact {
             return None;
         }

@@ -15,9 +15,7 @@ use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_signal::axes::{AXES, Triad};
 
 use crate::about::Gyros;
-use crate::channels;
-use crate::numbers::card;
-use crate::observed::Observed;
+use crate::cards::card;
 use crate::plan::ZeroingPlan;
 
 /// Time constant of a gyro's high pass, and its standard deviation \[s\].
@@ -33,20 +31,23 @@ pub(crate) fn of_model(model: &Model) -> [Option<HighPass>; 3] {
     })
 }
 
-/// Finds the high pass of each gyro on the stamps that are fitted.
-pub(crate) fn of(observed: &Observed, plan: &ZeroingPlan) -> Zeroed {
-    let rows = channels::reference_rows(&observed.sound_samples(), &observed.streams);
-    let seen = observed.fitted_rows(&rows.doubtful);
-    let rate_hz = observed.gyros.rate_hz;
+/// Finds the high pass of each gyro, in the rows that are `seen`.
+///
+/// # Inputs
+/// `reference_rad`: the reference's increments on the gyros' rows.
+pub(crate) fn find(
+    gyros: &Gyros,
+    (reference_rad, seen): (&Triad, Vec<bool>),
+    plan: &ZeroingPlan,
+) -> Zeroed {
     let data = Data {
-        reference_rad: &rows.increments_rad,
-        block: ((plan.block_s * rate_hz).round() as usize).max(1),
+        reference_rad,
+        block: ((plan.block_s * gyros.rate_hz).round() as usize).max(1),
         seen,
-        period_s: 1.0 / rate_hz,
+        period_s: 1.0 / gyros.rate_hz,
     };
     [0, 1, 2].map(|gyro| {
-        let sensed = observed.gyros.sensed_rad.iter();
-        let values: Vec<f64> = sensed.map(|row| row[gyro]).collect();
+        let values: Vec<f64> = gyros.sensed_rad.iter().map(|row| row[gyro]).collect();
         data.high_pass(&values, plan)
     })
 }
@@ -156,17 +157,15 @@ pub(crate) fn pass(gyros: &mut Gyros, high_passes: [Option<HighPass>; 3]) {
     }
 }
 
-impl Observed<'_> {
-    /// Undoes high passes on what the gyros sensed.
-    pub(crate) fn undo(&mut self, high_passes: [Option<HighPass>; 3]) {
-        let period_s = 1.0 / self.gyros.rate_hz;
-        for (axis, high_pass) in high_passes.into_iter().enumerate() {
-            let Some(high_pass) = high_pass else { continue };
-            let mut values: Vec<f64> = self.gyros.sensed_rad.iter().map(|row| row[axis]).collect();
-            high_pass.undo(&mut values, period_s);
-            for (row, value) in self.gyros.sensed_rad.iter_mut().zip(values) {
-                row[axis] = value;
-            }
+/// Undoes high passes on what gyros sensed.
+pub(crate) fn undo(gyros: &mut Gyros, high_passes: [Option<HighPass>; 3]) {
+    let period_s = 1.0 / gyros.rate_hz;
+    for (axis, high_pass) in high_passes.into_iter().enumerate() {
+        let Some(high_pass) = high_pass else { continue };
+        let mut values: Vec<f64> = gyros.sensed_rad.iter().map(|row| row[axis]).collect();
+        high_pass.undo(&mut values, period_s);
+        for (row, value) in gyros.sensed_rad.iter_mut().zip(values) {
+            row[axis] = value;
         }
     }
 }
