@@ -54,8 +54,8 @@ use crate::chain::triad::Triad;
 ///
 /// The order of fields in memory (`repr(C)`) saves 20 instructions a sample. A Cortex-M4 loads a float from at most 1020
 /// bytes above a base register, and the processor holds state and chain side by side so that both share one base:
-/// factors that every sample needs come first in the chain, what only accelerometers need comes last in the state, and
-/// behind it what only optional [`terms`] need.
+/// factors that every sample needs come first in the chain, fields for accelerometers alone come last in the state, and
+/// behind them those of optional [`terms`].
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct Chain<N: NumberSystem, T: Term<N> = ()> {
@@ -81,7 +81,7 @@ struct Accelerometers<N: NumberSystem, T: Term<N>> {
     terms: T,
 }
 
-/// What the chain keeps between samples. One state belongs to one stream of samples.
+/// State of the chain between samples. One state belongs to one stream of samples.
 #[derive(Debug, Clone, Copy)]
 #[repr(C)]
 pub struct ChainState<N: NumberSystem, T: Term<N> = ()> {
@@ -92,7 +92,7 @@ pub struct ChainState<N: NumberSystem, T: Term<N> = ()> {
     coning: ConingState<N>,
     frame: FrameState,
     phase: StreamPhase,
-    /// Whether the next sample's products are corrected for flexure.
+    /// True if the next sample's products are corrected for flexure.
     follows_flexure: bool,
     periods_in_output: u32,
     /// Periods before the present output period.
@@ -129,7 +129,7 @@ enum StreamPhase {
 }
 
 impl StreamPhase {
-    /// Whether the next sample's readings are the increments of one period, so that it goes through the stages.
+    /// True if the next sample's readings are the increments of one period, so that it goes through the stages.
     #[inline(always)]
     fn has_increment(self) -> bool {
         matches!(self, Self::Second | Self::Ordinary)
@@ -179,7 +179,7 @@ impl<N: NumberSystem, T: Term<N>> ChainState<N, T> {
         self.periods_before.wrapping_add(self.periods_in_output)
     }
 
-    /// Whether the next sample is one of those that follow a start or a gap.
+    /// True if the next sample follows a start or a gap.
     pub fn is_beginning(&self) -> bool {
         self.phase != StreamPhase::Ordinary
     }
@@ -256,7 +256,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         }
     }
 
-    /// Whether this chain can use the parameters.
+    /// Checks that this chain can use the parameters.
     ///
     /// # Errors
     /// Those of [`with_terms`](Self::with_terms).
@@ -264,7 +264,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         Self::checked_terms(parameters).map(|_| ())
     }
 
-    /// The terms, if the parameters are in range: nothing else of the chain can fail.
+    /// Returns the terms if the parameters are in range: nothing else of the chain can fail.
     ///
     /// # Errors
     /// Those of [`with_terms`](Self::with_terms).
@@ -279,7 +279,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         Ok(terms)
     }
 
-    /// Whether the stream has its first sample and the dithers, if any is watched, have had one window without a finding.
+    /// True once the stream has its first sample and the dithers, if any is watched, have had one window without a finding.
     pub fn has_started(&self, state: &ChainState<N, T>) -> bool {
         state.phase != StreamPhase::First && self.adaptation.has_started(&state.adaptation)
     }
@@ -293,7 +293,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     /// Takes one sample through the chain; every `samples_per_output`-th sample gives a frame.
     ///
     /// The stream's first sample only primes the dither strip: it counts as a sample of its output period, adds neither
-    /// rotation nor velocity, and its frame says [`Status::PRIMED`].
+    /// rotation nor velocity, and its frame has [`Status::PRIMED`].
     ///
     /// # Deadline
     /// The sampling interrupt calls this or [`process_lost`](Self::process_lost) once per period T. There is no
@@ -317,8 +317,9 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         self.is_due(state).then(|| self.finish(state))
     }
 
-    /// Takes one sample through the chain and leaves its output period open. Where that is complete, [`is_due`](Self::is_due)
-    /// says so, and [`finish`](Self::finish) comes before the next sample. A reading beyond its limit is held in `sample`.
+    /// Takes one sample through the chain and leaves its output period open. If the period is complete,
+    /// [`is_due`](Self::is_due) is true and [`finish`](Self::finish) comes before the next sample. A reading beyond its
+    /// limit is held in `sample`.
     #[inline(always)]
     pub(crate) fn take(&self, state: &mut ChainState<N, T>, sample: &mut Sample) {
         let ordinary = state.phase == StreamPhase::Ordinary
@@ -393,20 +394,20 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         state.count(1);
     }
 
-    /// Whether an output period is complete and its frame is to be made.
+    /// True if an output period is complete and its frame is due.
     #[inline(always)]
     pub(crate) fn is_due(&self, state: &ChainState<N, T>) -> bool {
         state.periods_in_output >= self.samples_per_output
     }
 
-    /// Whether `periods` sampling periods end an output period that has none yet.
+    /// True if `periods` sampling periods end an output period that has none yet.
     #[inline(always)]
     pub(crate) fn end_one(&self, periods: u32) -> bool {
         periods >= self.samples_per_output
     }
 
-    /// Takes increments that flexure corrects nothing of: the first after a start or gap, from which everything starts that
-    /// compares increments, and those with a block's dither in them.
+    /// Takes increments without flexure correction: the first after a start or gap, from which every difference of
+    /// increments starts, and those with a block's dither in them.
     #[cold]
     #[inline(never)]
     fn without_flexure(&self, state: &mut ChainState<N, T>, increment: Triad<N::Increment>) {
@@ -425,7 +426,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         state.follows_flexure = !state.health.contains(Status::DYNAMIC_TERM_OFF);
     }
 
-    /// What flexure takes off the output period's angles about the sensing axes \[fine units\].
+    /// Computes the flexure correction of the output period's angles about the sensing axes \[fine units\].
     #[inline(always)]
     fn bent(&self, state: &mut ChainState<N, T>) -> [i64; 3] {
         let known = !state.health.contains(Status::DYNAMIC_TERM_OFF);
@@ -463,7 +464,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
 
         let bias = self.terms.bias(&state.terms);
         let mut sensing_axes = [0; 3];
-        // Axis by axis: what all three need does not fit the registers.
+        // Axis by axis: the values of all three do not fit the registers.
         for axis in 0..3 {
             let sensed = (self.counts).finish(&mut state.counts, axis, with_rotation, bias[axis]);
             let stripped = self.dither.finish(&mut state.dither, axis);
@@ -518,7 +519,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         frame
     }
 
-    /// What terms may know of the output period that ends.
+    /// Returns the sums of the ending output period that the terms may use.
     #[inline(always)]
     fn period_sums(&self, state: &ChainState<N, T>, periods: u32) -> PeriodSums {
         let velocity = match &self.accelerometers {
@@ -552,7 +553,7 @@ impl<N: NumberSystem, T: Term<N>> Accelerometers<N, T> {
         self.sum(state, increment);
     }
 
-    /// One sample's velocity increments.
+    /// Computes one sample's velocity increments.
     #[inline(always)]
     fn feel(&self, state: &mut ChainState<N, T>, codes: [i32; 3]) -> Triad<N::Increment> {
         let (increment, saturated) = self.velocity.process(&mut state.velocity, codes);

@@ -1,9 +1,9 @@
 //! `trueaxis`: the chain that keeps each ring-laser gyro's sensing axis true.
 //!
-//! The name says what the code does: a dithered block lags its case under angular acceleration, the
+//! The name is the purpose: a dithered block lags its case under angular acceleration, the
 //! sensing axis tilts by δ = −K α, and the chain turns the tilted reading back to the true body axis.
 //!
-//! # What enters, what leaves
+//! # Input and output
 //! Every period T (250 µs at 4 kHz) one [`Sample`] enters: the pulses each gyro counted over the period
 //! (block dither included), the pickoff's reading of each block's angle at the period's end, and the codes of
 //! accelerometers, where there are any. Every `samples_per_output` periods one [`OutputFrame`] leaves: the
@@ -32,10 +32,10 @@
 //! [`stages::flexure`].
 //!
 //! # Two number systems, one text
-//! The stages are written once over [`NumberSystem`]; [`F32`] and [`Fixed`] say what an increment, a
-//! coefficient and a product are (`chain/numbers/`: formats, ranges, rounding). In both, increments are factors of
-//! products alone; what is summed over an output period is summed in whole numbers ([`numbers::exact`]), and what
-//! a frame cannot show follows in the next ones. So nothing drifts: at most 1e-4 °/h against the equations in f64
+//! The stages are written once over [`NumberSystem`]; [`F32`] and [`Fixed`] define increment, coefficient and product
+//! (`chain/numbers/`: formats, ranges, rounding). In both, increments are factors of products alone; sums over an
+//! output period are exact, in whole numbers ([`numbers::exact`]), and any part beyond a frame's range or resolution
+//! follows in the next ones. So nothing drifts: at most 1e-4 °/h against the equations in f64
 //! (`host-tests/firmware/tests/core_chain`).
 //!
 //! # From twenty samples to a frame
@@ -65,9 +65,9 @@
 //! # Ok::<(), trueaxis::ParameterError>(())
 //! ```
 //! `examples/` has whole firmware for RTIC and for Embassy. There [`processor::Processor`] runs the chain: it also
-//! counts faults and tells them with each frame.
+//! counts faults and reports them with each frame.
 //!
-//! # What it promises
+//! # Guarantees
 //! [`Chain::process`] allocates nothing, returns no `Result`, cannot panic whatever bits enter, and costs
 //! the same for every sample but the output period's last (no branch depends on data). A value beyond its
 //! stage's range is held at the range's end and counted in [`Faults`]; the first one stays latched.
@@ -98,7 +98,7 @@
 //! # libm or micromath
 //! `libm` where accuracy decides: rounding in the frame stage and the conversion of parameters at boot are
 //! exact operations and must stay so. `micromath` has the square root of `DitherMonitor` alone, whose amplitude is a
-//! health figure: it is off by 6 %. Two other figures of the dither would need functions that it has not well enough:
+//! health figure: it is off by 6 %. Two other figures of the dither would need functions whose errors are too large in it:
 //!
 //! | health item | function | off by | asked |
 //! |---|---|---|---|
@@ -108,10 +108,10 @@
 //! `cargo test --release -p firmware-tests --test core_chain monitor -- --nocapture` prints these errors, and those of `libm`.
 //!
 //! # Around the chain
-//! [`processor::Processor`] is what the interrupt runs: it takes a reading of the counter bank and its own
-//! timing, tells the chain of samples that did not come, counts every fault and makes the telemetry frame.
+//! [`processor::Processor`] runs in the sampling interrupt: it takes a reading of the counter bank and its own timing,
+//! advances the chain over samples that did not come, counts every fault and makes the telemetry frame.
 //!
-//! # What it does not do
+//! # Outside its scope
 //! The navigation itself; effects other than bias, scale, installation, pickoff gain and delay and axis flexure, of
 //! accelerometers bias, scale, misalignment and size effect, and those of the optional [`terms`].
 #![no_std]

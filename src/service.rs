@@ -1,4 +1,4 @@
-//! Answers what is asked of the unit over the telemetry port: to stop, to take a parameter block, to start anew.
+//! Answers requests to the unit over the telemetry port: to stop, to take a parameter block, to start anew.
 //!
 //! From [`Request`]s it makes [`Answer`]s. A unit that samples answers `state` and `stop` and refuses everything else by name
 //! ([`while_sampling`]); one that is stopped takes a block in pieces, each answered, and stores it ([`Service`]). Its
@@ -12,20 +12,20 @@
 //! | 3 | bytes out of order | bytes received |
 //! | 4 | no block of this build has this length | the length |
 //! | 5 | the block is not whole | bytes received |
-//! | 6 | it does not begin with the block's magic | 0 |
+//! | 6 | no magic of the block at its beginning | 0 |
 //! | 7 | its version is not known | the version |
 //! | 8 | its check sum does not match | the sum computed |
-//! | 9 | it does not say whether there are accelerometers | the byte found |
+//! | 9 | its byte for accelerometers is neither 0 nor 1 | the byte found |
 //! | 10 | a parameter is out of range | 0: the sender has the same check |
 //! | 11 | it asks for a term that the build lacks | the term's kind |
 //! | 12 | its records of terms are damaged | 0 |
 //! | 13 | the supply is too low to write flash | 0 |
 //! | 14 | flash reported an error | 0 |
-//! | 15 | flash does not hold what was written | 0 |
+//! | 15 | flash differs from the bytes written | 0 |
 //! | 16 | there is no such request | its kind |
 //!
-//! Whoever runs it brings the bytes, the flash and the knowledge of the supply, and starts the unit anew when
-//! [`Reply::restart`] says so.
+//! The caller brings the bytes, the flash and the state of the supply, and starts the unit anew if [`Reply::restart`]
+//! is set.
 
 use embedded_storage::nor_flash::NorFlash;
 
@@ -39,16 +39,16 @@ use crate::wire::service_frame::{Answer, Request, RequestKind};
 /// The outcome of a request that was carried out.
 pub const DONE: u8 = 0;
 
-/// The outcome of what a unit that samples does not do.
+/// The outcome of a request that a unit that samples refuses.
 pub const RUNNING: u8 = 1;
 
 /// The outcome of a block that asks for a term which the build lacks; its kind is the detail.
 pub const TERM_ABSENT: u8 = 11;
 
-/// The outcome of a kind of request that there is not.
+/// The outcome of an unknown kind of request.
 pub const UNKNOWN: u8 = 16;
 
-/// What an outcome is, in words that begin with "the unit".
+/// Returns the meaning of an outcome, in words that begin with "the unit".
 pub const fn meaning(outcome: u8) -> &'static str {
     match outcome {
         DONE => "the unit has done it",
@@ -107,7 +107,7 @@ fn of_parameter(error: &ParameterError) -> (u8, u32) {
     }
 }
 
-/// What a unit that samples answers, and whether it is to stop.
+/// Answers a request to a sampling unit; the flag is true if the unit is to stop.
 pub fn while_sampling(request: &Request, terms: TermKinds) -> (Answer, bool) {
     let (outcome, stop) = match RequestKind::from_number(request.kind) {
         Some(RequestKind::State) => (DONE, false),
@@ -126,12 +126,12 @@ pub fn while_sampling(request: &Request, terms: TermKinds) -> (Answer, bool) {
     (answer, stop)
 }
 
-/// What a stopped unit answers.
+/// Reply of a stopped unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Reply {
     /// The answer to send.
     pub answer: Answer,
-    /// Whether to start anew once it is sent.
+    /// True if the unit starts anew once it is sent.
     pub restart: bool,
 }
 
@@ -158,7 +158,7 @@ impl<F: NorFlash, B: Build> Service<F, B> {
         self.slots
     }
 
-    /// Carries out a request. `supply_suffices` is asked before flash is written.
+    /// Carries out a request. `supply_suffices` is called before flash is written.
     pub fn answer(&mut self, request: &Request, supply_suffices: impl FnOnce() -> bool) -> Reply {
         let mut restart = false;
         let done = match RequestKind::from_number(request.kind) {

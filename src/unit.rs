@@ -1,4 +1,4 @@
-//! Around the chain: where readings come from, what is done about faults, what is remembered of them.
+//! Surrounds the chain: source of readings, handling of faults, record of both.
 
 pub mod sample_source;
 

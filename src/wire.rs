@@ -1,4 +1,4 @@
-//! Formats that leave or enter the unit as bytes: telemetry, the raw stream, and what the emulator's image plays and reports.
+//! Formats that leave or enter the unit as bytes: telemetry, the raw stream, and the emulator image's input and report.
 
 pub mod frame_finder;
 

@@ -1,4 +1,4 @@
-//! Tells the linker where the path begins; what it does not reach from there, it leaves out.
+//! Sets the linker's entry at the path's beginning; the linker leaves out all code not reachable from it.
 
 fn main() {
     println!("cargo:rerun-if-changed=build.rs");

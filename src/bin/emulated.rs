@@ -1,5 +1,5 @@
-//! The firmware for QEMU, with the f32 core. On the target: the image (`hardware`). On the host: the same binary
-//! prints what it was built with.
+//! The firmware for QEMU, with the f32 core. On the target: the image (`hardware`). On the host: the same binary prints
+//! its build settings.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(all(target_os = "none", not(feature = "emulator")))]
@@ -8,7 +8,7 @@ compile_error!("the image `emulated` needs the feature `emulator`");
 /// The number system of this image.
 type Core = trueaxis::F32;
 
-/// The optional terms of this image: all, or the one at the place that the variable gives, to show what it costs.
+/// The optional terms of this image: all, or the one at the place that the variable gives, to measure its cost.
 #[cfg(feature = "terms")]
 type Terms = <trueaxis::terms::AllTerms<Core> as trueaxis::terms::Select<
     { trueaxis::terms::place(option_env!("TRUEAXIS_ONLY_TERM")) },

@@ -1,5 +1,5 @@
 //! The firmware of the board, with the f32 core. On the target: the image (`hardware`). On the host: the same binary
-//! prints what it was built with.
+//! prints its build settings.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(all(target_os = "none", not(feature = "board")))]

@@ -1,5 +1,5 @@
-//! The firmware of the board, with the fixed-point core. On the target: the image (`hardware`). On the host: the same binary
-//! prints what it was built with.
+//! The firmware of the board, with the fixed-point core. On the target: the image (`hardware`). On the host: the same
+//! binary prints its build settings.
 #![cfg_attr(target_os = "none", no_std, no_main)]
 
 #[cfg(all(target_os = "none", not(feature = "board")))]

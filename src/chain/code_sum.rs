@@ -19,19 +19,19 @@ impl CodeSum {
         self.0
     }
 
-    /// The sum of one axis so far; its next one starts at zero.
+    /// Returns the sum of one axis so far and sets it to zero.
     #[inline(always)]
     pub fn take_axis(&mut self, axis: usize) -> i32 {
         core::mem::take(&mut self.0[axis])
     }
 
-    /// The sum so far; the next one starts at zero.
+    /// Returns the sum so far and sets it to zero.
     #[inline(always)]
     pub fn take(&mut self) -> [i32; 3] {
         core::mem::take(&mut self.0)
     }
 
-    /// Whether the sum has room for `more`, and then for `reserve` in either direction, within an `i32` on each axis.
+    /// True if the sum has room for `more`, and then for `reserve` in either direction, within an `i32` on each axis.
     pub fn has_room(&self, more: [i32; 3], reserve: [i32; 3]) -> bool {
         let mut axes = self.0.iter().zip(more).zip(reserve);
         axes.all(|((sum, more), reserve)| {

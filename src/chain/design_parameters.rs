@@ -1,11 +1,11 @@
-//! Every design number of the chain: its unit, its value, and why this value.
+//! Design numbers of the chain: unit, value and reason of each.
 
 /// Sample rate the chain was designed for \[Hz\]: ten samples per period of the fastest block dither
 /// (400 Hz), so that the strip and the acceleration see its sine and not its alias.
 pub const DESIGN_SAMPLE_RATE_HZ: f64 = 4000.0;
 
 /// Exponent s of the increment unit 2ˢ rad: increments, and velocities over one sample, are counted in it. 0 from
-/// 4 kHz on; one more for every halving of the rate, since what a sample turns by doubles.
+/// 4 kHz on; one more for every halving of the rate, since the angle per sample doubles.
 pub const fn increment_unit_log2(sample_rate_hz: f64) -> u32 {
     let design = DESIGN_SAMPLE_RATE_HZ;
     if sample_rate_hz >= design {
@@ -38,7 +38,7 @@ pub const OUTPUT_RAD_PER_CODE: f64 = 1.0 / (1u64 << 35) as f64;
 /// them spans ±16 m/s, 65 g over 25 ms.
 pub const OUTPUT_M_S_PER_CODE: f64 = 1.0 / (1u64 << 27) as f64;
 
-/// Fine units in one output code, as an exponent: what is summed exactly is an `i64` of 2⁻²⁹ of a code
+/// Fine units in one output code, as an exponent: exact sums are `i64` of 2⁻²⁹ of a code
 /// (2⁻⁶⁴ rad, 2⁻⁵⁶ m/s), which spans eight times the range of a frame.
 pub const FINE_PER_CODE_LOG2: u32 = 29;
 
@@ -51,8 +51,8 @@ pub const SENSED_LIMIT_RAD: f64 = 5.0 / 8.0 / 256.0;
 /// 175 °/s.
 pub const DITHER_LIMIT_RAD: f64 = 2.0 / 8.0 / 256.0;
 
-/// Largest angle after lost samples that is composed with the rest of its output period \[rad\]: 1/16, what one
-/// frame can show; 36 ms at 100 °/s. A larger one is shown by as many frames as it takes.
+/// Largest angle after lost samples that is composed with the rest of its output period \[rad\]: 1/16, the range of one
+/// frame; 36 ms at 100 °/s. A larger one is shown by as many frames as it takes.
 pub const GAP_IN_FRAME_RAD: f64 = 1.0 / 16.0;
 
 /// Largest angular acceleration that terms of cubic and resonant flexure follow \[increment units per sample²\]: 2⁻¹⁰,
@@ -90,8 +90,8 @@ pub const PULSE_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 34) as f64, 1e-4)
 pub const PICKOFF_WEIGHT_RANGE_RAD: (f64, f64) = (1.0 / (1u64 << 35) as f64, 1e-4);
 
 /// Farthest that a block may be from where its pickoff was first read while the strip's taps follow it \[rad\]: three
-/// times the largest dither amplitude. No suspension lets a block go there, and what a moved tap is worth over all of
-/// it fits the exact sums.
+/// times the largest dither amplitude. No suspension lets a block go there, and the angle by a moved tap over all of it
+/// fits the exact sums.
 pub const PICKOFF_REACH_RAD: f64 = 1.0 / 32.0;
 
 /// Largest velocity with which an accelerometer may swing about the body origin at the largest increment of the
@@ -100,7 +100,7 @@ pub const PICKOFF_REACH_RAD: f64 = 1.0 / 32.0;
 pub const SWING_LIMIT_M_S: f64 = 20.0;
 
 /// Periods of bias that one output period's exact sums take at once \[sampling periods\]: 0.02 rad and 2 m/s of the
-/// largest bias at the lowest rate. After a longer outage the rest is taken off what later frames show.
+/// largest bias at the lowest rate. After a longer outage the rest is subtracted in later frames.
 pub const BIAS_PERIODS: u32 = 1000;
 
 /// Pickoff gains a configuration may ask for \[1\]: 0 for gyros without dither, 2 far beyond any tolerance.
@@ -139,8 +139,8 @@ pub const LEVER_ARM_LIMIT_M: f64 = 0.5;
 /// [`ACCELEROMETER_SUM_CODES`].
 pub const VELOCITY_LIMIT_M_S: f64 = 0.25;
 
-/// Largest velocity after lost samples that is composed with the rest of its output period \[m/s\]: 4, a quarter of
-/// what one frame can show; 0.4 s at 1 g. A larger one is shown by as many frames as it takes.
+/// Largest velocity after lost samples that is composed with the rest of its output period \[m/s\]: 4, a quarter of one
+/// frame's range; 0.4 s at 1 g. A larger one is shown by as many frames as it takes.
 pub const VELOCITY_GAP_IN_FRAME_M_S: f64 = 4.0;
 
 /// Most accelerometer codes of an output period's samples \[codes\]: their sum fits an `i32`. With codes of 2⁻²⁹ m/s (replayed recordings) and ten samples 81 g at 4 kHz.
@@ -149,8 +149,8 @@ pub const ACCELEROMETER_SUM_CODES: i32 = 1 << 30;
 /// Length of an adaptation window \[s\]: a dozen dither periods; a fault is found within two windows.
 pub const ADAPTATION_WINDOW_S: f64 = 0.03;
 
-/// Fewest samples of a window \[samples\]: each axis is looked at in every third, and 24 looks are six times
-/// the unknowns that they settle.
+/// Fewest samples of a window \[samples\]: each axis is observed in every third, and 24 observations are six times the
+/// estimated unknowns.
 pub const LEAST_WINDOW_SAMPLES: f64 = 72.0;
 
 /// Share of the first window's estimate that is followed, and the most of any \[1\]: half, so that noise is averaged even
@@ -161,8 +161,8 @@ pub const FIRST_ADAPTATION_SHARE: f32 = 0.5;
 /// minutes; a disturbed window can do no more than this.
 pub const ADAPTATION_STEP_LIMIT: f32 = 0.01;
 
-/// How far gain and quadrature may be tracked from their nominal values \[1\]: 20 % is beyond any pickoff's
-/// tolerance; a quadrature of 0.2 at 400 Hz is a delay of 80 µs.
+/// Largest departure of tracked gain and quadrature from nominal \[1\]: 20 % is beyond any pickoff's tolerance; a
+/// quadrature of 0.2 at 400 Hz is a delay of 80 µs.
 pub const ADAPTATION_RANGE: f32 = 0.2;
 
 /// Dither amplitude over nominal that is healthy \[1\]: randomised amplitudes wander by a third.
@@ -196,7 +196,7 @@ pub const CENTRAL_COEFFICIENTS: [f64; CENTRAL_PAIRS] = [43.0 / 48.0, -29.0 / 120
 /// 593 Hz.
 pub const MODE_MATCHED_AT: [(f64, f64); 2] = [(0.2, 0.03), (0.36, 0.055)];
 
-/// Damping of the mode that a flexure implies, where nothing else is said \[1\]: metal springs have 0.001 to 0.01.
+/// Damping of the mode that a flexure implies, unless given \[1\]: metal springs have 0.001 to 0.01.
 pub const FLEXURE_DAMPING: f64 = 0.005;
 
 /// Most that the flexure's correction adds to an output period's angle \[increment units\]: 2⁻⁹, 400″. A tilt of
@@ -209,11 +209,11 @@ pub const FLEXURE_ANGLE_LIMIT_RAD: f64 = 1.0 / 512.0;
 pub const CONING_COEFFICIENTS: [f64; 2] = [7.0 / 60.0, -1.0 / 60.0];
 
 /// κ = 1/√12: the mean of D D + (κ ΔD) (κ ΔD) is T² times that of ω ω, D the increments and ΔD their
-/// differences; D D alone lacks what a sample averages out, x²/12 (x = ΩT; 3.3 % at 400 Hz and 4 kHz). What is left
-/// is x⁴/90: 0.17 % at 400 Hz. A correction by D ΔD would cost less, and shift ω ω in time.
+/// differences; D D alone lacks the part averaged out within a sample, x²/12 (x = ΩT; 3.3 % at 400 Hz and 4 kHz). The
+/// residual is x⁴/90: 0.17 % at 400 Hz. A correction by D ΔD would cost less, and shift ω ω in time.
 pub const WITHIN_SAMPLE: f64 = 0.288_675_134_594_812_9;
 
-/// Time that bank and dithers may take to start before what is wrong with them is latched as the first fault \[s\]: a
+/// Time that bank and dithers may take to start before their faults are latched as the first fault \[s\]: a
 /// dither reaches its amplitude within a second or so.
 pub const START_UP_LIMIT_S: f64 = 2.0;
 

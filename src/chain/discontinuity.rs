@@ -21,8 +21,8 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     ///
     /// # Assumptions
     /// The next sample's counts and accelerometer codes cover the lost periods (free-running counters), so no angle and
-    /// no velocity is lost, however long the outage: what one frame cannot show follows in the next ones. Flexure,
-    /// coning and sculling within samples, the size effect's squares and tap adaptation start anew afterwards.
+    /// no velocity is lost, however long the outage: any part beyond one frame's range follows in the next ones.
+    /// Flexure, coning and sculling within samples, the size effect's squares and tap adaptation start anew afterwards.
     #[inline(never)]
     pub fn process_lost(&self, state: &mut ChainState<N, T>, periods: u32) -> Option<OutputFrame> {
         if periods == 0 {
@@ -65,8 +65,9 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         frame
     }
 
-    /// Tells that the source of samples has restarted, so that the next sample's counts and accelerometer codes do not
-    /// cover the time since the last one. They are ignored, whatever they are: rotation, velocity and bias of that time
+    /// Records a restart of the source of samples: the next sample's counts and accelerometer codes do not
+    /// do not cover the time since the last one. They are ignored, whatever they are: rotation, velocity and bias of
+    /// that time
     /// are left out, and the dither strip starts from that sample's pickoff readings.
     #[inline(never)]
     pub fn restart(&self, state: &mut ChainState<N, T>) {
@@ -131,7 +132,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         for (sensed, stripped) in sensed.iter_mut().zip(stripped) {
             *sensed = sensed.wrapping_sub(i128::from(stripped));
         }
-        // Of later frames' angles the terms see nothing; what is part of this output period they correct at its end.
+        // The terms do not correct angles deferred to later frames; the part in this output period they correct at its end.
         let corrected = self.terms.angles_wide(&state.terms, sensed);
         let wide = |angle| compensation::at_rest_wide(self.installation.exact_at_rest(), angle);
         let angle = wide(sensed);
@@ -185,8 +186,8 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     fn resume_without(&self, state: &mut ChainState<N, T>, sample: &Sample, periods: u32) {
         // The gyros did not count the blocks' motion in these periods either.
         self.dither.restart(&mut state.dither, sample.pickoff_codes);
-        // No bias was counted: give back what was or will be subtracted for them, in output periods that have ended and in
-        // the present one.
+        // No bias was counted: give back the bias subtracted for them, now or later, in output periods that have ended
+        // and in the present one.
         let of_this = periods.min(state.periods_in_output.wrapping_add(1));
         state.periods_without_bias = state.periods_without_bias.wrapping_add(of_this);
         self.give_back_bias(state, i64::from(periods.wrapping_sub(of_this)));
@@ -194,7 +195,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         self.begin_products(state, Status::default());
     }
 
-    /// Tells what compares increments that the next ones do not follow the last.
+    /// Records that the next increments do not follow the last, for every difference of increments.
     fn discontinue(&self, state: &mut ChainState<N, T>) {
         size_effect::discontinue(&mut state.size_effect);
         flexure::discontinue(&mut state.flexure);
@@ -219,7 +220,7 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         compensation::at_rest_exactly(self.installation.exact_at_rest(), sensed)
     }
 
-    /// Adds the bias of `periods` sampling periods to what the next frames show; subtracts it for a negative number.
+    /// Adds the bias of `periods` sampling periods to the next frames; subtracts it for a negative number.
     #[cold]
     #[inline(never)]
     fn give_back_bias(&self, state: &mut ChainState<N, T>, periods: i64) {

@@ -1,11 +1,11 @@
-//! What went beyond its range or failed: bits per frame, counters since start, the first one latched.
+//! Holds the faults: status bits per frame, counters since start, the first fault latched.
 //!
 //! A stage that holds a value at the end of its range raises its bit for that sample. The counters never
 //! wrap, and the first fault keeps its sample number until the state is made anew, because after a failure
 //! the first one is the cause and the rest are its consequences.
 //!
-//! Bits 0 to 15 are the chain's own; bits 16 to 31 are of what feeds it and takes from it, raised by the
-//! processor around the chain. Bits that are no fault but information say so.
+//! Bits 0 to 15 are the chain's own; bits 16 to 31 concern its input and output and are raised by the processor around
+//! the chain. Bits for information, not faults, are marked.
 
 /// Status bits of one output period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
@@ -63,14 +63,14 @@ impl Status {
     /// Of the processor: one parameter slot was bad and the other one is used.
     pub const PARAMETER_SLOT_BAD: Self = Self(1 << 25);
     /// Of the processor: the counter bank's sequence number does not fit the time that passed, so it has started anew;
-    /// what the gyros turned since its last frame is not known and is left out.
+    /// the rotation since its last frame is unknown and left out.
     pub const BANK_RESTARTED: Self = Self(1 << 26);
     /// Every bit of the chain that is a fault.
     const FAULTS: u32 = 0b1_0011_1110_1111;
     /// Every bit that is a fault in service: the chain's and the processor's, those of the boot apart.
     pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 0x47F << 16);
 
-    /// The name of bit `bit` in reports; `None` for a bit without a meaning.
+    /// Name of bit `bit` in reports; `None` for a bit without a meaning.
     pub const fn name(bit: u8) -> Option<&'static str> {
         Some(match bit {
             0 => "counts saturated",
@@ -114,7 +114,7 @@ impl Status {
         Self(bits)
     }
 
-    /// Whether every bit of `other` is set.
+    /// True if every bit of `other` is set.
     #[inline(always)]
     pub const fn contains(self, other: Self) -> bool {
         self.0 & other.0 == other.0
@@ -142,8 +142,8 @@ impl Status {
 pub struct FirstFault {
     /// The stages that raised a fault in the first output period that had one; empty before its end.
     pub stages: Status,
-    /// Number of the first faulty sample since start, wrapping; 0 while there was none. What a frame or an
-    /// adaptation window finds has the number of its last sample.
+    /// Number of the first faulty sample since start, wrapping; 0 while there was none. A fault found by a frame or an
+    /// adaptation window has the number of its last sample.
     pub sample: u32,
 }
 

@@ -10,7 +10,7 @@ use crate::chain::dither_phase::DitherPhase;
 use crate::chain::terms::records::{RecordError, TermKind, TermRecords};
 use crate::chain::triad::CrossAxis;
 
-/// How a block's tilt follows the angular acceleration of the case.
+/// Response of a block's tilt to the angular acceleration of the case.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FlexureResponse {
@@ -41,7 +41,7 @@ impl Default for FlexureResponse {
     }
 }
 
-/// Everything that the chain knows of its gyro triad. Axes x, y, z of the body frame.
+/// Parameters of the gyro triad. Axes x, y, z of the body frame.
 ///
 /// ```
 /// # use trueaxis::Parameters;
@@ -63,7 +63,7 @@ pub struct Parameters {
     /// K_ij \[s²\]: the tilt is δ_ij = −K_ij α_j; |K_ij|·rate² within 8 (5e-7 s² at 4 kHz),
     /// below 1 kHz within 4.
     pub flexure_s2: CrossAxis<f64>,
-    /// How the blocks of `flexure_s2` follow the acceleration.
+    /// Response of the blocks of `flexure_s2` to the acceleration.
     pub flexure_response: FlexureResponse,
     /// Block angle over pickoff angle \[1\], 0 to 2; 0 for gyros without dither.
     pub pickoff_gain: [f64; 3],
@@ -91,7 +91,7 @@ pub struct Parameters {
     pub terms: TermRecords,
 }
 
-/// Everything that the chain knows of its accelerometers. Axes x, y, z of the body frame.
+/// Parameters of the accelerometers. Axes x, y, z of the body frame.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct AccelerometerParameters {
@@ -111,7 +111,8 @@ pub struct AccelerometerParameters {
 }
 
 impl Parameters {
-    /// These parameters after `change`: how one that differs from [`Parameters::default`] is written outside this crate.
+    /// Returns these parameters after `change`; the way to write ones that differ from [`Parameters::default`] outside
+    /// this crate.
     #[must_use]
     pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
         change(&mut self);
@@ -199,9 +200,9 @@ pub enum ParameterError {
     TermNeedsAccelerometers(TermKind),
     /// The build has no term of this kind.
     TermAbsent(TermKind),
-    /// What the terms add leaves an increment no room.
+    /// The additions of the terms leave an increment no room.
     TermsTooLarge,
-    /// The records are none.
+    /// The records cannot be used.
     Records(RecordError),
 }
 
@@ -264,7 +265,7 @@ impl fmt::Display for ParameterError {
 impl core::error::Error for ParameterError {}
 
 impl Parameters {
-    /// Each field finite and in its range; the error names the first that is not.
+    /// Checks that each field is finite and in its range; the error names the first that is not.
     pub fn check(&self) -> Result<(), ParameterError> {
         use ParameterError as E;
         let all = |values: &[f64], (low, high): (f64, f64), error: E| {
@@ -394,7 +395,7 @@ impl Parameters {
         all(&swings_m_s, (0.0, design::SWING_LIMIT_M_S), E::LeverArm)
     }
 
-    /// Checks that increments have room for what terms add at most \[increment units per sample\].
+    /// Checks that increments have room for the largest additions of terms \[increment units per sample\].
     pub(crate) fn check_addition(&self, addition: f64) -> Result<(), ParameterError> {
         if addition == 0.0 {
             return Ok(());
@@ -425,8 +426,8 @@ impl Parameters {
         design::SENSED_LIMIT_RAD * self.increment_unit_rad() * self.sample_rate_hz
     }
 
-    /// Fastest steady rate of the case about a body axis that every frame can show \[rad/s\]. What is faster is shown
-    /// by later frames, flagged, and must not last.
+    /// Fastest steady rate of the case about a body axis that every frame can show \[rad/s\]. The excess of a faster
+    /// one is shown by later frames, flagged, and must not last.
     pub fn frame_range_rad_s(&self) -> f64 {
         let frame_rad = f64::from(i32::MAX) * design::OUTPUT_RAD_PER_CODE;
         frame_rad * self.sample_rate_hz / f64::from(self.samples_per_output)
@@ -445,9 +446,8 @@ impl Parameters {
     }
 
     /// Largest increment of the case over one sample that readings within their limits can form \[rad\]: counts at
-    /// their limit, pickoff steps at theirs through both taps, wherever adaptation may move them, turned by the matrix, and
-    /// what flexure adds.
-    /// The other fields are in their ranges.
+    /// their limit, pickoff steps at theirs through both taps, wherever adaptation may move them, turned by the matrix,
+    /// plus the flexure. The other fields are in their ranges.
     pub fn largest_increment_rad(&self) -> f64 {
         let unit_rad = self.increment_unit_rad();
         let sensed = [0, 1, 2].map(|axis| {

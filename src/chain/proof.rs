@@ -1,4 +1,4 @@
-//! Shows the proof by interval arithmetic what the chain keeps and how far its taps can move.
+//! Gives the proof by interval arithmetic the chain's stored words and the range of its taps.
 //!
 //! Built with the feature `proof` alone, for the host.
 
@@ -25,7 +25,7 @@ impl<T: Term<Interval>> Chain<Interval, T> {
 }
 
 impl<T: Term<Interval>> ChainState<Interval, T> {
-    /// Everything that the state keeps in fixed-point words.
+    /// All fixed-point words of the state.
     pub fn words(&self) -> impl core::fmt::Debug + '_ {
         (
             (

@@ -1,8 +1,7 @@
 //! Defines the chain's input and output, samples and output frames, and their bytes.
 //!
-//! All integers little-endian. A stream of samples says [`Sample::LAYOUT_VERSION`] once, in its own
-//! header; every frame carries [`OutputFrame::LAYOUT_VERSION`] itself, because frames are stored and sent
-//! one by one.
+//! All integers little-endian. A stream of samples carries [`Sample::LAYOUT_VERSION`] once, in its own header; every
+//! frame carries [`OutputFrame::LAYOUT_VERSION`] itself, because frames are stored and sent one by one.
 
 use core::fmt;
 
@@ -62,9 +61,8 @@ impl Sample {
 pub struct OutputFrame {
     /// Number of the frame since start, wrapping.
     pub sequence: u32,
-    /// Rotation vector over the period, in the body frame at its start
-    /// \[codes of [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE)\]. What rounding leaves is carried
-    /// into the next frame.
+    /// Rotation vector over the period, in the body frame at its start \[codes of
+    /// [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE)\]. The rounding residual is carried into the next frame.
     pub dtheta_codes: [i32; 3],
     /// Velocity increment by specific force over the period, in the body frame at its start
     /// \[codes of [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE)\], carried likewise; zeros without
@@ -74,7 +72,7 @@ pub struct OutputFrame {
     pub status: Status,
 }
 
-/// Why bytes are not an output frame.
+/// Reason that bytes are not an output frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

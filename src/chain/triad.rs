@@ -89,14 +89,14 @@ impl<T: Copy> CrossAxis<T> {
     }
 }
 
-/// Whether all three values are zero. Compares word by word: `==` on arrays is a loop of the core library (`memcmp`),
+/// True if all three values are zero. Compares word by word: `==` on arrays is a loop of the core library (`memcmp`),
 /// which the sampling interrupt must not contain.
 #[inline(always)]
 pub fn are_zero<T: BitOr<Output = T> + Default + PartialEq>([x, y, z]: [T; 3]) -> bool {
     (x | y | z) == T::default()
 }
 
-/// Whether two triples are equal, axis by axis; word by word, as [`are_zero`].
+/// True if two triples are equal, axis by axis; word by word, as [`are_zero`].
 #[inline(always)]
 pub fn are_equal([ax, ay, az]: [i32; 3], [bx, by, bz]: [i32; 3]) -> bool {
     are_zero([ax ^ bx, ay ^ by, az ^ bz])

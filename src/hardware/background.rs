@@ -1,8 +1,8 @@
 //! Does the main loop's work beside sending: logs events and the dither's amplitude.
 //!
 //! It watches [`WATCH`] and logs by defmt: the first fault when it appears, and once a second the amplitude of each
-//! block's dither \[arcsec\] and the longest interrupt so far \[ticks of TIM5\]. It looks at most once a period; what
-//! it misses is still in the frames.
+//! block's dither \[arcsec\] and the longest interrupt so far \[ticks of TIM5\]. It runs at most once a period; events
+//! missed here are still in the frames.
 
 use core::sync::atomic::Ordering;
 
@@ -10,7 +10,7 @@ use trueaxis::{DitherMonitor, Parameters, Status};
 
 use super::sampling::WATCH;
 
-/// What the main loop has already logged.
+/// Events already logged by the main loop.
 pub struct Background {
     dither: DitherMonitor,
     pickoff_weight_rad: f32,
@@ -33,7 +33,7 @@ impl Background {
         }
     }
 
-    /// Reads what the interrupt shows in [`WATCH`] and logs it; returns the number of interrupts served so far.
+    /// Reads [`WATCH`], which the interrupt writes, and logs it; returns the number of interrupts served so far.
     pub fn poll(&mut self) -> u32 {
         let served = WATCH.served.load(Ordering::Acquire);
         if served == self.seen {
@@ -53,7 +53,7 @@ impl Background {
         served
     }
 
-    /// The interrupts that [`Self::poll`] has looked at.
+    /// Number of interrupts at the last [`Self::poll`].
     #[cfg(feature = "emulator")]
     pub fn seen(&self) -> u32 {
         self.seen

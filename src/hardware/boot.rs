@@ -1,7 +1,7 @@
-//! Makes a processor that is ready from the parameters in flash: what both images do before the first sample.
+//! Makes a ready processor from the parameters in flash: the boot of both images, before the first sample.
 //!
-//! It takes the parameter slots and what is known of clock, reset and previous run. It loads the parameters and makes of
-//! them, on request, the [`Processor`], whose frames say what was wrong at boot.
+//! It takes the parameter slots and the findings on clock, reset and previous run. It loads the parameters and makes of
+//! them, on request, the [`Processor`], whose frames report the faults of the boot.
 
 use core::sync::atomic::{AtomicU32, Ordering};
 
@@ -20,7 +20,7 @@ static TERM_KINDS: AtomicU32 = AtomicU32::new(<Terms as Term<Core>>::KINDS.bits(
 /// Parameters that were checked, as the terms that they make.
 pub struct Checked(Terms);
 
-/// Checks parameters that were loaded. Called before [`processor`], not within: what the checks need of the stack is free
+/// Checks parameters that were loaded. Called before [`processor`], not within: the checks' part of the stack is free
 /// again when the processor is built.
 #[inline(never)]
 pub fn checked(loaded: &Loaded) -> Checked {
@@ -42,12 +42,12 @@ pub fn processor(loaded: &Loaded, checked: &Checked, report: BootReport) -> Proc
 /// Loads the parameters and mends a slot that is bad.
 ///
 /// # Inputs
-/// `supply_suffices`: the supply is known to be high enough for erasing and programming flash. `before`: what
-/// is known already, of clock, reset and previous run. `loaded`: where the parameters are put; they are large, and copies
-/// of them would lie on the stack.
+/// `supply_suffices`: the supply is known to be high enough for erasing and programming flash. `before`: findings so
+/// far, on clock, reset and previous run. `loaded`: place for the parameters; they are large, and copies of them would
+/// lie on the stack.
 ///
 /// # Returns
-/// What is known now.
+/// Findings so far, with those of this step.
 #[inline(never)]
 pub fn boot(
     loaded: &mut Loaded,

@@ -1,11 +1,11 @@
-//! The registers under [`trueaxis::clock_start`], which decides what runs and says why.
+//! The registers under [`trueaxis::clock_start`], which selects the source and reports the reason.
 //!
 //! # Returns
-//! [`Clocks`]: which source runs, and the frequencies \[Hz\] that timers, SPI and USART divide. The timers
-//! follow the clock that really runs, so the sample rate stays what the parameters ask, to the 1 % of the RC
-//! oscillator; should the interrupt not fit at 16 MHz, its periods are counted as late and missed. A crystal
-//! that fails later ends in [`super::failure`]: the clock security system raises the NMI, which resets into
-//! the fallback, where the crystal is left alone until the next reset.
+//! [`Clocks`]: the running source, and the frequencies \[Hz\] that timers, SPI and USART divide. The timers follow the
+//! clock that really runs, so the sample rate stays that of the parameters, to the 1 % of the RC oscillator; should the
+//! interrupt not fit at 16 MHz, its periods are counted as late and missed. A crystal that fails later ends in
+//! [`super::failure`]: the clock security system raises the NMI, which resets into the fallback, where the crystal is
+//! left alone until the next reset.
 //!
 //! The emulator does not model the clock tree: its registers read as zero, so there the last row is taken.
 

@@ -1,9 +1,9 @@
 //! Ends a run that has failed: by a panic, a fault exception or a lost clock.
 //!
-//! What happened is written to [`LAST_FAILURE`], where a debugger finds it by name, in memory that a reset keeps. The
+//! The failure is written to [`LAST_FAILURE`], where a debugger finds it by name, in memory that a reset keeps. The
 //! next boot logs it and reports it in health items 43 and 44 ([`take_report`]). Then:
 //!
-//! | where | what follows |
+//! | place | consequence |
 //! |---|---|
 //! | board, debugger attached | it stops there, with the trace ring and the stack as they were |
 //! | board, alone | a reset: the IMU is back within milliseconds, with `sequence` beginning anew |
@@ -21,8 +21,7 @@ use cortex_m_rt::{ExceptionFrame, exception};
 #[cfg(feature = "emulator")]
 const EMULATOR_EXIT: i32 = 101;
 
-/// "FAIL" and "SEEN": the record holds something, and whether a boot has reported it. Anything else is
-/// what memory holds after power-on.
+/// "FAIL": the record holds a failure; "SEEN": a boot has reported it. Anything else is random content after power-on.
 const FRESH: u32 = u32::from_le_bytes(*b"FAIL");
 #[cfg(feature = "board")]
 const REPORTED: u32 = u32::from_le_bytes(*b"SEEN");

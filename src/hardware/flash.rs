@@ -4,10 +4,10 @@
 //! the STM32F405 (RM0090 section 3.3), 128 KiB each, set apart in memory.x. Every wait is bounded; a controller that
 //! does not answer gives a [`FlashFault`].
 //!
-//! Writing and erasing hold the processor (the flash is one bank: instructions cannot be fetched meanwhile),
-//! up to 4 s for a sector: at boot only, before sampling and the watchdog start. Assumes a supply of 2.7 V to
-//! 3.6 V, for words of 32 bits at a time; the board asks `supply` before it mends a slot. The
-//! emulator's flash is read-only: there a write changes nothing, and reading back shows it.
+//! Writing and erasing hold the processor (the flash is one bank: instructions cannot be fetched meanwhile), up to 4 s
+//! for a sector: at boot only, before sampling and the watchdog start. Assumes a supply of 2.7 V to 3.6 V, for words of
+//! 32 bits at a time; the board checks `supply` before it mends a slot. The emulator's flash is read-only: there a
+//! write changes nothing, and reading back shows it.
 
 use core::ptr;
 
@@ -40,7 +40,7 @@ unsafe extern "C" {
     static _parameter_slots: u8;
 }
 
-/// Why the flash did not do what was asked.
+/// Reason that a flash operation failed.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
 pub enum FlashFault {
     /// The range is beyond the two sectors.
@@ -96,8 +96,7 @@ impl SlotFlash {
             .write(|w| unsafe { w.bits(ERROR_FLAGS) });
         let outcome = work(&self.controller);
         self.controller.cr().write(|w| w.lock().locked());
-        // The data cache still holds what the sectors were; it may be emptied only while it is off
-        // (RM0090 3.5.2).
+        // The data cache still holds the old sectors; it may be emptied only while it is off (RM0090 3.5.2).
         let cache = self.controller.acr();
         cache.modify(|_, w| w.dcen().disabled());
         cache.modify(|_, w| w.dcrst().reset());
@@ -122,7 +121,7 @@ fn finished(controller: &FLASH, polls: u32) -> Result<(), FlashFault> {
     }
 }
 
-/// Whether `length` bytes from `offset` lie within the two sectors.
+/// Checks that `length` bytes from `offset` lie within the two sectors.
 fn check_bounds(offset: u32, length: usize) -> Result<(), FlashFault> {
     let end = (offset as usize).saturating_add(length);
     (end <= CAPACITY as usize)

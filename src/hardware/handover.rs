@@ -1,6 +1,6 @@
 //! Hands a value over to the sampling interrupt while that is unmasked, and back to the main loop.
 //!
-//! Nothing is shared, so nothing is locked: what the two exchange while both run goes through queues and atomics.
+//! Nothing is shared, so nothing is locked: all exchange while both run goes through queues and atomics.
 
 use core::cell::UnsafeCell;
 use core::mem::MaybeUninit;
@@ -15,7 +15,7 @@ use stm32f4::stm32f405::{NVIC, interrupt};
 #[repr(C)]
 pub struct Handover<T> {
     value: UnsafeCell<MaybeUninit<Option<T>>>,
-    /// Whether it was lent.
+    /// True once it was lent.
     written: UnsafeCell<bool>,
 }
 
@@ -58,7 +58,7 @@ impl<T> Handover<T> {
     pub fn take_back(&self) -> Option<T> {
         NVIC::mask(interrupt::TIM2);
         wait_for_mask();
-        // SAFETY: the interrupt, the only other user, is masked, and what was lent is written.
+        // SAFETY: the interrupt, the only other user, is masked, and the lent value is written.
         unsafe {
             if *self.written.get() {
                 (*self.place()).take()
@@ -76,8 +76,8 @@ impl<T> Handover<T> {
     }
 }
 
-/// The barriers of the architecture's reference manual (B3.5.3): no TIM2 entry after this point, and no
-/// access of what follows, nor the compiler's move of one, before it.
+/// The barriers of the architecture's reference manual (B3.5.3): no TIM2 entry after this point, and no later access,
+/// nor the compiler's move of one, before it.
 fn wait_for_mask() {
     cortex_m::asm::dsb();
     cortex_m::asm::isb();

@@ -67,7 +67,7 @@ impl Link {
         }
     }
 
-    /// Begins the answer, or else the next frame; `false` if there is none.
+    /// Begins the answer, or else the next frame; `false` without either.
     fn next(&mut self) -> bool {
         if let Some(answer) = self.answer.take() {
             // At the buffer's end, so that its end is the frame's.
@@ -93,7 +93,7 @@ impl Link {
         self.frames_sent
     }
 
-    /// What is left of the present frame, then the answer, and the port back: the unit stops.
+    /// Sends the rest of the present frame, then the answer, and gives the port back: the unit stops.
     pub fn stop(mut self) -> Serial {
         service_mode::send(
             &mut self.serial,

@@ -1,4 +1,4 @@
-//! The images: everything that knows which processor it runs on. Exists only for `target_os = "none"`.
+//! The images: all code that depends on the processor. Exists only for `target_os = "none"`.
 //!
 //! ```text
 //!          TIM2, each period                                    main loop
@@ -6,7 +6,7 @@
 //!  ▲ SPI                     ├─▶ TRACE, WATCH ─────────────▶ Background ─▶ defmt
 //!                            └─▶ RawTap (feature `raw`) ───▶ RawLink ─▶ DMA, USART6
 //! ```
-//! Both images are this; what differs is at the two ends:
+//! Both images are this; they differ at the two ends:
 //!
 //! | | `board` | `emulator` |
 //! |---|---|---|

@@ -1,4 +1,4 @@
-//! Sends the raw stream: makes frames of what the interrupt took and hands them to the port, in batches.
+//! Sends the raw stream: makes frames of the interrupt's periods and hands them to the port, in batches.
 //!
 //! It runs in the main loop and never waits. A batch is filled while the one before it is being sent, so the port is busy
 //! as long as there is something to send.
@@ -21,7 +21,7 @@ pub const BATCH_BYTES: usize = BATCH_FRAMES * RAW_BYTES;
 pub struct RawLink {
     periods: RawPeriods,
     items: RawItems,
-    /// `None` where the clock is too slow for the line: then nothing is sent.
+    /// `None` if the clock is too slow for the line: then nothing is sent.
     port: Option<RawPort>,
     batch: [u8; BATCH_BYTES],
     filled: usize,
@@ -45,7 +45,8 @@ impl RawLink {
         (RawTap::new(tap), link)
     }
 
-    /// Fills the batch with what has come, and hands it to the port if that is idle; returns whether there is more to send.
+    /// Fills the batch with the periods in the queue, and hands it to the port if that is idle; returns whether there
+    /// is more to send.
     pub fn poll(&mut self) -> bool {
         self.items.dropped = DROPPED.load(Ordering::Relaxed);
         let Self {

@@ -1,7 +1,7 @@
-//! Hands what the chain was given to the raw stream: from the sampling interrupt to the main loop, a period each.
+//! Hands the chain's input to the raw stream: from the sampling interrupt to the main loop, a period each.
 //!
-//! It never waits. Where the main loop has not made room, the whole period is dropped and counted in [`DROPPED`]. Only
-//! images with the feature `raw` have it; in others the interrupt is as if it were not there.
+//! It never waits. If the main loop has not made room, the whole period is dropped and counted in [`DROPPED`]. Only
+//! images with the feature `raw` have it; in others it costs the interrupt nothing.
 
 use core::hint::assert_unchecked;
 use core::sync::atomic::{AtomicU32, Ordering};

@@ -1,5 +1,4 @@
-//! Times the samples: TIM2 requests the interrupt and the bank's latch once a period, TIM5 tells how late it was
-//! served.
+//! Times the samples: TIM2 requests the interrupt and the bank's latch once a period, TIM5 measures its lateness.
 //!
 //! It is set up from the timers' clock \[Hz\] and the sample rate \[Hz\]. It gives the TIM2 interrupt, the [`Timing`]
 //! of each one, readings of TIM5 \[ticks, modulo 2³²\], which runs freely on the same clock, and a pulse on PA0 whose
@@ -20,7 +19,7 @@ use trueaxis::processor::Timing;
 /// a few guard against the first one carrying a start-up effect.
 const OVERHEAD_PAIRS: usize = 8;
 
-/// Both timers, and where the present period ends in TIM5's time.
+/// Both timers, and the end of the present period in TIM5's time.
 pub struct SampleTimer {
     periods: TIM2,
     time: TIM5,

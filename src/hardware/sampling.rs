@@ -1,8 +1,8 @@
 //! Serves the sampling interrupt: bank → processor → queue, once a period.
 //!
 //! It reads the counter bank's frames from an `SpiDevice` and the time from the [`SampleTimer`]. It puts telemetry
-//! frames into a queue, one entry a period into the trace ring [`TRACE`], and what the main loop watches into
-//! [`Watch`]. Everything it works on belongs to the interrupt alone once [`SAMPLING`] has been lent to it.
+//! frames into a queue, one entry a period into the trace ring [`TRACE`], and the main loop's values into [`Watch`].
+//! Everything it works on belongs to the interrupt alone once [`SAMPLING`] has been lent to it.
 //!
 //! The same code serves the board and the emulator; only the `SpiDevice` differs.
 
@@ -46,14 +46,15 @@ struct Trace(UnsafeCell<TraceRing<TRACE_ENTRIES>>);
 // SAFETY: only the interrupt touches it, and that does not nest; before it, `Sampling::new` with interrupts held.
 unsafe impl Sync for Trace {}
 
-/// What the main loop sees of the interrupt. Each field is a single word and thus always whole, but fields may be a
+/// Values of the interrupt that the main loop watches. Each field is a single word and thus always whole, but fields
+/// may be a
 /// period apart.
 pub struct Watch {
     /// Interrupts served so far, wrapping.
     pub served: AtomicU32,
     /// Pickoff codes of the last sample.
     pub pickoff_codes: [AtomicI32; 3],
-    /// The first fault in service: status bits, 0 while there is none.
+    /// The first fault in service: status bits, 0 without one.
     pub first_fault: AtomicU32,
     /// Sampling period of the first fault.
     pub first_fault_period: AtomicU32,
@@ -61,7 +62,7 @@ pub struct Watch {
     pub longest: AtomicU32,
 }
 
-/// What the main loop watches. The interrupt writes it here; the main loop reads it in [`super::background`].
+/// Values that the main loop watches. The interrupt writes them here; the main loop reads them in [`super::background`].
 pub static WATCH: Watch = Watch {
     served: AtomicU32::new(0),
     pickoff_codes: [const { AtomicI32::new(0) }; 3],
@@ -70,8 +71,8 @@ pub static WATCH: Watch = Watch {
     longest: AtomicU32::new(0),
 };
 
-/// Everything the interrupt works on. In memory in the order of declaration (`repr(C)`), so that the processor lies
-/// within reach of one base address, as [`Chain`](trueaxis::Chain) needs it.
+/// All data of the interrupt. In memory in the order of declaration (`repr(C)`), so that the processor lies within
+/// reach of one base address, as [`Chain`](trueaxis::Chain) needs it.
 #[repr(C)]
 pub struct Sampling<Spi> {
     /// The chain with its health.
@@ -82,9 +83,9 @@ pub struct Sampling<Spi> {
     pub frames: Producer<'static, TelemetryFrame>,
     /// The timer that brings the interrupt.
     pub timer: SampleTimer,
-    /// What each part has cost so far.
+    /// Cost of each part so far.
     pub costs: Costs,
-    /// What the raw stream is told.
+    /// The interrupt's end of the raw stream.
     #[cfg(feature = "raw")]
     pub raw: RawTap,
 }
@@ -180,9 +181,8 @@ impl<Spi: SpiDevice> Sampling<Spi> {
         self.costs.processor.record(cost);
 
         if let Some(frame) = frame {
-            // The queue's end knows its length only at run time; told it, the compiler needs neither a
-            // division nor the panic of a division by zero.
-            // SAFETY: the queue has FRAME_QUEUE slots, and a queue's length never changes.
+            // The queue's end knows its length only at run time; with it, the compiler needs neither a division nor the
+            // panic of a division by zero. SAFETY: the queue has FRAME_QUEUE slots, and a queue's length never changes.
             unsafe { assert_unchecked(self.frames.capacity() == FRAME_QUEUE - 1) };
             if self.frames.enqueue(frame).is_err() {
                 self.processor.output_overrun();
@@ -238,12 +238,11 @@ fn advance(
 /// The value of the sampling interrupt: lent to it while it is unmasked.
 pub static SAMPLING: Handover<Sampling<Spi>> = Handover::empty();
 
-/// Deadline contract: requested at the end of each sample period, at the highest priority; must return
-/// before the next one ends, 250 µs later, or the next is counted as late, or as missed. It reads one frame
-/// of the bank over a bus whose every wait is bounded, runs the chain once and queues at most one frame. It
-/// allocates nothing, logs nothing, calls nothing that can panic, and its cost does not depend on data while
-/// no fault occurs. What it took is in [`WATCH`] and in the trace, in ticks of TIM5: 84 MHz on the board,
-/// instructions in the emulator.
+/// Deadline contract: requested at the end of each sample period, at the highest priority; must return before the next
+/// one ends, 250 µs later, or the next is counted as late, or as missed. It reads one frame of the bank over a bus
+/// whose every wait is bounded, runs the chain once and queues at most one frame. It allocates nothing, logs nothing,
+/// calls nothing that can panic, and its cost does not depend on data while no fault occurs. Its cost is in [`WATCH`]
+/// and in the trace, in ticks of TIM5: 84 MHz on the board, instructions in the emulator.
 #[interrupt]
 fn TIM2() {
     // SAFETY: this is the interrupt, it does not nest in itself, and both references end with it.

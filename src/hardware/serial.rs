@@ -1,7 +1,7 @@
 //! Drives USART1: telemetry frames leave the board here, on PA9, and requests come in on PA10.
 //!
 //! Bytes leave with 8 data bits, no parity and 1 stop bit at [`BAUD`]. Nothing waits: [`Serial::send`] takes a byte if
-//! there is room and says whether it did; the main loop tries again.
+//! there is room and returns `true` if so; the main loop tries again.
 
 use stm32f4::stm32f405::{GPIOA, RCC, USART1};
 
@@ -45,7 +45,7 @@ impl Serial {
         has_room
     }
 
-    /// Whether the last byte has left the transmitter.
+    /// True once the last byte has left the transmitter.
     pub fn is_finished(&self) -> bool {
         self.usart.sr().read().tc().bit()
     }

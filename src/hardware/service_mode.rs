@@ -1,10 +1,10 @@
-//! The unit while it is stopped: takes a parameter block over the telemetry port, until it is told to start anew.
+//! Serves the stopped unit: takes a parameter block over the telemetry port, until a request to start anew.
 //!
 //! It runs instead of sampling and before the watchdog is started, for writing flash holds the processor for up to 2 s. On the board a
 //! running unit comes here by a reset: the request to stop is latched in memory that a reset keeps ([`request`]), and the next
 //! boot finds it, once ([`take_request`]). The emulator, which cannot be reset, comes here from the end of sampling.
 //!
-//! A unit that hears nothing for [`IDLE_LIMIT_S`] starts anew by itself: a broken line must not leave it stopped.
+//! A unit without a request for [`IDLE_LIMIT_S`] starts anew by itself: a broken line must not leave it stopped.
 
 #[cfg(feature = "board")]
 use core::sync::atomic::{AtomicU32, Ordering};
@@ -34,7 +34,7 @@ const SEND_POLLS: u32 = 4_000;
 /// The kinds of terms of this image.
 pub const TERM_KINDS: TermKinds = <Terms as Term<Core>>::KINDS;
 
-/// "STOP": the run before this one was asked to stop. Anything else is what memory holds after power-on.
+/// "STOP": the run before this one was asked to stop. Anything else is random content after power-on.
 #[cfg(feature = "board")]
 const REQUESTED: u32 = u32::from_le_bytes(*b"STOP");
 
@@ -50,7 +50,7 @@ pub fn request() {
     cortex_m::asm::dsb();
 }
 
-/// Whether the run before this one was asked to stop; once.
+/// Returns `true` once if the run before this one was asked to stop.
 #[cfg(feature = "board")]
 pub fn take_request() -> bool {
     let requested = STOP_REQUEST.load(Ordering::Relaxed) == REQUESTED;
@@ -88,7 +88,7 @@ pub fn serve<F: NorFlash>(
     service.release().release()
 }
 
-/// Sends bytes to the last bit, or gives up where the transmitter does not answer.
+/// Sends bytes to the last bit, or gives up if the transmitter does not answer.
 #[inline(never)]
 pub fn send(serial: &mut Serial, bytes: &[u8]) {
     for byte in bytes {
@@ -96,11 +96,11 @@ pub fn send(serial: &mut Serial, bytes: &[u8]) {
             return;
         }
     }
-    // Whether or not it came: nothing can be done about it.
+    // A failure here has no remedy.
     let _ = (0..SEND_POLLS).any(|_| serial.is_finished());
 }
 
-/// Measures how long nothing was asked.
+/// Measures the time without a request.
 pub struct IdleTimer {
     timer: SYST,
     ticks: u32,

@@ -1,12 +1,12 @@
-//! Whether the supply is high enough to erase and program flash.
+//! Tests that the supply is high enough to erase and program flash.
 //!
-//! Flash takes words of 32 bits from 2.7 V on (RM0090 3.6.2), the width that [`super::flash`] uses. The
-//! programmable voltage detector compares the supply with one of eight levels (RM0090 5.2.3). Level 6 is the
-//! lowest that is beyond doubt above 2.7 V: the detector sees "higher" from 2.85 V at least and 3.10 V at most
-//! (both edges, data sheet table 19), so a supply of 3.3 V ± 5 % passes. Level 5 may say so from 2.65 V.
+//! Flash takes words of 32 bits from 2.7 V on (RM0090 3.6.2), the width that [`super::flash`] uses. The programmable
+//! voltage detector compares the supply with one of eight levels (RM0090 5.2.3). Level 6 is the lowest that is beyond
+//! doubt above 2.7 V: the detector sees "higher" from 2.85 V at least and 3.10 V at most (both edges, data sheet table
+//! 19), so a supply of 3.3 V ± 5 % passes. Level 5 may do so from 2.65 V.
 //!
-//! It says how the supply is now. It may still sag while a sector is erased; what follows then is a reset,
-//! and an attempt that [`trueaxis::parameter_slots`] has counted.
+//! It tests the present supply, which may still sag while a sector is erased; then there is a reset, and an attempt
+//! that [`trueaxis::parameter_slots`] has counted.
 
 use stm32f4::stm32f405::PWR;
 
@@ -17,16 +17,16 @@ const LEVEL: u8 = 6;
 /// reference start within some 10 µs.
 const START_CYCLES: u32 = 16_800;
 
-/// Readings, every one of which must say "higher".
+/// Readings, every one of which must be "higher".
 const READINGS: u32 = 100;
 
 /// Between two of them \[cycles\]: 10 µs at 168 MHz, so that all of them cover 1 ms.
 const PAUSE_CYCLES: u32 = 1_680;
 
-/// Whether the supply stays above the level for 1 ms. Needs the clock of the power controller.
+/// Returns `true` if the supply stays above the level for 1 ms. Needs the clock of the power controller.
 ///
 /// # Returns
-/// `false` also where the detector cannot be turned on: then nothing is known.
+/// `false` also if the detector cannot be turned on: then the supply is unknown.
 pub fn suffices(pwr: &PWR) -> bool {
     pwr.cr().modify(|_, w| w.pls().set(LEVEL).pvde().enabled());
     cortex_m::asm::delay(START_CYCLES);

@@ -1,4 +1,4 @@
-//! Encodes and decodes the parameter block: what `rlg params` writes and the firmware reads from flash.
+//! Encodes and decodes the parameter block, written by `rlg params` and read from flash by the firmware.
 //!
 //! Little-endian.
 //!
@@ -57,12 +57,12 @@ pub const LARGEST_BLOCK_BYTES: usize = PARAMETER_BLOCK_BYTES + RECORD_BYTES;
 /// Bitwise: it runs once at boot, and a table would cost 1 KiB of flash.
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
 
-/// Why bytes are not a parameter block.
+/// Reason that bytes are not a parameter block.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
 pub enum BlockError {
-    /// Fewer bytes than the block says, or than the smallest; or it says more than the largest \[bytes found\].
+    /// Fewer bytes than the block's own length, or than the smallest; or a length above the largest \[bytes found\].
     Length(usize),
     /// It does not begin with `RLGP`.
     Magic,
@@ -75,9 +75,9 @@ pub enum BlockError {
         /// As computed.
         computed: u32,
     },
-    /// The byte that says how the flexure responds is neither 0 nor 1.
+    /// The byte of the flexure's response is neither 0 nor 1.
     Response(u8),
-    /// The byte that says whether there are accelerometers is neither 0 nor 1.
+    /// The byte for accelerometers is neither 0 nor 1.
     Accelerometers(u8),
     /// The block is whole, but a parameter is out of range.
     Parameter(ParameterError),
@@ -132,7 +132,7 @@ impl Deref for ParameterBlock {
 }
 
 impl Parameters {
-    /// The block of these parameters, whether or not they pass [`Parameters::check`].
+    /// The block of these parameters, even if they fail [`Parameters::check`].
     pub fn to_block(&self, generation: u32) -> ParameterBlock {
         let records = self.terms.bytes();
         let crc_offset = RECORDS_OFFSET + records.len();
@@ -285,7 +285,7 @@ impl Parameters {
     }
 }
 
-/// The length that a block says it has \[bytes\].
+/// Length of a block by its own field \[bytes\].
 pub(super) fn block_length(block: &[u8; LARGEST_BLOCK_BYTES]) -> usize {
     usize::from(u16::from_le_bytes([block[6], block[7]]))
 }

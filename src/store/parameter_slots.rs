@@ -1,7 +1,7 @@
 //! Keeps the parameter block in two places of flash, of which one is always whole.
 //!
 //! The flash is NOR flash behind `embedded_storage::nor_flash`. Loading gives [`Loaded`]: the parameters to start with
-//! and what is wrong with the slots. Storing writes and verifies a slot.
+//! and the faults of the slots. Storing writes and verifies a slot.
 //!
 //! | slots found | parameters | flags |
 //! |---|---|---|
@@ -9,21 +9,22 @@
 //! | one good, or the newer does not read the same twice | the good one's | `slot_bad` |
 //! | none good (new device, both worn out) | [`Parameters::default`]: a perfect triad, nothing corrected | `parameters_default` |
 //!
-//! *Good* is what [`Parameters::from_block`] accepts: magic, version, length, CRC-32 and every field in its
-//! range; and without records of terms that the build lacks ([`ParameterSlots::accepting`]). A newer generation is one that is ahead by less than 2³¹, so the number may wrap.
+//! *Good* is a block that [`Parameters::from_block`] accepts: magic, version, length, CRC-32 and every field in its
+//! range; and without records of terms that the build lacks ([`ParameterSlots::accepting`]). A newer generation is one
+//! that is ahead by less than 2³¹, so the number may wrap.
 //!
-//! [`ParameterSlots::store`] writes only to the slot that is **not** in use: erase, everything but the CRC,
-//! the CRC last, read back. Power may fail at any of these steps: the slot in use is not touched, and what
-//! the other then holds fails its CRC. So the next boot finds the old block or the new one, never neither;
-//! `host-tests/firmware/tests/parameter_slots.rs` cuts the power at every step. The CRC stands last because
-//! a driver may write a range in any order; alone, it makes the rest valid in one last step.
+//! [`ParameterSlots::store`] writes only to the slot that is **not** in use: erase, everything but the CRC, the CRC
+//! last, read back. Power may fail at any of these steps: the slot in use is not touched, and the content of the other
+//! fails its CRC. So the next boot finds the old block or the new one, never neither;
+//! `host-tests/firmware/tests/parameter_slots.rs` cuts the power at every step. The CRC stands last because a driver
+//! may write a range in any order; alone, it makes the rest valid in one last step.
 //!
 //! # Mending
 //! [`ParameterSlots::mend`] rewrites a slot that is not good from the one that is, at boot before sampling:
 //! erasing a sector stops the STM32F405 from running code in flash for up to two seconds. Two things bound it:
 //!
-//! - The supply must be known to suffice: a supply that sags below what programming needs damages what is
-//!   written, and resets the board in the middle.
+//! - The supply must be known to suffice: a supply that sags below the level for programming damages the written data,
+//!   and resets the board in the middle.
 //! - At most [`MEND_ATTEMPTS`] attempts, over all boots: a worn-out slot would else cost each boot an erasure,
 //!   and its seconds. They are counted in the good slot's sector without erasing it: behind the block there is
 //!   a mark for each attempt, erased until it is made. The mark is written **before** the erasure, so that a
@@ -62,7 +63,7 @@ const BUFFER_BYTES: usize = LARGEST_BLOCK_BYTES.next_multiple_of(LARGEST_UNIT_BY
 /// Attempts to mend a slot until the good slot's sector is erased.
 pub const MEND_ATTEMPTS: usize = 3;
 
-/// Where a slot's marks of attempts begin \[bytes\].
+/// Offset of a slot's marks of attempts \[bytes\].
 pub const MEND_MARKS_OFFSET: u32 = BUFFER_BYTES as u32;
 
 /// Size of all marks \[bytes\].
@@ -71,7 +72,7 @@ const MARKS_BYTES: usize = MEND_ATTEMPTS * LARGEST_UNIT_BYTES;
 /// Bytes of the CRC at the block's end.
 const CRC_BYTES: usize = 4;
 
-/// What flash holds where nothing was programmed since the last erasure.
+/// Value of flash bytes not programmed since the last erasure.
 const ERASED: u8 = 0xFF;
 
 /// One of the two slots.
@@ -95,7 +96,7 @@ impl Slot {
     }
 }
 
-/// What the firmware starts with.
+/// Parameters at start, and their origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct Loaded {
@@ -105,7 +106,7 @@ pub struct Loaded {
     pub generation: u32,
     /// The slot that the parameters came from; `None` for the default.
     pub slot: Option<Slot>,
-    /// Whether one slot is good and the other is not.
+    /// True if one slot is good and the other is not.
     pub slot_bad: bool,
 }
 
@@ -120,13 +121,13 @@ impl Loaded {
         }
     }
 
-    /// Whether no slot is good, so that the default parameters are used.
+    /// True if no slot is good, so that the default parameters are used.
     pub fn parameters_default(&self) -> bool {
         self.slot.is_none()
     }
 }
 
-/// What [`ParameterSlots::mend`] did.
+/// Outcome of [`ParameterSlots::mend`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum Mending {
@@ -140,7 +141,7 @@ pub enum Mending {
     Exhausted,
 }
 
-/// Why a slot could not be written.
+/// Reason that a slot could not be written.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -151,7 +152,7 @@ pub enum SlotError<E> {
     Layout,
     /// The flash reported an error.
     Flash(E),
-    /// What was read back is not what was written.
+    /// The bytes read back differ from those written.
     Verify,
 }
 
@@ -179,7 +180,7 @@ pub struct ParameterSlots<F, B = Chain<F32>> {
 /// A build of the chain, which can use some parameters and not others. A type and no function's address, so that the
 /// image calls nothing through a register and its stack has a bound.
 pub trait Build {
-    /// Whether the build can use these parameters.
+    /// Checks that the build can use these parameters.
     ///
     /// # Errors
     /// A parameter is out of its range, or asks for a term that the build lacks.
@@ -202,7 +203,7 @@ impl<F: ReadNorFlash> ParameterSlots<F> {
         }
     }
 
-    /// Takes for good only what the build `D` can use. Without this call it is the chain without terms.
+    /// Restricts good slots to parameters that the build `D` can use. Without this call it is the chain without terms.
     #[must_use]
     pub fn accepting<D: Build>(self) -> ParameterSlots<F, D> {
         ParameterSlots {
@@ -248,14 +249,14 @@ impl<F: ReadNorFlash, B: Build> ParameterSlots<F, B> {
         loaded.slot_bad = false;
     }
 
-    /// Generations of the good slots. A slot that cannot be read is an error: before a slot is overwritten, what the
-    /// other one holds must be known and not guessed.
+    /// Generations of the good slots. A slot that cannot be read is an error: before a slot is overwritten, the content
+    /// of the other one must be known and not guessed.
     #[inline(never)]
     fn survey(&mut self) -> Result<Survey, F::Error> {
         self.survey_with(&mut Parameters::default())
     }
 
-    /// As [`survey`](Self::survey), with room for what the slots hold.
+    /// As [`survey`](Self::survey), with room for the slots' parameters.
     fn survey_with(&mut self, scratch: &mut Parameters) -> Result<Survey, F::Error> {
         let first = self.read(Slot::First, scratch)?;
         Ok(Survey([first, self.read(Slot::Second, scratch)?]))
@@ -295,15 +296,15 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
     /// Size of a slot in whole sectors \[bytes\].
     const SLOT_BYTES: u32 = (BUFFER_BYTES + MARKS_BYTES).next_multiple_of(F::ERASE_SIZE) as u32;
 
-    /// Makes `parameters` those of the next boot; returns their generation. Where it fails, the block that
-    /// was in use still is.
+    /// Makes `parameters` those of the next boot; returns their generation. If it fails, the block in use stays so.
     pub fn store(&mut self, parameters: &Parameters) -> Result<u32, SlotError<F::Error>> {
         B::check(parameters).map_err(SlotError::Parameter)?;
         self.store_block(&parameters.to_block(0), &mut Parameters::default())
     }
 
-    /// As [`store`](Self::store), of parameters that stand in a block already and that the build can use; the block's own
-    /// generation does not count. `scratch` takes what the slots hold: parameters are large, and the caller has some to spare.
+    /// As [`store`](Self::store), of parameters that stand in a block already and that the build can use; the block's
+    /// own generation does not count. `scratch` takes the slots' parameters: they are large, and the caller has some to
+    /// spare.
     pub(super) fn store_block(
         &mut self,
         block: &[u8],
@@ -367,7 +368,7 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
         let mut buffer = [ERASED; BUFFER_BYTES];
         self.read_bytes(good, &mut buffer)
             .map_err(SlotError::Flash)?;
-        // What was surveyed is a block; anything else would be refused by what reads it.
+        // The surveyed slot holds a block; anything else would be refused by its reader.
         let length = buffer.first_chunk().map_or(BUFFER_BYTES, block_length);
         for byte in buffer.iter_mut().skip(length) {
             *byte = ERASED;
@@ -399,7 +400,7 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
         Ok(false)
     }
 
-    /// Writes the first `length` bytes of the buffer, which is erased bytes beyond.
+    /// Writes the first `length` bytes of the buffer, followed by erased bytes.
     fn write(
         &mut self,
         slot: Slot,
@@ -486,13 +487,13 @@ impl Survey {
         generation.map(|generation| (slot, generation))
     }
 
-    /// Whether one slot is good and the other is not.
+    /// True if one slot is good and the other is not.
     fn one_is_bad(&self) -> bool {
         self.0[0].is_some() != self.0[1].is_some()
     }
 }
 
-/// Whether generation `a` is ahead of `b`, by less than half the range.
+/// True if generation `a` is ahead of `b`, by less than half the range.
 fn is_newer(a: u32, b: u32) -> bool {
     (a.wrapping_sub(b) as i32) > 0
 }

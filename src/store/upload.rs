@@ -1,9 +1,9 @@
 //! Gathers a parameter block piece by piece, checks it whole and stores it.
 //!
-//! Nothing of flash is touched before the block is whole and good: CRC, version, every parameter in its range, and no term
-//! that the build lacks. Then it is written to the slot that is not in use, as [`ParameterSlots::store`] does, under the
-//! generation after the one in force, whatever generation the block itself says. A power cut at any byte, received or
-//! written, leaves the old block in force, or the new one.
+//! Nothing of flash is touched before the block is whole and good: CRC, version, every parameter in its range, and no
+//! term that the build lacks. Then it is written to the slot that is not in use, as [`ParameterSlots::store`] does,
+//! under the generation after the one in force, independent of the block's own generation. A power cut at any byte,
+//! received or written, leaves the old block in force, or the new one.
 
 use core::fmt;
 
@@ -13,7 +13,7 @@ use crate::chain::parameters::Parameters;
 use crate::store::parameter_block::{BlockError, LARGEST_BLOCK_BYTES, PARAMETER_BLOCK_BYTES};
 use crate::store::parameter_slots::{Build, ParameterSlots, SlotError};
 
-/// Why a block is not taken.
+/// Reason that a block is not taken.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -77,7 +77,7 @@ impl Default for Upload {
 }
 
 impl Upload {
-    /// Begins to gather a block of `length` bytes, and forgets what was gathered before.
+    /// Begins to gather a block of `length` bytes, and drops the one gathered before.
     ///
     /// # Errors
     /// [`UploadError::Length`] where no block of this build is so long.
@@ -119,8 +119,8 @@ impl Upload {
     /// `supply_suffices`: the supply is known to be high enough for erasing and programming.
     ///
     /// # Errors
-    /// The block is not whole or not good, and nothing of flash was touched; or flash did not take it, and the block that was
-    /// in force still is.
+    /// The block is not whole or not good, and nothing of flash was touched; or flash did not take it, and the block in
+    /// force stays so.
     #[inline(never)]
     pub fn store<F: NorFlash, B: Build>(
         &self,

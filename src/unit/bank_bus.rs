@@ -1,6 +1,6 @@
 //! Reads the counter bank over a bus and hands the bytes to the [`BankDecoder`].
 //!
-//! | bus | what calls the decoder |
+//! | bus | caller of the decoder |
 //! |---|---|
 //! | blocking, `embedded-hal` | [`CounterBank::take`](SampleSource::take), in the interrupt |
 //! | asynchronous, `embedded-hal-async` (feature `async`) | `CounterBank::take_async` |

@@ -1,4 +1,4 @@
-//! The start of the clock tree: which source runs, with which dividers and flash wait states, in which order.
+//! The start of the clock tree: its source, dividers and flash wait states, and their order.
 //!
 //! | source | core | APB1, its timers | APB2 | wait states | flag |
 //! |---|---|---|---|---|---|
@@ -28,7 +28,7 @@ pub const CRYSTAL_POLLS: u32 = 20_000;
 /// Polls before the PLL counts as not locking: 1 ms; it locks within 300 µs (t_LOCK, data sheet 5.3.10).
 pub const PLL_POLLS: u32 = 4_000;
 
-/// Polls for a register to show what was written to it: it takes a few bus cycles.
+/// Polls for a register to show a written value: it takes a few bus cycles.
 pub const REGISTER_POLLS: u32 = 1_000;
 
 /// Polls of a whole start, at most: the crystal, and for each of the two attempts with the PLL its lock and
@@ -55,7 +55,7 @@ const USB_DIVIDER: u8 = 7;
 /// A wait state more for each of these \[Hz\] (RM0090 table 10, 2.7 V to 3.6 V).
 const HZ_PER_WAIT_STATE: u32 = 30_000_000;
 
-/// What the system runs from.
+/// Sources of the system's clock.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum ClockSource {
@@ -84,7 +84,7 @@ pub struct Clocks {
 }
 
 impl Clocks {
-    /// Whether the clocks run from another source than the crystal.
+    /// True if the clocks run from another source than the crystal.
     pub fn is_fallback(&self) -> bool {
         self.source != ClockSource::Crystal
     }
@@ -128,7 +128,7 @@ impl BusDividers {
 /// The PLL: core = input / `input_divider` × `multiplier` / 2.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct PllSettings {
-    /// Whether the input is the crystal; else it is the internal oscillator.
+    /// True if the input is the crystal; else it is the internal oscillator.
     pub from_crystal: bool,
     /// Divider that brings the input to 1 MHz.
     pub input_divider: u8,
@@ -167,7 +167,7 @@ pub enum CoreClock {
 pub trait ClockRegisters {
     /// Turns the crystal's oscillator on or off.
     fn turn_crystal(&mut self, on: bool);
-    /// Whether the crystal oscillates.
+    /// True if the crystal oscillates.
     fn crystal_is_ready(&mut self) -> bool;
     /// Turns the clock security system on or off: while it is on, a crystal that stops raises the NMI.
     fn watch_crystal(&mut self, on: bool);
@@ -175,7 +175,7 @@ pub trait ClockRegisters {
     fn set_up_pll(&mut self, settings: PllSettings);
     /// Turns the PLL on or off.
     fn turn_pll(&mut self, on: bool);
-    /// Whether the PLL has locked.
+    /// True if the PLL has locked.
     fn pll_is_ready(&mut self) -> bool;
     /// Sets the wait states of a flash access and turns its caches on.
     fn set_wait_states(&mut self, wait_states: u8);
@@ -194,8 +194,8 @@ pub trait ClockRegisters {
 /// Starts the best clock that there is. Runs once, after a reset.
 ///
 /// # Returns
-/// The clocks that run. Where the crystal does not answer, or the PLL does not run from it: a row of the
-/// table with `CLOCK_FALLBACK`.
+/// The clocks that run. If the crystal does not answer, or the PLL does not run from it: a row of the table with
+/// `CLOCK_FALLBACK`.
 pub fn start(registers: &mut impl ClockRegisters) -> Clocks {
     registers.turn_crystal(true);
     if within(CRYSTAL_POLLS, || registers.crystal_is_ready()) {
@@ -222,7 +222,7 @@ pub fn start_without_crystal(registers: &mut impl ClockRegisters) -> Clocks {
     Clocks::of(ClockSource::Internal)
 }
 
-/// Tries to run from the PLL behind `source`. Where it fails, the internal oscillator runs as after reset.
+/// Tries to run from the PLL behind `source`. If it fails, the internal oscillator runs as after reset.
 fn runs_from_pll(registers: &mut impl ClockRegisters, source: ClockSource) -> bool {
     // The PLL's configuration may be written only when it has stopped (RM0090 7.3.2).
     if !within(REGISTER_POLLS, || !registers.pll_is_ready()) {
@@ -253,11 +253,11 @@ fn goes_to_full_speed(registers: &mut impl ClockRegisters, source: ClockSource) 
     })
 }
 
-/// Undoes [`goes_to_full_speed`] in the reverse order: the clock, then what only a faster one needs.
+/// Undoes [`goes_to_full_speed`] in the reverse order: the clock, then the settings that only a faster one needs.
 ///
 /// # Returns
-/// Whether the internal oscillator runs. Where the register does not show it, against RM0090, the PLL must be
-/// taken to run: wait states and dividers stay as they are, safe at either frequency.
+/// True if the internal oscillator runs. If the register does not show it, against RM0090, the PLL must be taken to
+/// run: wait states and dividers stay as they are, safe at either frequency.
 fn goes_back_to_internal(registers: &mut impl ClockRegisters) -> bool {
     registers.select(CoreClock::Internal);
     if !within(REGISTER_POLLS, || {

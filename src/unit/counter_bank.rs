@@ -19,10 +19,10 @@
 //! The counters run freely instead of being cleared on reading, so a lost frame loses no angle: the next
 //! difference holds both periods. A wrap is exact, since the difference is taken modulo 2³² and a period's
 //! count is far below 2³¹ (100 °/s of dither at 2 µrad a pulse: 220).
-//! [`AccelerometerInput`] says which of the two the accelerometers send. A converter's codes show one
-//! period only; for those that were lost the last one stands, since none would lose 2.5 mm/s at 1 g each.
+//! [`AccelerometerInput`] selects the accelerometers' kind of the two. A converter's codes show one period only; for
+//! those that were lost the last one stands, since none would lose 2.5 mm/s at 1 g each.
 //!
-//! # What the sequence number shows
+//! # Sequence number
 //! The board's own timer is the only latch of the bank: it makes one frame a sampling period, whether it is read
 //! or not. So of e periods since the last good frame, by the caller's clock, the number must have grown by e, less at
 //! most one for each frame of these periods that came again (the bank did not latch, or latched late).
@@ -39,7 +39,7 @@
 //! A frame with all bits equal is reported as [`SourceFault::StuckLine`], whatever its CRC: it shows a broken wire and
 //! not noise.
 //!
-//! What is done about a fault is the caller's business.
+//! The handling of a fault is the caller's.
 
 use core::fmt;
 
@@ -130,7 +130,7 @@ impl BankFrame {
     }
 }
 
-/// What the accelerometers' words of a frame mean.
+/// Meaning of the accelerometers' words of a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub enum AccelerometerInput {
     /// Free-running counters of velocity pulses, as the gyros'.
@@ -188,8 +188,8 @@ impl BankDecoder {
         }
     }
 
-    /// Counts sampling periods that have passed before it is known what the bus delivers of them, so that a transfer
-    /// which is given up loses none.
+    /// Counts sampling periods that have passed before the bus delivers any data of them, so that a transfer which is
+    /// given up loses none.
     #[inline]
     pub fn elapse(&mut self, periods: u32) {
         self.elapsed = self.elapsed.saturating_add(periods);
@@ -198,9 +198,9 @@ impl BankDecoder {
     /// Makes the reading of the period that just ended. Cannot panic, whatever the bytes are.
     ///
     /// # Inputs
-    /// `transfer`: the bytes that the bus delivered, or that it delivered none. `elapsed`: sampling periods since the
-    /// previous call, by the caller's clock; 1 as a rule, more where it could not ask, without those that
-    /// [`elapse`](Self::elapse) was told.
+    /// `transfer`: the bytes that the bus delivered, or its fault. `elapsed`: sampling periods since the previous call,
+    /// by the caller's clock; 1 as a rule, more after periods without a call, less those given to
+    /// [`elapse`](Self::elapse).
     #[inline]
     pub fn reading(
         &mut self,
@@ -295,7 +295,7 @@ pub fn checksum(frame: &[u8; FRAME_BYTES]) -> u16 {
     )
 }
 
-/// Whether every bit of `frame` is 0, or every bit is 1.
+/// True if every bit of `frame` is 0, or every bit is 1.
 #[inline]
 fn is_stuck(frame: &[u8; FRAME_BYTES]) -> bool {
     let words = frame.as_chunks::<4>().0.iter().copied();

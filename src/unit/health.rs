@@ -8,7 +8,7 @@
 //! |---|---|
 //! | 0 to 3, 5 to 9, 12 | the chain's counter of the [`Status`] bit of this number \[output periods that had it\] |
 //! | 16 to 22, 26 | the processor's counter of the status bit of this number: 16 periods whose interrupt never came, 17 late interrupts, 18 repeated frames, 19 samples that were not ready, 20 check sums, 21 bus errors and stuck lines, 22 frames without room, 26 restarts of the bank |
-//! | 32 | first fault: its status bits; 0 while there is none |
+//! | 32 | first fault: its status bits; 0 without one |
 //! | 33 | first fault: its sampling period since start |
 //! | 34 | version: major, minor, patch, and 0 for f32 or 1 for fixed point, a byte each, major highest |
 //! | 35 | sample rate \[Hz\], bits of an f32 |
@@ -17,16 +17,16 @@
 //! | 38 | configuration: bit 0 accelerometers, bit 1 the dither strip adapts, bit n + 1 the build has a term for [`TermKind`](crate::terms::TermKind) n |
 //! | 39 | sampling periods since start, wraps |
 //! | 41 | of item 21, frames with every bit the same |
-//! | 42 | what reset the board, bits of [`reset_cause`]; 0 where nothing tells, as in the emulator |
-//! | 43 | how the previous run failed: 0 it did not, 1 panic, 2 hard fault, 3 clock lost |
-//! | 44 | where: the source line of a panic, the instruction's address of a hard fault, else 0 |
+//! | 42 | cause of the last reset, bits of [`reset_cause`]; 0 if unknown, as in the emulator |
+//! | 43 | failure of the previous run: 0 none, 1 panic, 2 hard fault, 3 clock lost |
+//! | 44 | its place: the source line of a panic, the instruction's address of a hard fault, else 0 |
 //!
 //! Counters of conditions (5 to 8, 12) grow with each output period that the condition lasts; counters of
 //! events count events. Boot faults (status bits 23 to 25) stay in every frame's status instead of a
 //! counter, and do not take the place of the first fault in service. Index 40 is not used again: earlier versions had
 //! another counter there.
 //!
-//! What the unit does about a fault is tabulated in [`processor`](crate::unit::processor).
+//! The handling of each fault is tabulated in [`processor`](crate::unit::processor).
 
 use crate::chain::faults::{Faults, FirstFault, Status};
 
@@ -62,11 +62,11 @@ pub mod item {
     pub const PERIODS: u8 = 39;
     /// Frames with every bit the same.
     pub const STUCK_LINES: u8 = 41;
-    /// What reset the board.
+    /// Cause of the last reset.
     pub const RESET_CAUSE: u8 = 42;
-    /// How the previous run failed.
+    /// Failure of the previous run.
     pub const LAST_FAILURE_KIND: u8 = 43;
-    /// Where it failed.
+    /// Place of that failure.
     pub const LAST_FAILURE_PLACE: u8 = 44;
 
     /// Bit of [`CONFIGURATION`]: there are accelerometers.

@@ -7,11 +7,11 @@
 //!
 //! # Time
 //! A period passes whether its sample came or not. The chain is advanced over each without a sample
-//! ([`Chain::process_lost`]), so output periods keep their length and number. The bank counts on meanwhile,
-//! so the next sample holds the angle of all of them: what a fault costs is *when* the angle is shown, and
-//! the flexure term of that one sample, never the angle.
+//! ([`Chain::process_lost`]), so output periods keep their length and number. The bank counts on meanwhile, so the next
+//! sample holds the angle of all of them: a fault delays the angle and costs the flexure term of that one sample, never
+//! the angle.
 //!
-//! # Faults: what is done, and when it ends
+//! # Faults: handling and end
 //!
 //! | fault | status bit | meanwhile | ends |
 //! |---|---|---|---|
@@ -21,10 +21,10 @@
 //! | source not ready | 19 | period lost | as above |
 //! | check sum | 20 | period lost | as above |
 //! | bus error, stuck line | 21 | period lost | as above |
-//! | no room for a frame | 22 | the frame is dropped with its angle; the next ones say so and the sequence shows it | with the next frame that finds room |
-//! | bank restarted | 26 | what it counted since its last frame is left out, as no one knows it; the strip begins at its pickoffs | at once |
+//! | no room for a frame | 22 | the frame is dropped with its angle; the next ones report it and the sequence shows it | with the next frame that finds room |
+//! | bank restarted | 26 | its counts since its last frame are unknown and left out; the strip begins at its pickoffs | at once |
 //! | count, pickoff step, acceleration, velocity beyond range | 0 1 2 9 | held at the range's end; the excess is lost | with the next sample in range |
-//! | output beyond a frame's range | 3 | the frame shows what it can, the next ones the rest ([`Status::CARRIED_OVER`]) | when all is shown |
+//! | output beyond a frame's range | 3 | the frame shows as much as it can, the next ones the rest ([`Status::CARRIED_OVER`]) | when all is shown |
 //! | pickoff failed, counter stuck | 5 8 | no dynamic term ([`Status::DYNAMIC_TERM_OFF`]) and no size effect, that axis's strip is not adapted | after one whole good window |
 //! | dither stopped, out of band | 6 7 | nothing is switched off: lock-in spoils the gyro, not the chain | with the next good window |
 //! | clock fallback | 23 | runs on the internal oscillator, 1 % off: angles right, times not | reset |
@@ -32,10 +32,10 @@
 //! | one slot bad | 25 | the other slot | reset after mending |
 //!
 //! # Start-up
-//! Until the bank has given a sample and every dither has had a window without a finding, at most
-//! [`START_UP_LIMIT_S`], faults raise their bits and counters but are not latched as the first fault: a bank or a dither
-//! that is still starting would take the place of the fault in service that the latch and the trace are for. What is
-//! still wrong after that time is latched.
+//! Until the bank has given a sample and every dither has had a window without a finding, at most [`START_UP_LIMIT_S`],
+//! faults raise their bits and counters but are not latched as the first fault: a bank or a dither that is still
+//! starting would take the place of the fault in service that the latch and the trace are for. Faults still present
+//! after that time are latched.
 //!
 //! A status bit stands in the frame of the output period in which the fault was seen; of the boot, in every
 //! frame. After a gap of several output periods there is one frame for all of them, and the sequence jumps.
@@ -70,9 +70,9 @@ pub struct BootReport {
     pub slot_bad: bool,
     /// Generation of the parameters in use; 0 for the nominal ones.
     pub generation: u32,
-    /// What reset the board: bits of [`reset_cause`](crate::unit::health::reset_cause).
+    /// Cause of the last reset: bits of [`reset_cause`](crate::unit::health::reset_cause).
     pub reset_cause: u32,
-    /// How the previous run failed and where, as health items 43 and 44 have it; 0 where it did not.
+    /// Failure of the previous run and its place, as health items 43 and 44; 0 without one.
     pub last_failure_kind: u32,
     /// Source line or instruction address.
     pub last_failure_place: u32,
@@ -84,7 +84,7 @@ pub struct BootReport {
 pub struct Timing {
     /// Sampling periods since the previous interrupt that had no interrupt.
     pub missed: u32,
-    /// Whether this interrupt came later than it may.
+    /// True if this interrupt came later than allowed.
     pub late: bool,
 }
 
@@ -96,7 +96,7 @@ pub trait CostProbe {
     fn end(&mut self, class: SampleClass);
 }
 
-/// Classes of samples that differ in what they cost the chain.
+/// Classes of samples by their cost in the chain.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum SampleClass {
     /// The sample completed no output frame.
@@ -137,7 +137,7 @@ pub struct Processor<N: NumberSystem, T: Term<N> = ()> {
     periods: u32,
     /// The start-up is over: faults are latched.
     in_service: bool,
-    /// Whether the first fault was latched in this output period, so that the chain may yet report an earlier one.
+    /// True if the first fault was latched in this output period, so that the chain may yet report an earlier one.
     first_is_of_this_output: bool,
     /// Place in [`HEALTH_ITEMS`] of the item that the next frame carries.
     next_item: u8,
@@ -209,9 +209,9 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
     /// Processes one sampling period, and the `timing.missed` periods before it.
     ///
     /// # Returns
-    /// At most one frame. A gap can end one output period and the sample after it another: the second frame is then made
-    /// with the next call, before that call's sample. If that call has a gap which ends one more (only with one or two
-    /// samples an output, or after successive gaps longer than an output period), one frame tells of both.
+    /// At most one frame. A gap can end one output period and the sample after it another: the second frame is then
+    /// made with the next call, before that call's sample. If that call has a gap which ends one more (only with one or
+    /// two samples an output, or after successive gaps longer than an output period), one frame reports both.
     #[inline]
     pub fn period(&mut self, reading: Reading, timing: Timing) -> Option<TelemetryFrame> {
         self.period_probed(reading, timing, &mut NoProbe)
@@ -301,7 +301,7 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         self.chain.slow(&mut self.state, readings);
     }
 
-    /// Tells that the frame which [`Processor::period`] gave found no room.
+    /// Counts a frame of [`Processor::period`] that found no room.
     #[inline]
     pub fn output_overrun(&mut self) {
         self.health.output_overruns = self.health.output_overruns.saturating_add(1);
@@ -313,7 +313,7 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         &self.health
     }
 
-    /// Whether a fault in service has been seen.
+    /// True once a fault in service has been seen.
     #[inline]
     pub fn has_latched_fault(&self) -> bool {
         self.health.first.stages != Status::default()
@@ -345,7 +345,7 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         HEALTH_ITEMS.map(|index| self.value(index))
     }
 
-    /// Counts what is wrong with this period's reading and interrupt.
+    /// Counts the faults of this period's reading and interrupt.
     #[inline(never)]
     fn count_faults(&mut self, reading: &Reading, timing: Timing) {
         let health = &mut self.health;
@@ -429,7 +429,7 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         }
     }
 
-    /// Takes over the chain's first fault where it is earlier. The chain reports faults only at the end of an output
+    /// Takes over the chain's first fault if it is earlier. The chain reports faults only at the end of an output
     /// period, with the sample of the first: that may be before the one that the processor latched in the same period.
     fn adopt_earlier_fault_of_chain(&mut self) {
         let chain = self.state.faults().first;

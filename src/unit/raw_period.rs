@@ -1,12 +1,12 @@
-//! Holds what the unit's raw stream tells of one sampling period: all that the chain was given. The crate's feature `wire`
+//! Holds one sampling period of the unit's raw stream: the chain's whole input. The crate's feature `wire`
 //! encodes it as bytes ([`raw_frame`](crate::wire::raw_frame)).
 //!
-//! Counts are told as running sums, so that a period which is lost on the way loses no angle and no velocity.
+//! Counts are sent as running sums, so that a period which is lost on the way loses no angle and no velocity.
 
 use crate::unit::processor::Timing;
 use crate::unit::sample_source::{Reading, SourceFault};
 
-/// What the chain was given in one sampling period.
+/// Input of the chain in one sampling period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RawPeriod {
@@ -22,11 +22,11 @@ pub struct RawPeriod {
     pub missed: u8,
     /// Sampling periods that this period's counts cover ([`Reading::periods`]); 255 for that many or more.
     pub covered: u8,
-    /// How the reading came about.
+    /// Origin of the reading.
     pub source: RawSource,
 }
 
-/// How a reading came about, as a byte.
+/// Origin of a reading, as a byte.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RawSource(u8);
@@ -63,17 +63,17 @@ impl RawSource {
         self.0
     }
 
-    /// Whether there was a sample that the chain may use.
+    /// True if there was a sample that the chain may use.
     pub const fn has_sample(self) -> bool {
         self.0 & Self::SAMPLE != 0
     }
 
-    /// Whether the interrupt came later than it may.
+    /// True if the interrupt came later than allowed.
     pub const fn is_late(self) -> bool {
         self.0 & Self::LATE != 0
     }
 
-    /// The fault, if any; a code of another version is told as [`SourceFault::Starved`].
+    /// The fault, if any; a code of another version is given as [`SourceFault::Starved`].
     pub const fn fault(self) -> Option<SourceFault> {
         match self.0 & Self::FAULT {
             0 => None,
@@ -87,7 +87,7 @@ impl RawSource {
     }
 }
 
-/// Sums what periods bring, and makes the account of each.
+/// Sums the periods' counts, and makes the record of each period.
 #[derive(Debug, Clone, Default)]
 pub struct RawCounters {
     pulses: [i32; 3],
@@ -103,12 +103,12 @@ impl RawCounters {
         velocities: [0; 3],
     };
 
-    /// Counts one period in. Cannot panic, and branches only on whether there is a sample.
+    /// Counts one period in. Cannot panic, and branches only on the presence of a sample.
     ///
     /// # Inputs
     /// `number`: sampling periods since start, this one included
-    /// ([`Processor::periods`](crate::unit::processor::Processor::periods) after it). `reading`, `timing`: what the processor was
-    /// given.
+    /// ([`Processor::periods`](crate::unit::processor::Processor::periods) after it). `reading`, `timing`: the
+    /// processor's input.
     #[inline]
     pub fn period(&mut self, number: u32, reading: &Reading, timing: Timing) -> RawPeriod {
         if let Some(sample) = &reading.sample {

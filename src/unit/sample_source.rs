@@ -1,6 +1,6 @@
-//! Defines where samples come from: one trait for every source of readings.
+//! Defines the source of samples: one trait for every source of readings.
 //!
-//! The caller asks once a period and says how much time has passed; a source answers at once with a [`Reading`] of raw
+//! The caller asks once a period and passes the elapsed time; a source answers at once with a [`Reading`] of raw
 //! counts and codes in the block frame. It never waits, because the caller is an interrupt with a deadline.
 
 use core::fmt;
@@ -21,11 +21,10 @@ pub trait SampleSource {
 pub struct Reading {
     /// The sample, if there is one that the chain may use.
     pub sample: Option<Sample>,
-    /// Sampling periods that the sample's counts cover: 1 as a rule, more after periods without a sample,
-    /// 0 for the first sample of a source (its counts are zeros: there is nothing yet to difference with) and where
-    /// there is none.
+    /// Sampling periods that the sample's counts cover: 1 as a rule, more after periods without a sample, 0 for the
+    /// first sample of a source (its counts are zeros: there is nothing yet to difference with) and without a sample.
     pub periods: u32,
-    /// The fault of this period, if any. Only [`SourceFault::Restarted`] has a sample beside it.
+    /// The fault of this period, if any. Only [`SourceFault::Restarted`] comes with a sample.
     pub fault: Option<SourceFault>,
 }
 
@@ -53,7 +52,7 @@ pub enum SourceFault {
     Checksum,
     /// The frame of the previous period came again.
     Repeated,
-    /// The source has started anew, so that what it counted since its last frame is not known. The sample holds the
+    /// The source has started anew, so that its counts since its last frame are unknown. The sample holds the
     /// readings from which it goes on.
     Restarted,
     /// The stream had no sample ready.

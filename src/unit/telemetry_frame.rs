@@ -1,9 +1,9 @@
-//! Holds what the unit tells at the end of an output period. The crate's feature `wire` encodes it as bytes.
+//! Holds the unit's report at the end of an output period. The crate's feature `wire` encodes it as bytes.
 
 use crate::chain::sample::OutputFrame;
 use crate::unit::health::HealthItem;
 
-/// What the unit tells at the end of an output period.
+/// Report of the unit at the end of an output period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct TelemetryFrame {

@@ -23,7 +23,7 @@
 use crate::chain::faults::Status;
 use crate::chain::sample::Sample;
 
-/// What happened in one sampling period.
+/// Record of one sampling period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[repr(C)]
 pub struct TraceEntry {
@@ -150,7 +150,7 @@ impl<const L: usize> TraceRing<L> {
         if let Some(place) = self.entries.get_mut(self.recorded as usize & (L - 1)) {
             *place = entry;
         }
-        // A count that wraps goes on at L, which is the same place and still says that the ring is full.
+        // A count that wraps goes on at L, which is the same place and still marks a full ring.
         self.recorded = match self.recorded.wrapping_add(1) {
             0 => L as u32,
             recorded => recorded,
@@ -162,7 +162,7 @@ impl<const L: usize> TraceRing<L> {
         }
     }
 
-    /// Whether a fault has been seen and its half ring is full.
+    /// True once a fault has been seen and its half ring is full.
     pub fn is_frozen(&self) -> bool {
         self.to_record == 0
     }

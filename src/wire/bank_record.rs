@@ -1,9 +1,9 @@
-//! Encodes what an emulated counter bank plays: one record for each sampling interrupt of the emulator's image.
+//! Encodes the play list of an emulated counter bank: one record for each sampling interrupt of the emulator's image.
 //!
 //! A record has [`BankRecord::BYTES`] bytes, little-endian: a `u32` of control bits (table below), then the frame that
 //! the bank puts on the wire. A file `frames.bin` is a sequence of records.
 //!
-//! | bits of control | what happens |
+//! | bits of control | effect |
 //! |---|---|
 //! | 0..8 | the bus holds the interrupt until this many 1/32 of a period have gone since it began |
 //! | 8 | the serial link takes no frame from here until a record without this bit |

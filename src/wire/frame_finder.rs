@@ -1,14 +1,14 @@
 //! Finds frames of one kind in a stream of bytes.
 //!
-//! It assumes nothing of where the stream begins, drops one byte at a time until header and check sum fit, and counts what
-//! it dropped.
+//! It assumes nothing of where the stream begins, drops one byte at a time until header and check sum fit, and counts
+//! the dropped bytes.
 
 /// A frame of `BYTES` bytes on the wire.
 pub trait WireFrame<const BYTES: usize>: Sized {
-    /// What every frame begins with: two bytes of sync, version, length.
+    /// Beginning of every frame: two bytes of sync, version, length.
     const HEADER: [u8; 4];
 
-    /// The frame in these bytes; `None` where header or check sum do not fit.
+    /// The frame in these bytes; `None` if header or check sum do not fit.
     fn decode(bytes: &[u8; BYTES]) -> Option<Self>;
 
     /// Number of the frame, wrapping.
@@ -20,7 +20,7 @@ pub trait WireFrame<const BYTES: usize>: Sized {
     }
 }
 
-/// What a [`FrameFinder`] met so far.
+/// Statistics of a [`FrameFinder`] so far.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct StreamStatistics {
     /// Whole frames.
@@ -31,7 +31,7 @@ pub struct StreamStatistics {
     pub bad_checksums: u64,
     /// Sync words followed by another version or length, bytes that happen to look like one included.
     pub other_versions: u64,
-    /// Frames that the numbers say were there and are not.
+    /// Frames missing by the sequence of numbers.
     pub frames_lost: u64,
     /// Frames whose number is not after the previous one's: the unit started again.
     pub restarts: u64,
@@ -91,7 +91,7 @@ impl<F: WireFrame<BYTES>, const BYTES: usize> FrameFinder<F, BYTES> {
         }
     }
 
-    /// What was met so far.
+    /// Returns the statistics so far.
     pub fn statistics(&self) -> &StreamStatistics {
         &self.statistics
     }

@@ -1,4 +1,4 @@
-//! Encodes the unit's raw stream: a frame each sampling period with all that the chain was given, so that the unit can be
+//! Encodes the unit's raw stream: a frame each sampling period with the chain's whole input, so that the unit can be
 //! recorded, diagnosed and replayed.
 //!
 //! A [`RawFrame`] has 54 bytes, little-endian:
@@ -14,12 +14,12 @@
 //! | 32..44 | sums of accelerometer codes x, y, z since start, i32, wrap |
 //! | 44 | sampling periods before this one without an interrupt, u8 |
 //! | 45 | sampling periods that the counts cover, u8 |
-//! | 46 | where the reading came from: fault (bits 0 to 3), sample (bit 4), late interrupt (bit 5) |
+//! | 46 | origin of the reading: fault (bits 0 to 3), sample (bit 4), late interrupt (bit 5) |
 //! | 47 | index of an item, u8, below |
 //! | 48..52 | its value, u32 |
 //! | 52..54 | CRC-16/IBM-3740 of bytes 0..52, as telemetry has it |
 //!
-//! Items take turns, so each is told every 26 periods, 6.5 ms at 4 kHz:
+//! Items take turns, so each is sent every 26 periods, 6.5 ms at 4 kHz:
 //!
 //! | item | value |
 //! |---|---|
@@ -29,7 +29,7 @@
 //! | 3, 4 | pickoff weight \[rad\], low and high word of an f64 |
 //! | 5 to 10 | accelerometer weights x, y, z \[m/s\], likewise; 0 without accelerometers |
 //! | 11 to 16 | pulse weights x, y, z \[rad\], likewise |
-//! | 17 to 25 | temperatures \[K\], their derivatives \[K/s\], magnetic flux densities \[T\], x, y, z, bits of an f32; 0 where nothing measures them |
+//! | 17 to 25 | temperatures \[K\], their derivatives \[K/s\], magnetic flux densities \[T\], x, y, z, bits of an f32; 0 if not measured |
 //!
 //! On the wire, 8 data bits, 1 start and 1 stop bit:
 //!
@@ -38,8 +38,8 @@
 //! | 4000 | 216 000 | 2 160 000 | 72 % |
 //! | 5000 | 270 000 | 2 700 000 | 90 % |
 //!
-//! A frame goes whole or not at all: one that finds no room is dropped and counted, and the numbers show the gap. Counts
-//! are running sums, so the next frame tells what was counted meanwhile.
+//! A frame goes whole or not at all: one that finds no room is dropped and counted, and the numbers show the gap.
+//! Counts are running sums, so the next frame includes the counts meanwhile.
 
 use crc::{CRC_16_IBM_3740, Crc};
 
@@ -83,7 +83,7 @@ pub mod item {
     pub const TEMPERATURE_RATE: u8 = 20;
     /// Magnetic flux density x \[T\], first of three.
     pub const MAGNETIC_FIELD: u8 = 23;
-    /// How many there are.
+    /// Number of items.
     pub const COUNT: u8 = 26;
 }
 
@@ -104,7 +104,7 @@ pub struct RawItem {
 #[derive(Debug, Clone)]
 pub struct RawItems {
     settings: [u32; SETTINGS],
-    /// What changes slowly, as the chain's terms were last told.
+    /// Slowly changing readings, as the chain's terms last had them.
     pub slow: SlowReadings,
     /// Frames dropped so far.
     pub dropped: u32,
@@ -168,7 +168,7 @@ impl RawItems {
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct RawFrame {
-    /// What the chain was given.
+    /// The chain's input.
     pub period: RawPeriod,
     /// The item whose turn it is.
     pub item: RawItem,

@@ -3,7 +3,7 @@
 //! The image fills a [`RunReport`] with counters and costs; the host reads the same from a fixed little-endian layout
 //! with a magic word and a version. No unit is converted on the way.
 //!
-//! "Instructions" are what the emulator executed. It knows nothing of cycles, flash wait states or caches,
+//! "Instructions" are those that the emulator executed. It models no cycles, flash wait states or caches,
 //! so none of these numbers is a time on the board.
 
 use crate::unit::health::HEALTH_ITEMS;
@@ -45,7 +45,7 @@ impl CostRecord {
     }
 }
 
-/// How a run ended.
+/// Outcome of a run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[repr(u16)]
 pub enum RunOutcome {
@@ -61,7 +61,7 @@ pub type HealthTable = [u32; HEALTH_ITEMS.len()];
 /// The image's account of one run.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct RunReport {
-    /// How it ended.
+    /// Outcome of the run.
     pub outcome: RunOutcome,
     /// Interrupts served.
     pub periods: u32,
@@ -77,7 +77,7 @@ pub struct RunReport {
     pub processor: CostRecord,
     /// Cost of the whole interrupt body: bus, processor, queue, bookkeeping.
     pub interrupt: CostRecord,
-    /// Already subtracted from the costs above: what reading the counter itself costs \[instructions\].
+    /// Already subtracted from the costs above: cost of reading the counter itself \[instructions\].
     pub reading_overhead: u32,
     /// Deepest use of the one stack, measured by painting \[bytes\]: a lower bound of the worst case.
     pub stack_used_bytes: u32,
@@ -142,7 +142,7 @@ impl RunReport {
         bytes
     }
 
-    /// The report in `bytes`; `None` where they are not one of this version.
+    /// The report in `bytes`; `None` unless of this version.
     pub fn from_bytes(bytes: &[u8]) -> Option<Self> {
         let bytes: &[u8; Self::BYTES] = bytes.try_into().ok()?;
         let mut reader = Reader { bytes, at: 0 };
@@ -178,7 +178,7 @@ impl RunReport {
         Some(report)
     }
 
-    /// The health item of `index`; `None` where it is none.
+    /// The health item of `index`; `None` for another index.
     pub fn health_item(&self, index: u8) -> Option<u32> {
         let place = HEALTH_ITEMS.iter().position(|item| *item == index)?;
         self.health.get(place).copied()

@@ -1,4 +1,4 @@
-//! Encodes what is asked of the unit over the telemetry port, and its answers.
+//! Encodes requests to the unit over the telemetry port, and its answers.
 //!
 //! A [`Request`] has 44 bytes, little-endian:
 //!
@@ -10,7 +10,7 @@
 //! | 4 | number, u8, which the answer repeats |
 //! | 5 | kind ([`RequestKind`]) |
 //! | 6..8 | u16: of `begin` the bytes of the block, of `data` where its bytes belong |
-//! | 8 | of `data` how many of the bytes that follow count |
+//! | 8 | of `data` number of valid bytes that follow |
 //! | 9 | 0 |
 //! | 10..42 | of `data` bytes of the block |
 //! | 42..44 | CRC-16/IBM-3740 of bytes 0..42 |
@@ -26,13 +26,13 @@
 //! | 5 | its kind |
 //! | 6 | outcome, 0 for done ([`service`](crate::service) has the others) |
 //! | 7 | 1 while the unit is stopped, 0 while it samples |
-//! | 8..12 | u32: what the outcome tells besides |
+//! | 8..12 | u32: detail of the outcome |
 //! | 12..16 | u32: the kinds of terms that the build has, bit n for kind n |
 //! | 16..18 | CRC-16/IBM-3740 of bytes 0..16 |
 //!
 //! While the unit samples it looks at its receiver once a period: bytes must then come no faster, so a sender leaves a
-//! millisecond between them until an answer says that the unit is stopped. An answer stands between two telemetry frames, never within
-//! one.
+//! millisecond between them until an answer reports the unit stopped. An answer stands between two telemetry frames,
+//! never within one.
 
 use crc::{CRC_16_IBM_3740, Crc, NoTable};
 
@@ -56,13 +56,13 @@ const ANSWER_HEADER: [u8; 4] = [0x9A, 0x5D, SERVICE_VERSION, ANSWER_BYTES as u8]
 /// Finds every error of up to 3 bits and every burst up to 16. Bitwise: requests are few, and a table takes 512 bytes of flash.
 const FRAME_CRC: Crc<u16, NoTable> = Crc::<u16, NoTable>::new(&CRC_16_IBM_3740);
 
-/// What is asked of the unit.
+/// Kinds of requests to the unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[repr(u8)]
 #[non_exhaustive]
 pub enum RequestKind {
-    /// Whether it is stopped.
+    /// To report its state: stopped or sampling.
     State = 0,
     /// To stop sampling.
     Stop = 1,
@@ -101,7 +101,7 @@ pub struct Request {
     pub kind: u8,
     /// Bytes of the block, or where the data belong.
     pub word: u16,
-    /// How many of the data count.
+    /// Number of valid data bytes.
     pub count: u8,
     /// Bytes of the block.
     pub data: [u8; DATA_BYTES],
@@ -128,7 +128,7 @@ impl Request {
         request
     }
 
-    /// The bytes that count.
+    /// The valid bytes.
     pub fn bytes(&self) -> &[u8] {
         self.data
             .get(..usize::from(self.count))
@@ -179,9 +179,9 @@ pub struct Answer {
     pub kind: u8,
     /// 0 for done, else the refusal's code.
     pub outcome: u8,
-    /// Whether the unit is stopped.
+    /// True if the unit is stopped.
     pub stopped: bool,
-    /// What the outcome tells besides.
+    /// Detail of the outcome.
     pub detail: u32,
     /// The kinds of terms that the build has ([`TermKinds::bits`](crate::chain::terms::TermKinds::bits)).
     pub term_kinds: u32,
@@ -223,8 +223,8 @@ impl WireFrame<ANSWER_BYTES> for Answer {
     }
 }
 
-/// Takes requests from a line that brings nothing else. It does not look a second time through the bytes of one that is
-/// damaged, as [`FrameFinder`] would: the sender, who hears no answer, sends it again.
+/// Takes requests from a line that brings nothing else. It does not search the bytes of a damaged one again, as
+/// [`FrameFinder`] would: the sender gets no answer and sends it again.
 #[derive(Debug, Clone)]
 pub struct RequestReceiver {
     buffer: [u8; REQUEST_BYTES],
@@ -288,7 +288,7 @@ fn sealed<const BYTES: usize, const COVERED: usize>(
     bytes
 }
 
-/// Whether bytes begin with a header and end with the CRC of the first `COVERED` of them.
+/// True if bytes begin with a header and end with the CRC of the first `COVERED` of them.
 fn is_whole<const COVERED: usize>(bytes: &[u8], header: [u8; 4]) -> bool {
     bytes.starts_with(&header) && bytes.get(COVERED..) == Some(&checksum::<COVERED>(bytes)[..])
 }

@@ -50,14 +50,14 @@ pub const TELEMETRY_BYTES: usize = 43;
 /// Bytes that the CRC covers.
 const CHECKED_BYTES: usize = 41;
 
-/// What every frame begins with. 0xEB90 is the sync word that telemetry standards chose for its low
-/// correlation with itself shifted (IRIG 106 appendix C).
+/// Beginning of every frame. 0xEB90 is the sync word that telemetry standards chose for its low correlation with itself
+/// shifted (IRIG 106 appendix C).
 const HEADER: [u8; 4] = [0xEB, 0x90, TELEMETRY_VERSION, TELEMETRY_BYTES as u8];
 
 /// Finds every error of up to 3 bits and every burst up to 16.
 const FRAME_CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
-/// Why 43 bytes are not a frame.
+/// Reason that 43 bytes are not a frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]

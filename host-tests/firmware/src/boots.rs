@@ -1,13 +1,13 @@
-//! Faults that are found at boot: what the parameter slots hold, whether the oscillator answers.
+//! Faults found at boot: in the parameter slots or the oscillator.
 //!
-//! From a good parameter block it makes the content of both slots, damaged at random places or erased, and what every
-//! frame must then say.
+//! From a good parameter block it makes the content of both slots, damaged at random places or erased, and the status
+//! of every frame then.
 
 use rand::RngExt;
 use rand_chacha::ChaCha8Rng;
 use trueaxis::Status;
 
-/// What a boot may find.
+/// Faults of a boot.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum BootFault {
     /// Nothing wrong.

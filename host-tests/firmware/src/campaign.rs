@@ -1,11 +1,11 @@
-//! Draws a fault campaign: each fault at random moments, and what must be counted for it.
+//! Draws a fault campaign: each fault at random moments, and its expected counts.
 //!
-//! From a seed and the number of each kind of fault it draws a [`Campaign`]: what happens in each interrupt of the
-//! faulty unit ([`Interrupt`]), the samples of the same unit without faults, and the list of [`Injection`]s with the
-//! counters that each must raise. The order is drawn, and within each injection's stretch of time the moment, the axis
-//! and the size.
+//! From a seed and the number of each kind of fault it draws a [`Campaign`]: the input of each interrupt of the faulty
+//! unit ([`Interrupt`]), the samples of the same unit without faults, and the list of [`Injection`]s with the counters
+//! that each must raise. The order is drawn, and within each injection's stretch of time the moment, the axis and the
+//! size.
 //!
-//! | fault | what is done to the unit |
+//! | fault | effect on the unit |
 //! |---|---|
 //! | late | the interrupt comes late |
 //! | missed | 1 to 3 interrupts do not come |
@@ -51,7 +51,7 @@ pub const UNTIL_WELL_PERIODS: u32 = 6000;
 /// are 1 200; enough where only bits are compared.
 pub const UNTIL_OVER_PERIODS: u32 = 1400;
 
-/// How long a lasting fault lasts \[periods\]: at least three adaptation windows of 30 ms, so that one lies
+/// Duration of a lasting fault \[periods\]: at least three adaptation windows of 30 ms, so that one lies
 /// wholly within it.
 const LASTING: std::ops::Range<u32> = 400..800;
 
@@ -61,7 +61,7 @@ const RAMP_PERIODS: u32 = 40;
 /// Time before the first injection \[periods\]: 2 s, in which the strip finds its gain.
 const SETTLING_PERIODS: u32 = 8000;
 
-/// What can go wrong in service.
+/// Faults in service.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord, Hash)]
 pub enum Fault {
     /// The interrupt comes late.
@@ -152,7 +152,7 @@ impl Fault {
         }
     }
 
-    /// Whether the fault lasts, so that its counter grows with every output period.
+    /// True if the fault lasts, so that its counter grows with every output period.
     pub fn lasts(self) -> bool {
         matches!(
             self,
@@ -160,7 +160,7 @@ impl Fault {
         )
     }
 
-    /// Counters that the fault itself raises too, with the reason beside each.
+    /// Counters that the fault itself raises too, with the reason of each.
     pub fn consequences(self) -> &'static [u8] {
         match self {
             // The period of the sample that did not come.
@@ -199,11 +199,11 @@ pub struct Injection {
     pub axis: usize,
     /// Periods, pulses, or the share of the amplitude, as the fault has it.
     pub size: f64,
-    /// What its counter must count; of a fault that lasts, at least 1.
+    /// Expected count of its counter; of a fault that lasts, at least 1.
     pub counted: u32,
 }
 
-/// What the bus brings.
+/// Result of reading the bus.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Wire {
     /// The bus brings these bytes.
@@ -214,16 +214,16 @@ pub enum Wire {
     Starved,
 }
 
-/// What one interrupt meets.
+/// Input of one interrupt.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Interrupt {
     /// The sampling period at whose end it comes.
     pub period: u32,
     /// Timing of the interrupt.
     pub timing: Timing,
-    /// What the bus brings.
+    /// Result of reading the bus.
     pub wire: Wire,
-    /// Whether the queue of frames is not emptied.
+    /// True while the queue of frames is not emptied.
     pub link_held: bool,
 }
 
@@ -354,7 +354,7 @@ fn play(
                 continue;
             }
             Some(Fault::BankRestarted) => {
-                // Off until the last of these periods, of which it counts what is its first.
+                // Off until the last of these periods, whose first sample it counts.
                 bank = BankFrame::default().followed_by(&sample, AccelerometerInput::Counters);
             }
             _ => {}

@@ -18,7 +18,7 @@ pub const SECTOR: usize = 2048;
 /// The byte of a worn-out sector that stays 0: of the block's magic word.
 pub const WORN_BYTE: usize = 0;
 
-/// What an interrupted erasure leaves in the bytes that it had not finished.
+/// Content of the bytes that an interrupted erasure had not finished.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Leftover {
     /// As they were: erased byte after byte.
@@ -39,7 +39,7 @@ pub struct Nor<const UNIT: usize> {
     pub content: Vec<u8>,
     /// Steps until power fails; `None`: it does not.
     pub steps_left: Option<usize>,
-    /// What an erasure leaves that is cut off.
+    /// Result of an erasure that is cut off.
     pub leftover: Leftover,
     /// State of the random bits.
     pub seed: u64,
@@ -47,7 +47,7 @@ pub struct Nor<const UNIT: usize> {
     pub steps: usize,
     /// Erasures begun of each sector, over all boots.
     pub erasures: [usize; SLOTS],
-    /// A sector of which a byte stays 0 whatever is erased.
+    /// A sector of which a byte stays 0 despite erasures.
     pub worn: Option<usize>,
 }
 
@@ -99,7 +99,7 @@ impl<const UNIT: usize> Nor<UNIT> {
         }
     }
 
-    /// Bits without order (SplitMix64).
+    /// Pseudo-random bits (SplitMix64).
     fn random(&mut self) -> u8 {
         self.seed = self.seed.wrapping_add(0x9E37_79B9_7F4A_7C15);
         let mut mixed = self.seed;
@@ -108,7 +108,7 @@ impl<const UNIT: usize> Nor<UNIT> {
         (mixed ^ (mixed >> 31)) as u8
     }
 
-    /// Whether power lasts for one step more.
+    /// True if power lasts for one more step.
     fn step(&mut self) -> bool {
         self.steps += 1;
         match &mut self.steps_left {

@@ -1,4 +1,4 @@
-//! Models a dithered unit without faults: what its counters and pickoffs show, period by period.
+//! Models a dithered unit without faults: its counters and pickoffs, period by period.
 //!
 //! From a seed and each block's share of its amplitude in each period it makes [`Sample`]s: pulses over the period,
 //! pickoff codes at its end; block frame, axes x, y, z. The case turns steadily and swings at 5 Hz, at most 0.25 rad/s;

@@ -1,4 +1,4 @@
-//! Judges whether each fault raised its counter, and no fault another's.
+//! Tests that each fault raised its counter, and no fault another's.
 //!
 //! It takes the injections and the health items at their boundaries, and gives a [`Row`] for each kind of fault, to be
 //! printed. It panics with the first injection that was miscounted, because this is for tests.
@@ -23,7 +23,7 @@ pub struct Row {
     pub seen: u32,
     /// Events that were to be counted; of a fault that lasts, its injections.
     pub due: u32,
-    /// What its counter counted; of a fault that lasts, the output periods that it stood.
+    /// Count of its counter; of a fault that lasts, the output periods that it stood.
     pub counted: u32,
     /// Other counters that grew, each of which the fault entails, and how often.
     pub consequences: BTreeMap<u8, u32>,
@@ -63,12 +63,12 @@ impl fmt::Display for Row {
     }
 }
 
-/// Whether item `index` counts faults.
+/// True if item `index` counts faults.
 fn is_counter(index: u8) -> bool {
     index < 32 || index == item::STUCK_LINES
 }
 
-/// The periods at which [`judge`] needs the health items: where each interval begins, and where the last ends.
+/// The periods at which [`judge`] needs the health items: the beginning of each interval, and the end of the last.
 pub fn boundaries(injections: &[Injection]) -> Vec<u32> {
     let ends = injections.last().map(|one| one.end);
     injections.iter().map(|one| one.begin).chain(ends).collect()
@@ -81,7 +81,7 @@ pub fn nothing_is_counted(health: &HealthItems) {
     }
 }
 
-/// Compares every injection's counters with what was injected; rows in the order of [`Fault::ALL`].
+/// Compares every injection's counters with the injection; rows in the order of [`Fault::ALL`].
 pub fn judge(injections: &[Injection], health_at: &[HealthItems]) -> Vec<Row> {
     let mut rows = Fault::ALL.map(|fault| Row {
         fault,
@@ -137,7 +137,7 @@ pub fn first_is_latched(first: &Injection, health: &HealthItems) {
         latched != 0 && latched & !bits == 0,
         "{latched:#x}: {first:?}"
     );
-    // What a sample's window shows has the window's last sample; none is longer than the settled stretch's
+    // A fault found by a window has the number of the window's last sample; none is longer than the settled stretch's
     // beginning.
     let period = value(item::FIRST_FAULT_PERIOD);
     assert!(

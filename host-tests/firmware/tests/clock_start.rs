@@ -1,15 +1,15 @@
 //! The start of the clock tree over registers of which any may answer late or never.
 //!
-//! The model counts polls and knows at every moment what the core really runs from. After each access it
-//! holds wait states and buses against what that frequency needs: RM0090 table 10 and the data sheet's
-//! limits of APB1 and APB2, written out here a second time.
+//! The model counts polls and knows at every moment the core's true clock. After each access it compares wait states
+//! and buses with the needs of that frequency: RM0090 table 10 and the data sheet's limits of APB1 and APB2, written
+//! out here a second time.
 
 use trueaxis::clock_start::{
     BusDividers, CRYSTAL_POLLS, ClockRegisters, ClockSource, Clocks, CoreClock, DIVIDER_CYCLES,
     MOST_POLLS, PLL_POLLS, PllSettings, REGISTER_POLLS, start, start_without_crystal,
 };
 
-/// When a register shows what it was asked for.
+/// Time at which a register shows a requested value.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Answer {
     /// After so many polls.
@@ -33,7 +33,7 @@ impl Answer {
     }
 }
 
-/// What the flash does with the number of wait states.
+/// Response of the flash to the number of wait states.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum WaitStateRegister {
     Takes,
@@ -43,13 +43,13 @@ enum WaitStateRegister {
     ShowsOther,
 }
 
-/// How one board answers.
+/// Responses of one board.
 #[derive(Debug, Clone, Copy)]
 struct Board {
     crystal: Answer,
     /// The PLL's lock, with the crystal and with the internal oscillator behind it.
     locks: [Answer; 2],
-    /// The PLL stops when it is told to.
+    /// The PLL stops on request.
     pll_stops: bool,
     /// From the request until the core runs from the PLL.
     to_pll: Answer,
@@ -260,7 +260,7 @@ impl ClockRegisters for Model {
     }
 }
 
-/// Every combination of what may answer.
+/// Every combination of answers.
 fn boards() -> impl Iterator<Item = Board> {
     let registers = [
         WaitStateRegister::Takes,
@@ -292,7 +292,7 @@ fn boards() -> impl Iterator<Item = Board> {
     boards.into_iter()
 }
 
-/// What the table promises for this board.
+/// The clock source that the table promises for this board.
 fn promised(board: &Board) -> ClockSource {
     let in_time = |answer: Answer, bound| matches!(answer, Answer::After(polls) if polls < bound);
     let runs = |lock| {

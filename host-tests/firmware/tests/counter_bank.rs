@@ -54,7 +54,7 @@ fn crc16_bit_by_bit(bytes: &[u8]) -> u16 {
     crc
 }
 
-/// What the driver makes of `frames`, one reading each.
+/// Readings of the driver from `frames`, one each.
 fn readings(frames: &[Bytes]) -> Vec<Reading> {
     readings_with(AccelerometerInput::Counters, frames)
 }
@@ -215,7 +215,7 @@ fn every_single_flipped_bit_is_refused_and_loses_no_angle() {
             Reading::without_sample(SourceFault::Checksum),
             "bit {bit}"
         );
-        // The angle of both periods arrives with the next good frame, and the driver knows why.
+        // The angle of both periods arrives with the next good frame, and the driver reports the reason.
         assert_eq!(
             seen[2],
             after_a_gap(2, good([22, 44, 66], [4, 5, 6])),
@@ -338,7 +338,7 @@ impl embedded_hal_async::spi::SpiDevice for SlowBus<'_> {
     }
 }
 
-/// Runs a future to its end, and tells how often it was polled.
+/// Runs a future to its end, and counts its polls.
 fn run<T>(future: impl Future<Output = T>) -> (T, u32) {
     let mut future = pin!(future);
     let mut context = Context::from_waker(Waker::noop());
@@ -388,14 +388,14 @@ fn a_transfer_that_is_given_up_loses_no_angle() {
     assert_eq!(reading, after_a_gap(2, good([7, 7, 7], [1, 2, 3])));
 }
 
-/// What one period does on the wire.
+/// Event on the wire in one period.
 #[derive(Debug, Clone, Copy)]
 enum Wire {
     Good,
     Flipped(usize),
     Dead(bool),
     Error,
-    /// The bank goes on, nobody asks.
+    /// The bank goes on without being read.
     Unasked,
 }
 
@@ -410,8 +410,8 @@ fn wire() -> impl Strategy<Value = Wire> {
 }
 
 proptest! {
-    /// However the frames come through, the counts of all readings add up to what the bank counted, and
-    /// their periods to what passed.
+    /// However the frames come through, the counts of all readings add up to the bank's counts, and their periods to
+    /// the elapsed ones.
     #[test]
     fn no_pulse_is_lost_or_invented(
         start in any::<[i32; 3]>(),

@@ -1,9 +1,9 @@
 //! The fault campaign on the host: every fault at least 100 times, at random moments in one stream.
 //!
 //! Of each injection: its counter counts it exactly, no other counter moves but for the consequences that
-//! `Fault::consequences` gives reasons for, the angle stays within a bound that follows from the fault, and
-//! at the end of its stretch the unit is well. The table is printed:
-//! `cargo test --release -p firmware-tests --test fault_campaign -- --nocapture`.
+//! `Fault::consequences` gives reasons for, the angle stays within a bound that follows from the fault, and at the end
+//! of its stretch the unit is without fault. The table is printed: `cargo test --release -p firmware-tests --test
+//! fault_campaign -- --nocapture`.
 
 use std::collections::HashMap;
 
@@ -28,15 +28,15 @@ const TIMES: usize = 100;
 /// Largest angle of a block \[rad\]: its amplitude wanders by a tenth.
 const BLOCK_RAD: f64 = 1.1 * DITHER_RAD;
 
-/// What the strip's own noise is worth in an angle, against the unit in good health \[rad\]: pulses leave
-/// 0.05 % in the taps (`stages::adaptation`), four times that of a block is half a pulse, at both ends.
+/// Angle by the strip's own noise, against the unit without faults \[rad\]: pulses leave 0.05 % in the taps
+/// (`stages::adaptation`), four times that of a block is half a pulse, at both ends.
 const STRIP_RAD: f64 = 2.0 * PULSE_RAD;
 
-/// What windows may do to the strip that are partly within a fault, so that it is not seen \[rad\]: one at its
+/// Largest change of the strip's angle by windows partly within a fault, which they do not find \[rad\]: one at its
 /// beginning, one at its end, each the largest step of gain and quadrature.
 const MISLED_RAD: f64 = 2.0 * std::f64::consts::SQRT_2 * ADAPTATION_STEP_LIMIT as f64 * BLOCK_RAD;
 
-/// Largest error of one frame's angle when the unit is well again \[rad\]: what a pulse is worth.
+/// Largest error of one frame's angle after recovery \[rad\]: a pulse.
 const WELL_RAD: f64 = PULSE_RAD;
 
 /// The frames by number, as angles \[rad\].
@@ -51,7 +51,7 @@ impl Angles {
     }
 }
 
-/// What one fault did to the angles over all its injections.
+/// Errors of the angles by one fault over all its injections.
 #[derive(Debug, Default, Clone, Copy)]
 struct Errors {
     largest_rad: f64,
@@ -59,7 +59,7 @@ struct Errors {
     frame_when_well_rad: f64,
 }
 
-/// Largest error of the angle during a fault, against the unit in good health \[rad\].
+/// Largest error of the angle during a fault, against the unit without faults \[rad\].
 fn bound_rad(injection: &Injection) -> f64 {
     let periods = f64::from(injection.end_of_fault - injection.onset + 1);
     let turned = FASTEST_RAD_S * periods / RATE_HZ;
@@ -77,27 +77,27 @@ fn bound_rad(injection: &Injection) -> f64 {
             | Fault::Checksum
             | Fault::BusError
             | Fault::StuckLine => turned,
-            // Held at the limit, instead of what the block did in that period.
+            // Held at the limit, instead of the block's motion in that period.
             Fault::CountBeyondRate => SENSED_LIMIT_RAD + BLOCK_RAD,
-            // What the case turned is not counted, what the block did is still stripped.
+            // The case's rotation is not counted, the block's motion is still stripped.
             Fault::CounterStuck => turned + 2.0 * BLOCK_RAD,
-            // What the block did is not stripped, until the pickoff is back.
+            // The block's motion is not stripped, until the pickoff is back.
             Fault::PickoffFailed => 2.0 * BLOCK_RAD,
         }
 }
 
-/// Of that, what stays when the fault is over \[rad\].
+/// Part of that error that remains after the fault \[rad\].
 fn bound_left_rad(injection: &Injection) -> f64 {
     match injection.fault {
-        // What was not counted is gone.
+        // Pulses not counted are lost.
         Fault::CountBeyondRate | Fault::CounterStuck | Fault::BankRestarted => bound_rad(injection),
-        // The strip telescopes, but for what of the pickoff's step back is beyond its range.
+        // The strip telescopes, but for the part of the pickoff's step back beyond its range.
         Fault::PickoffFailed => STRIP_RAD + 2.0 * BLOCK_RAD - DITHER_LIMIT_RAD,
         _ => STRIP_RAD,
     }
 }
 
-/// Whether the angles stay within their bounds, and the frames at the end are those of a unit that is well.
+/// Asserts that the angles stay within their bounds, and that the frames at the end are those of a unit without faults.
 fn bounded(injection: &Injection, faulty: &Angles, clean: &Angles, errors: &mut Errors) {
     let every = u32::from(unit::SAMPLES_PER_OUTPUT);
     let mut error_rad = [0.0_f64; 3];
@@ -128,7 +128,7 @@ fn bounded(injection: &Injection, faulty: &Angles, clean: &Angles, errors: &mut 
     }
 }
 
-/// Every frame of the last [`WELL_PERIODS`] of each stretch says that nothing is wrong.
+/// Every frame of the last [`WELL_PERIODS`] of each stretch must be free of fault bits.
 fn recovered(injections: &[Injection], frames: &[TelemetryFrame]) {
     let every = u32::from(unit::SAMPLES_PER_OUTPUT);
     let degraded = Status::IN_SERVICE_FAULTS.union(Status::DYNAMIC_TERM_OFF);
@@ -250,7 +250,7 @@ fn boots<N: NumberSystem>(seed: u64) {
             };
             let expected = play::<N>(&promised, report, stream, []);
             assert_eq!(played.frames, expected.frames, "{fault:?}");
-            // A fault of the boot is none of the service.
+            // A fault of the boot is not counted in service.
             verdict::nothing_is_counted(&played.health);
         }
         assert_eq!(said, TIMES, "{fault:?}");

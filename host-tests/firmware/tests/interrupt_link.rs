@@ -3,7 +3,7 @@
 use std::path::Path;
 use std::process::{Command, Output};
 
-/// What the linker says of the handler that does not exist.
+/// The linker's message on the handler that does not exist.
 const MESSAGE: &str = "undefined symbol: the_interrupt_can_panic";
 
 fn link(features: &[&str]) -> Output {

@@ -1,5 +1,5 @@
-//! Outages of the stream of samples, from a millisecond to seconds: no angle and no velocity is lost that the
-//! counters kept, and what frames show late they say so.
+//! Outages of the stream of samples, from a millisecond to seconds: no angle and no velocity is lost that the counters
+//! kept, and frames flag late parts.
 
 use trueaxis::bank_bus::CounterBank;
 use trueaxis::counter_bank::{AccelerometerInput, BankFrame};
@@ -20,7 +20,7 @@ const RATE_HZ: f64 = 4000.0;
 /// Pulses of 0.79″.
 const PULSE_RAD: f64 = 1.0 / (1u64 << 18) as f64;
 
-/// How samples stay away.
+/// Kinds of outage of the samples.
 #[derive(Debug, Clone, Copy)]
 enum Outage {
     /// Each period's frame is damaged.
@@ -72,7 +72,7 @@ fn frames<N: NumberSystem>(
                 seen = pulses;
                 Reading {
                     sample: Some(Sample {
-                        // The first sample of a bank tells no counts.
+                        // The first sample of a bank has no counts.
                         pulse_counts: [0, 0, if period == 0 { 0 } else { counted }],
                         ..Sample::default()
                     }),
@@ -99,8 +99,8 @@ fn turned_codes(frames: &[OutputFrame]) -> i64 {
         .sum()
 }
 
-/// The sum of all frames is the sum of all counts to half a code, once all is shown; until then every frame says that
-/// something is still to come, and those that show it say so too. Gives by how much the sums differ \[codes\].
+/// The sum of all frames is the sum of all counts to half a code, once all is shown; until then every frame flags a
+/// remainder, and those that show part of it are flagged too. Returns the difference of the sums \[codes\].
 fn no_angle_is_lost<N: NumberSystem>(
     rate_deg_s: f64,
     outage_s: f64,
@@ -140,7 +140,7 @@ fn no_angle_is_lost<N: NumberSystem>(
     let mut shown = 0;
     let mut owing = false;
     for frame in &all {
-        // Up to the frame's end all that was counted, but for an outage that has not ended.
+        // Up to the frame's end all counts, but for an outage that has not ended.
         shown += i64::from(frame.dtheta_codes[2]);
         let end = (frame.sequence + 1) * every - 1;
         let read = match end {
@@ -333,7 +333,7 @@ fn a_gap_and_the_fastest_turn_across_it_keep_their_coning() {
     }
 }
 
-/// A small gap is composed with what comes before and after it, as if it had come in one sample.
+/// A small gap is composed with the motion before and after it, as if it had come in one sample.
 #[test]
 fn a_gap_that_a_frame_can_show_has_its_coning_with_both_sides() {
     fn z_of<N: NumberSystem>(order: [[i32; 3]; 3]) -> f64 {
@@ -372,7 +372,7 @@ fn a_gap_that_a_frame_can_show_has_its_coning_with_both_sides() {
         let expected = -0.5 * 0.5 * one * one;
         let got = z([[0; 3], [0, 1000, 0], [100, 0, 0]]);
         assert!((got - expected).abs() < 1e-9, "{got} {expected}");
-        // x before and after, nothing of the gap's across them: parallel.
+        // x before and after, the gap's angle has no part across them: parallel.
         let got = z([[100, 0, 0], [1000, 0, 0], [100, 0, 0]]);
         assert!(got.abs() < 1e-9, "{got}");
     }
@@ -459,7 +459,7 @@ fn restarts_at_random_moments<N: NumberSystem>(seed: u64) {
     assert_eq!(processor.periods(), periods);
     assert_eq!(processor.health().bank_restarts, restarts);
     assert_eq!(flagged, restarts);
-    // The stream's first sample, the bank's outages and the first sample after each are not counted by anybody.
+    // The stream's first sample, the bank's outages and the first sample after each are not counted.
     let counted = i64::from(periods - 1 - uncounted) * i64::from(per_period);
     let expected = counted as f64 * PULSE_RAD / OUTPUT_RAD_PER_CODE;
     let error = shown as f64 - expected;

@@ -18,7 +18,7 @@ fn load<const UNIT: usize>(flash: &Nor<UNIT>) -> Loaded {
     slots(flash.rebooted()).load()
 }
 
-/// Parameters that can be told apart.
+/// Distinguishable parameters.
 fn parameters(number: u32) -> Parameters {
     Parameters::default().with(|p| p.bias_rad_s = [1e-6 * f64::from(number + 1), -2e-6, 3e-6])
 }
@@ -41,8 +41,8 @@ fn steps_of_a_store<const UNIT: usize>(flash: &Nor<UNIT>) -> usize {
     slots.release().steps
 }
 
-/// Loses power at every step of a store, with every kind of leftover; what the next boot finds is the old
-/// or the new block. Returns how many times each.
+/// Loses power at every step of a store, with every kind of leftover; the next boot finds the old or the new block.
+/// Returns the number of times of each.
 fn cuts_of_a_store<const UNIT: usize>(flash: &Nor<UNIT>, old: Option<u32>) -> (usize, usize) {
     let expected_old = old.map_or_else(Parameters::default, parameters);
     let new = parameters(99);
@@ -141,7 +141,7 @@ fn power_lost_at_any_step_of_mending_changes_no_parameter() {
                 let found = load(&left);
                 assert_eq!(found.parameters, parameters(0), "cut at {cut}");
                 assert_eq!(found.slot, Some(Slot::First));
-                // Whoever erased has counted it.
+                // Every erasure was counted before.
                 assert!(left.erasures[1] <= attempts(&left), "cut at {cut}");
                 assert_eq!(left.erasures[0], 0);
             }

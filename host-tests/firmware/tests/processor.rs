@@ -1,4 +1,4 @@
-//! The processor around the chain: what a fault costs, what it counts, when it ends.
+//! The processor around the chain: cost, count and end of each fault.
 
 use proptest::prelude::*;
 use trueaxis::health::{HEALTH_ITEMS, item, reset_cause};
@@ -153,7 +153,7 @@ fn missed_interrupts_pass_their_periods_and_are_not_called_skipped() {
         missed: 3,
         late: true,
     };
-    // Interrupts 0..49 come; three are missed; the next finds what the bank counted meanwhile.
+    // Interrupts 0..49 come; three are missed; the next finds the bank's counts meanwhile.
     let mut frames = run(&mut processor, 0..49, |_| None);
     let after = whole(4, 52);
     frames.extend(processor.period(after, missed));
@@ -168,7 +168,7 @@ fn missed_interrupts_pass_their_periods_and_are_not_called_skipped() {
     assert_eq!(first.sample, 49);
 }
 
-/// The reading of a bank that has started anew: where the pickoffs are, and counts that tell nothing.
+/// The reading of a bank that has started anew: the pickoffs' present codes, and meaningless counts.
 fn restarted(period: u32) -> Reading {
     let mut sample = sample(period);
     sample.pulse_counts = [123_456, -7, 99];
@@ -261,7 +261,7 @@ fn a_bank_that_is_late_to_start_leaves_the_latch_to_service() {
     let mut latched = None;
     for period in 0..2000 {
         let reading = match period {
-            // The bank is not there yet.
+            // The bank does not answer yet.
             0..1000 => Reading::without_sample(SourceFault::Bus),
             1700 => Reading::without_sample(SourceFault::Checksum),
             1701 => whole(2, period),
@@ -487,7 +487,7 @@ fn the_traces_memory_is_laid_out_as_documented() {
     assert_eq!(words[5..18], [5, 16, 9, 1, 2, 3, 4, 5, 6, 7, 8, 9, 1]);
 }
 
-/// What one interrupt meets.
+/// Event that one interrupt meets.
 #[derive(Debug, Clone, Copy)]
 enum Meets {
     Good,
@@ -537,7 +537,7 @@ fn any_timing() -> impl Strategy<Value = Timing> {
 }
 
 proptest! {
-    /// Whatever is lost, the angle arrives and the output periods keep their number.
+    /// Tests that the angle arrives despite any loss and the output periods keep their number.
     #[test]
     fn no_angle_is_lost_with_the_samples(
         interrupts in prop::collection::vec(meets(), 1..80),
@@ -565,13 +565,13 @@ proptest! {
         prop_assert_eq!(processor.health().interrupts_missed, missed_in_all);
         prop_assert!(frames.is_sorted_by(|a, b| a.output.sequence < b.output.sequence));
         if processor.health().output_overruns == 0 {
-            // Up to the last frame's end; what is in no frame yet is less than an output period.
+            // Up to the last frame's end; the part in no frame yet is less than an output period.
             let ended = passed / u32::from(samples_per_output) * u32::from(samples_per_output);
             prop_assert_eq!(angle_about_z(&frames), i64::from(3 * (ended - 1)) * CODES_PER_PULSE);
         }
     }
 
-    /// Any reading and timing is survived, in both number systems.
+    /// Tests that no reading or timing panics, in both number systems.
     #[test]
     fn any_reading_and_timing_do_not_panic(
         interrupts in prop::collection::vec((any_reading(), any_timing()), 1..60),

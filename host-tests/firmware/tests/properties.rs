@@ -1,4 +1,4 @@
-//! What holds for every input: laws instead of examples.
+//! Laws that hold for every input, instead of examples.
 //!
 //! Parameters are drawn from anywhere in their ranges, samples from any bits, for both number systems. `cargo verify`
 //! runs these tests a second time with overflow checks and debug assertions (profile `checked`), where an integer
@@ -23,7 +23,7 @@ use trueaxis::{
     OUTPUT_RAD_PER_CODE, OutputFrame, PARAMETER_BLOCK_BYTES, Parameters, Sample,
 };
 
-// ---- What enters
+// ---- Inputs
 
 /// An i32: often ordinary, often at an edge, else any.
 fn word() -> impl Strategy<Value = i32> {
@@ -153,7 +153,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
         })
 }
 
-// ---- What leaves
+// ---- Outputs
 
 fn frames<N: NumberSystem>(parameters: &Parameters, samples: &[Sample]) -> Vec<OutputFrame> {
     let chain = Chain::<N>::new(parameters).expect("parameters in range");
@@ -211,8 +211,9 @@ fn survives<N: NumberSystem>(parameters: &Parameters, samples: &[Sample]) {
         }
     }
     // Then the instrument stands still: 45 samples fill every history anew, a dither that stopped is known after two
-    // windows that end with a period, whereupon the swing of the accelerometers' arms is settled up, and both end an output period of up to 40;
-    // from the next one on nothing of what came before may be left but a carried part of a code.
+    // windows that end with a period, whereupon the swing of the accelerometers' arms is settled up, and both end an
+    // output period of up to 40; from the next one on nothing of the earlier samples may remain but a carried part of a
+    // code.
     // A NaN or an infinity would stay for ever.
     let still = Sample {
         pulse_counts: [0; 3],
@@ -237,7 +238,7 @@ proptest! {
         parameters in parameters(),
         samples in any_samples(200),
     ) {
-        // Without what turns or accelerates a body at rest.
+        // Without the terms that turn or accelerate a body at rest.
         let parameters = parameters.with(|p| {
 p.bias_rad_s = [0.0; 3];
 p.accelerometers = parameters.accelerometers.map(|a| AccelerometerParameters {
@@ -265,7 +266,7 @@ p.accelerometers = parameters.accelerometers.map(|a| AccelerometerParameters {
         );
     }
 
-    /// Whatever the flexure stage makes of the motion, without K none of it reaches an output.
+    /// Tests that without K nothing of the flexure stage reaches an output.
     #[test]
     fn without_flexure_its_response_changes_no_bit(
         parameters in parameters(),
@@ -323,9 +324,9 @@ p.samples_per_output = 20;
             1 => [e.xz * turned, turned, e.zx * turned],
             _ => [e.xy * turned, e.yx * turned, turned],
         };
-        // One code that the last frame still carries; each sample's products, rounded to half a unit of the
-        // coarsest format (2^-39 rad); a coefficient of up to 2^-6 held to 24 bits is wrong by up to 2^-31
-        // of the way travelled.
+        // One code that the last frame still carries; each sample's products, rounded to half a unit of the coarsest
+        // format (2^-39 rad); a coefficient of up to 2^-6 held to 24 bits is wrong by up to 2^-31 of the angle
+        // travelled.
         let bound_rad = OUTPUT_RAD_PER_CODE
             + length as f64 / 2.0 / (1u64 << 39) as f64
             + travelled / (1u64 << 31) as f64;
@@ -344,7 +345,7 @@ p.samples_per_output = 20;
     }
 }
 
-/// What navigation integrates, without the flags.
+/// The increments that navigation integrates, without the flags.
 fn increments(frames: Vec<OutputFrame>) -> Vec<([i32; 3], [i32; 3])> {
     frames
         .into_iter()
@@ -386,7 +387,7 @@ fn reading() -> impl Strategy<Value = Reading> {
         Just(SourceFault::Starved),
         Just(SourceFault::Restarted),
     ];
-    // Also what the bank never says, such as a sample beside a bus fault.
+    // Also readings that the bank never gives, such as a sample with a bus fault.
     (
         prop::option::of(sample(word)),
         any::<u32>(),
@@ -399,7 +400,7 @@ fn reading() -> impl Strategy<Value = Reading> {
         })
 }
 
-/// Mostly none, sometimes some, sometimes more than there can be.
+/// Mostly none, sometimes some, sometimes more than possible.
 fn missed() -> impl Strategy<Value = u32> {
     prop_oneof![4 => Just(0), 2 => 1..100u32, 1 => any::<u32>()]
 }
@@ -490,7 +491,7 @@ proptest! {
 
 // ---- Laws of the parameter block
 
-/// Gives bytes the check sum that belongs to them, so that what lies behind it is reached.
+/// Gives bytes the check sum that belongs to them, so that the checks behind it are reached.
 fn sealed(mut block: Vec<u8>) -> Vec<u8> {
     let crc_at = block.len() - 4;
     let crc = Crc::<u32>::new(&CRC_32_ISO_HDLC).checksum(&block[..crc_at]);
@@ -498,10 +499,10 @@ fn sealed(mut block: Vec<u8>) -> Vec<u8> {
     block
 }
 
-/// Where the numbers begin in a block.
+/// Beginning of the numbers in a block.
 const NUMBERS_AT: usize = 16;
 
-/// Read without a panic; what is accepted builds both chains and comes back the same.
+/// Reads a block without a panic; an accepted one builds both chains and comes back the same.
 fn read_or_refused(bytes: &[u8]) -> Result<(), BlockError> {
     let (parameters, generation) = Parameters::from_block(bytes)?;
     Chain::<F32>::new(&parameters).expect("what a block may hold");
@@ -556,8 +557,7 @@ proptest! {
             Err(BlockError::Parameter(_) | BlockError::Accelerometers(_) | BlockError::Response(_))
         );
         prop_assert!(is_refused_by_name || read.is_ok(), "{read:?}");
-        // Fields of absent accelerometers, and the damping of a static flexure, are not looked at; all others must be
-        // finite.
+        // Fields of absent accelerometers, and the damping of a static flexure, are not checked; all others must be finite.
         let is_looked_at = match field {
             ..36 => true,
             36..60 => block[11] == 1,

@@ -172,7 +172,7 @@ fn items_come_round_and_tell_weights_to_the_last_bit() {
 }
 
 proptest! {
-    /// Whatever stands before, between and after them, whole frames are found, and nothing else is.
+    /// Tests that whole frames are found among any bytes before, between and after them, and nothing else.
     #[test]
     fn whole_frames_are_found_among_any_bytes(
         numbers in prop::collection::vec(0_u32..1000, 1..6),
@@ -183,14 +183,14 @@ proptest! {
             bytes.extend(frame(*number).to_bytes());
         }
         let (found, statistics) = find(&bytes);
-        // What looks like a header in the noise may take the first frame's bytes to it, but they are looked through again.
+        // A false header in the noise may take the first frame's bytes, but they are searched again.
         let found: Vec<u32> = found.iter().map(|frame| frame.period.number).collect();
         prop_assert_eq!(found, numbers);
         prop_assert_eq!(statistics.bytes_skipped as usize, noise.len());
     }
 
-    /// A cut anywhere costs no frame that it does not touch, and nothing is found that was not sent. (One that it touches may come
-    /// through, where the bytes before the cut happen to be the ones that it took.)
+    /// A cut anywhere costs no frame that it does not touch, and nothing is found that was not sent. (One that it
+    /// touches may come through, if the bytes before the cut happen to equal the removed ones.)
     #[test]
     fn a_cut_costs_only_what_it_touches(from in 0_usize..540, length in 1_usize..120) {
         let sent: Vec<RawFrame> = (1..=10).map(frame).collect();

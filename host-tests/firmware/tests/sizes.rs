@@ -56,7 +56,7 @@ fn types_have_the_sizes_that_the_library_documents() {
         .map(|(name, bytes)| (name.to_owned(), bytes))
         .collect();
     assert_eq!(documented(), measured);
-    // The telemetry decoder, for the listener, counts in `usize`.
+    // The telemetry decoder, which runs on the listener's side, counts in `usize`.
     assert!(size_of::<Decoder>() <= 128);
 }
 

@@ -22,7 +22,7 @@ fn frame(sequence: u32) -> TelemetryFrame {
     }
 }
 
-/// Every frame in `bytes`, and what else was met.
+/// Every frame in `bytes`, and the statistics of the rest.
 fn decode(bytes: &[u8]) -> (Vec<TelemetryFrame>, StreamStatistics) {
     let mut decoder = Decoder::new();
     let frames = bytes
@@ -164,7 +164,7 @@ proptest! {
         prop_assert_eq!(TelemetryFrame::from_bytes(&frame.to_bytes()), Ok(frame));
     }
 
-    /// Whatever lies between frames, every frame is found: a false beginning is given up for the true one.
+    /// Tests that every frame is found among any bytes: a false beginning is given up for the true one.
     #[test]
     fn garbage_costs_no_frame_and_every_byte_is_accounted_for(
         pieces in prop::collection::vec((garbage(), any_frame()), 1..8),

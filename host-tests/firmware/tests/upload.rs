@@ -14,7 +14,7 @@ use trueaxis::{Chain, F32, Parameters, TermKind};
 
 type Unit = Service<Nor<4>, Chain<F32>>;
 
-/// Parameters that can be told apart.
+/// Distinguishable parameters.
 fn parameters(number: u32) -> Parameters {
     Parameters::default().with(|p| p.bias_rad_s = [1e-6 * f64::from(number + 1), -2e-6, 3e-6])
 }
@@ -42,7 +42,7 @@ fn unit(flash: Nor<4>) -> Unit {
     Service::new(slots(flash), TermKinds::NONE)
 }
 
-/// What a sender sends for this block.
+/// Requests of a sender for this block.
 fn requests(block: &[u8]) -> Vec<Request> {
     let begin = Request::new(1, RequestKind::Begin, block.len() as u16);
     let pieces = block.chunks(DATA_BYTES).enumerate();
@@ -161,14 +161,14 @@ fn no_flipped_bit_on_the_line_gets_into_force() {
     assert_eq!(taken, 0);
 }
 
-/// What is wrong, the outcome, and what it tells besides.
+/// Tests faulty blocks: fault, outcome, and detail of the outcome.
 #[test]
 fn what_is_wrong_is_refused_by_name_and_touches_nothing() {
     let good = parameters(7).to_block(9).to_vec();
     let with = |at: usize, byte: u8| {
         let mut block = good.clone();
         block[at] = byte;
-        // As if it were meant: the check sum fits.
+        // Seals the block anew: the check sum fits, so that the fault itself must be found.
         let end = block.len() - 4;
         let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&block[..end]);
         block[end..].copy_from_slice(&sum.to_le_bytes());

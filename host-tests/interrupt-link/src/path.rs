@@ -56,7 +56,7 @@ impl SpiDevice for Bus {
 /// Slots of the queue, as in the image.
 const OUTPUT_QUEUE: usize = 128;
 
-/// What the interrupt of one number system works on.
+/// Data of the interrupt of one number system.
 pub struct Sampling<N: NumberSystem> {
     bank: CounterBank<Bus>,
     processor: Processor<N>,
@@ -81,7 +81,7 @@ impl<N: NumberSystem> Sampling<N> {
             return;
         };
         self.bytes = frame.to_bytes();
-        // SAFETY: never run; the image tells the compiler the same of its queue.
+        // SAFETY: never run; the image makes the same assumption of its queue.
         unsafe { assert_unchecked(self.outputs.capacity() == OUTPUT_QUEUE - 1) };
         if self.outputs.enqueue(frame).is_err() {
             self.processor.output_overrun();
@@ -89,7 +89,7 @@ impl<N: NumberSystem> Sampling<N> {
     }
 }
 
-/// What the features put in to see the check fail.
+/// Panics inserted by the features, to see the check fail.
 #[inline(always)]
 fn inserted_panic(sample: trueaxis::Sample) {
     let [x, y, _] = sample.pulse_counts;

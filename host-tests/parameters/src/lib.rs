@@ -1,6 +1,6 @@
 //! Converts a model into the parameters of the firmware's chain.
 //!
-//! It takes a [`Model`] and a [`Unit`]: how the chain is to run, and what a model does not say of the hardware. It
+//! It takes a [`Model`] and a [`Unit`]: the chain's settings, and the facts of the hardware that a model lacks. It
 //! gives [`Parameters`] in SI units, and the kinds of effects that the chain has no term for.
 //!
 //! The contract's prediction, as rates, with ω the case's rate, p the pickoff angle, e the model's bias:
@@ -25,15 +25,15 @@
 //! 1 − s' = (1 − s)/D      b' = (b/(1 − s) + e)/D      gain' = gain (1 + dg)(1 + g/(1 − s))
 //! ```
 //!
-//! which is exact; to first order ε'_xy = ε_xy0 + δ_xy, ε'_xz = ε_xz0 − δ_xz, s' = s + g (in the signs
-//! of Eq. (7): a gyro that reads high has s > 0). `axis_flexure` adds to K, and says whether the
-//! block's mode is compensated (a second one that says otherwise is reported as uncompensated).
+//! which is exact; to first order ε'_xy = ε_xy0 + δ_xy, ε'_xz = ε_xz0 − δ_xz, s' = s + g (in the signs of Eq. (7): a
+//! gyro that reads high has s > 0). `axis_flexure` adds to K, and selects the compensation of the block's mode (a
+//! second one with another choice is reported as uncompensated).
 //!
 //! `dither_delay` becomes the strip's second tap, which turns with the dither's frequency: where
 //! the unit's dither is not known, the delay stays and is reported as uncompensated.
 //!
-//! Accelerometers the same way: f the specific force at the body origin, f_i + size effect what
-//! accelerometer i feels,
+//! Accelerometers the same way: f the specific force at the body origin, f_i + size effect the force sensed by
+//! accelerometer i,
 //!
 //! ```text
 //! u = A (f + size) + b/(1 − s) + e      A = 1 + N(accel_misalignment) + diag(accel_scale), e = accel_bias
@@ -94,7 +94,7 @@ impl Default for DitherMotion {
     }
 }
 
-/// What the chain must know beyond the model.
+/// Facts of the unit that the chain needs beyond the model.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
     /// Samples per second \[Hz\].
@@ -229,7 +229,7 @@ const _: () = {
     assert!(FLEXURE_DAMPING == catalogue::USUAL_FLEXURE_DAMPING);
 };
 
-/// How a flexure follows the acceleration.
+/// Returns the response of a flexure to the acceleration.
 fn response_of(effect: &ModelEffect) -> FlexureResponse {
     match (effect.response(), effect.damping()) {
         (Response::Static, _) => FlexureResponse::Static,
@@ -280,7 +280,7 @@ impl ForceErrors {
     }
 }
 
-/// N: what tilts δ_ij add to a triad's readings.
+/// N: change of a triad's readings by tilts δ_ij.
 fn tilts([xy, xz, yx, yz, zx, zy]: [f64; 6]) -> Matrix3<f64> {
     Matrix3::new(0.0, xz, -xy, -yz, 0.0, yx, zy, -zx, 0.0)
 }
@@ -301,7 +301,7 @@ fn split(sensitivity: &Matrix3<f64>) -> Option<(CrossAxis<f64>, Vector3<f64>)> {
     Some((angles, stretch))
 }
 
-/// Why the drift against the recording's reference would not be the gyros' drift under `model`, if so.
+/// Reason that the drift against the recording's reference would not be the gyros' drift under `model`, if there is one.
 pub fn reference_is_no_truth(model: &Model) -> Option<String> {
     if model.motion == MotionSource::Static {
         return Some("the model's motion is static, not the reference's".to_owned());
@@ -323,7 +323,7 @@ pub fn reference_is_no_truth(model: &Model) -> Option<String> {
     ))
 }
 
-/// Whether any of its numbers is other than 0.
+/// True if any of its numbers is other than 0.
 fn acts(effect: &ModelEffect) -> bool {
     let mut values = effect.parameters.values();
     let zero = |value: &EffectValue| matches!(value, EffectValue::Number(number) if *number == 0.0);

@@ -1,7 +1,8 @@
 //! Collects a model's effects that optional terms of the chain correct, as records of the parameter block.
 //!
 //! Values are the catalogue's, and add up where a kind stands several times. A model's temperatures count from those at
-//! the start, which a reference of 0 K says. What the catalogue has no parameter for (second order in temperature) is 0.
+//! the start, encoded as a reference of 0 K. Values without a parameter in the catalogue (second order in temperature)
+//! are 0.
 
 use rlg_model::ModelEffect;
 use rlg_model::catalogue::{NINE, SIX, XYZ};
@@ -68,7 +69,7 @@ impl TermSums {
             // Blocks at rest show nothing of it.
             return true;
         }
-        // The term smooths to second order; a low pass of first order is late besides.
+        // The term smooths to second order; a low pass of first order also delays.
         let poles = ["x_pole_s", "y_pole_s", "z_pole_s"];
         if kind == TermKind::GyroBandwidth && poles.iter().any(|name| effect.number(name) != 0.0) {
             return false;
@@ -104,12 +105,12 @@ impl TermSums {
         true
     }
 
-    /// The records. `stretch` is what a gyro's reading is divided by with the chain's scale error.
+    /// The records. `stretch` is the divisor of a gyro's reading by the chain's scale error.
     pub fn records(self, stretch: [f64; 3]) -> Result<TermRecords, ParameterError> {
         let mut records = TermRecords::NONE;
         for (kind, mut values) in self.0 {
             match kind {
-                // Rates that are added to what a gyro senses.
+                // Rates added to the sensed one.
                 TermKind::GyroBiasTemperature
                 | TermKind::GyroBiasTemperatureRate
                 | TermKind::GyroG2Bias => {

@@ -1,10 +1,10 @@
 //! Estimates the angular acceleration from successive increments D_k \[rad per period\], as α̂T² \[rad per period²\].
 //!
-//! For the gyros' tilts α̂T² = Σ_p a_p (D_{k+p} − D_{k−p}), of the period three before the latest. The a_p are those with which the
-//! *product* of α̂_k and D_k rectifies as α × ω does, and not at all where two axes move in phase. For a motion of
-//! x = ΩT that asks 2 Σ_p a_p sin(px) · 2(1 − cos x) = x³, that is 2 Σ_p a_p sin(px) = x (x/2 / sin(x/2))².
-//! Equal powers of x give Σ_p 2a_p p^{2n+1} (−1)ⁿ/(2n+1)! = g_n with the series of the right-hand side,
-//! g = 1, 1/12, 1/240, 1/6048: solved here, not copied from a table.
+//! For the gyros' tilts α̂T² = Σ_p a_p (D_{k+p} − D_{k−p}), of the period three before the latest. The a_p are those
+//! with which the *product* of α̂_k and D_k rectifies as α × ω does, and not at all where two axes move in phase. For a
+//! motion of x = ΩT this requires 2 Σ_p a_p sin(px) · 2(1 − cos x) = x³, that is 2 Σ_p a_p sin(px) = x (x/2 /
+//! sin(x/2))². Equal powers of x give Σ_p 2a_p p^{2n+1} (−1)ⁿ/(2n+1)! = g_n with the series of the right-hand side, g =
+//! 1, 1/12, 1/240, 1/6048: solved here, not copied from a table.
 //!
 //! For the size effect, a velocity that telescopes, α̂T² = Σ_p c_p (D_k − D_{k−p}) of the latest period, c_p = 2a_p of four terms.
 
@@ -39,7 +39,7 @@ pub(super) fn odd_powers_of_sines(series: &[f64]) -> Vec<f64> {
     solution.iter().copied().collect()
 }
 
-/// The increments about the period that is looked at.
+/// The increments about the period whose acceleration is formed.
 #[derive(Debug, Clone)]
 pub struct Central {
     coefficients: [f64; PAIRS],

@@ -19,12 +19,12 @@
 //! phasor are bounded.
 //!
 //! A window with a reading that came after lost ones moves nothing, nor the next (the reading may have been the
-//! window's last), nor one whose dither is not within half and one and a half of its nominal amplitude: nothing
-//! could be learnt from it. After the latter μ begins anew.
+//! window's last), nor one whose dither is not within half and one and a half of its nominal amplitude: its estimate is
+//! not usable. After the latter μ begins anew.
 //!
-//! Out of scope: health, and whatever follows from it; the dither's frequency is taken as known.
+//! Out of scope: health and its consequences; the dither's frequency is taken as known.
 //!
-//! # What following costs
+//! # Cost of following
 //! Motion that leaks through a window is written on the taps and comes back through them at its own
 //! frequency, as a scale error of that motion alone that falls with the time (tests/chain_against_reference/strip.rs
 //! and flexure.rs).
@@ -45,13 +45,13 @@ const FIRST_SHARE: f64 = 0.5;
 /// by 3 % of the error, so that only errors beyond a third are slowed down.
 const STEP_LIMIT: f64 = 0.01;
 
-/// Farthest that a and b may go from their nominal values \[1\]: a pickoff that is a fifth wrong is broken.
+/// Largest departure of a and b from their nominal values \[1\]: a pickoff that is a fifth wrong is broken.
 const RANGE_LIMIT: f64 = 0.2;
 
 /// Amplitudes over the nominal one from which the phasor's error can be estimated.
 const HEALTHY_AMPLITUDE: std::ops::Range<f64> = 0.5..1.5;
 
-/// How the strip is to be followed.
+/// Settings of the strip's adaptation.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AdaptationCalibration {
     /// Time in which a wrong phasor is followed \[s\]; 0: never.
@@ -122,7 +122,7 @@ impl Adaptation {
         self.readings_rad.insert(0, pickoff_rad);
     }
 
-    /// Adds one period: what each gyro sensed with its block's rotation removed, and the pickoffs at its end.
+    /// Adds one period: each gyro's sensed angle without its block's rotation, and the pickoffs at its end.
     pub fn add(&mut self, stripped_rad: Vector3<f64>, pickoff_rad: Vector3<f64>) {
         self.readings_rad.insert(0, pickoff_rad);
         self.readings_rad.truncate(3);
@@ -148,7 +148,7 @@ impl Adaptation {
         sums.step_square += step * step;
     }
 
-    /// Tells that periods were lost before this one: its window and the next do not move the phasor, and differences
+    /// Records that periods were lost before this one: its window and the next do not move the phasor, and differences
     /// start anew.
     pub fn disturb(&mut self) {
         self.disturbed = 2;

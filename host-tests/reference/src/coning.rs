@@ -3,14 +3,14 @@
 //! From increments D_k \[rad\] and V_k \[m/s\], body frame, it forms Φ = Σ D + β \[rad\] and the velocity increment in
 //! the body frame at the interval's beginning \[m/s\].
 //!
-//! Equations (Bortz and Savage, to second order): β = ½ ∫ θ × ω dt. Between periods that is ½ θ_{k−1} × D_k
-//! with θ the sum since the interval began; within a period it is (c₁ D_{k−1} + c₂ D_{k−2}) × D_k, with the
-//! c_j that make it right for coning: Σ_j c_j sin(jx) · 2(1 − cos x) = ½ (x − sin x), x = ΩT, to the fifth
-//! power. Velocity: Σ V + ½ θ × v at the end + ½ ∫ (θ × f + v × ω) dt, and that integral is what β becomes
-//! to first order in λ when every D is replaced by D + λ V: the same sums, the same coefficients.
+//! Equations (Bortz and Savage, to second order): β = ½ ∫ θ × ω dt. Between periods that is ½ θ_{k−1} × D_k with θ the
+//! sum since the interval began; within a period it is (c₁ D_{k−1} + c₂ D_{k−2}) × D_k, with the c_j that make it right
+//! for coning: Σ_j c_j sin(jx) · 2(1 − cos x) = ½ (x − sin x), x = ΩT, to the fifth power. Velocity: Σ V + ½ θ × v at
+//! the end + ½ ∫ (θ × f + v × ω) dt, and that integral is β to first order in λ with every D replaced by D + λ V: the
+//! same sums, the same coefficients.
 //!
-//! The same two terms as the chain under test have: what is compared is arithmetic, not the order of the
-//! algorithm. Left at 4 kHz, 100 Hz, 0.1°: 6e-5 °/h.
+//! The chain under test has the same two terms: the comparison is of arithmetic, not of the order of the algorithm.
+//! Residual at 4 kHz, 100 Hz, 0.1°: 6e-5 °/h.
 
 use super::acceleration::odd_powers_of_sines;
 use nalgebra::Vector3;
@@ -78,7 +78,7 @@ impl Coning {
         self.add_products(Increment { rad, m_s });
     }
 
-    /// How many intervals end within the next `periods`.
+    /// Number of intervals that end within the next `periods`.
     pub fn ends_in(&self, periods: usize) -> usize {
         (self.periods + periods) / self.periods_per_output
     }

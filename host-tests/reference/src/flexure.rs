@@ -1,7 +1,7 @@
-//! Computes what tilts of the sensing axes under angular acceleration let the gyros sense more.
+//! Computes the excess rate of the gyros by tilts of the sensing axes under angular acceleration.
 //!
-//! From the case's increments D \[rad\] it forms, three periods late, the tilts δ_ij \[rad\], right-hand rotations of gyro i's
-//! sensing axis about body axis j, and what they add to the increments about the sensing axes \[rad\]:
+//! From the case's increments D \[rad\] it forms, three periods late, the tilts δ_ij \[rad\], right-hand rotations of
+//! gyro i's sensing axis about body axis j, and their addition to the increments about the sensing axes \[rad\]:
 //!
 //! ```text
 //! δ_ij = −K_ij α_j  −Q_ij (α_j³ − 3σ_j² α_j)  and those of δ″ + 2ζΩ₀ δ′ + Ω₀² δ = −Ω₀² K_ij α_j
@@ -34,7 +34,7 @@ pub struct ModeCalibration {
     pub damping: f64,
 }
 
-/// What the tilts depend on.
+/// Calibration of the tilts.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct FlexureCalibration {
     /// K \[s²\].
@@ -49,7 +49,7 @@ pub struct FlexureCalibration {
     pub pulse_rad: [f64; 3],
 }
 
-/// x at which modes are matched, beside 0 \[rad per period\].
+/// x at which modes are matched, in addition to 0 \[rad per period\].
 const MATCHED_AT_RAD: [f64; 2] = [0.1, 0.35];
 
 /// Axis whose acceleration bends each pair xy, xz, yx, yz, zx, zy.
@@ -118,7 +118,7 @@ impl Mode {
     }
 }
 
-/// All flexures with what they remember.
+/// All flexures with their states.
 #[derive(Debug, Clone)]
 pub struct Flexure {
     known: FlexureCalibration,
@@ -133,7 +133,7 @@ pub struct Flexure {
 impl Flexure {
     /// At rest.
     pub fn new(known: &FlexureCalibration, period_s: f64) -> Self {
-        // α̂T² is Σ w_q e_{k−q} of the angles' errors e, w the differences of what multiplies D_{k+3} … D_{k−3}.
+        // α̂T² is Σ w_q e_{k−q} of the angles' errors e, w the differences of the factors of D_{k+3} … D_{k−3}.
         let a = central_coefficients();
         let of_increments: Vec<f64> = (0..=2 * PAIRS as i32 + 2)
             .map(|at| match at - 1 - PAIRS as i32 {
@@ -173,7 +173,7 @@ impl Flexure {
         self.own = std::array::from_fn(|_| own.clone());
     }
 
-    /// What the gyros sensed more in the period three before the latest \[rad\]; `increment_rad` is the case's latest.
+    /// Returns the gyros' excess angle in the period three before the latest \[rad\]; `increment_rad` is the case's latest.
     pub fn add(&mut self, increment_rad: Vector3<f64>) -> Vector3<f64> {
         let centred = self.central.add(increment_rad);
         let alpha = centred.turn_per_period2 / self.period_s.powi(2);

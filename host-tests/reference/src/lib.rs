@@ -9,8 +9,9 @@
 //! 2. D = M₀v, M₀ the matrix of Eq. (7) with ε_ij0; α̂T² of the period three before, from the increments about it
 //!    (`acceleration`);
 //! 3. δ_ij = −K_ij α̂_j, or the tilt of a block that rings, Eq. (6) with the tilt of gyro i about axis j as a right-hand rotation,
-//!    and what these tilts let the gyros sense more of that period's D (`flexure`);
-//! 4. case increment = M₀ (v − that), Eq. (7): the period's own angle at once, the correction of the period three before with it;
+//!    and the gyros' excess angle by these tilts over that period's D (`flexure`);
+//! 4. case increment = M₀ (v − that excess), Eq. (7): the period's own angle at once, the correction of the period three
+//!    before with it;
 //! 5. the body's velocity increment, size effect off (`velocity`);
 //! 6. errors that only some builds correct (`terms`), on v before 2 (of blocks, on D), on the velocity increment before its
 //!    size effect;
@@ -59,7 +60,7 @@ pub struct Six {
     pub zy: f64,
 }
 
-/// Calibration of the triad: what the chain corrects.
+/// Calibration of the triad: errors that the chain corrects.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibration {
     /// b \[rad/s\].
@@ -72,7 +73,7 @@ pub struct Calibration {
     pub pickoff_gain: [f64; 3],
     /// The pickoff shows the block this much late \[s\].
     pub pickoff_delay_s: [f64; 3],
-    /// How the strip follows the block.
+    /// Settings of the strip's adaptation.
     pub adaptation: AdaptationCalibration,
     /// The accelerometers, where there are any.
     pub accelerometers: Option<AccelerometerCalibration>,
@@ -151,12 +152,12 @@ impl ReferenceChain {
         self.strip.phasor()
     }
 
-    /// Tells the gyros' temperatures \[K\] and their derivatives \[K/s\].
+    /// Sets the gyros' temperatures \[K\] and their derivatives \[K/s\].
     pub fn temperature(&mut self, now_k: [f64; 3], rate_k_s: [f64; 3]) {
         self.terms.temperature(now_k, rate_k_s);
     }
 
-    /// Tells the magnetic flux density, body frame \[T\].
+    /// Sets the magnetic flux density, body frame \[T\].
     pub fn magnetic_field(&mut self, now_t: [f64; 3]) {
         self.terms.magnetic_field(now_t);
     }
@@ -228,7 +229,7 @@ impl ReferenceChain {
         }
     }
 
-    /// The case's increment and the body's, from v and from what the accelerometers read.
+    /// The case's increment and the body's, from v and from the accelerometers' readings.
     fn compensate(
         &mut self,
         v: Vector3<f64>,

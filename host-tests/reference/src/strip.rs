@@ -1,21 +1,21 @@
-//! Computes how far a block turned from a pickoff that shows it late: the dither strip.
+//! Computes a block's rotation from its delayed pickoff: the dither strip.
 //!
 //! From pickoff angles p_k at the ends of periods \[rad\] it forms the block's increments \[rad\].
 //!
-//! A pickoff that shows the block d late makes the block at time t what the pickoff says at t + d. The
-//! block swings at one frequency F, Ω = 2πFT per period, so that the later angle follows from two readings:
+//! With a pickoff that shows the block d late, the block at time t is the pickoff at t + d. The block swings at one
+//! frequency F, Ω = 2πFT per period, so that the later angle follows from two readings:
 //!
 //! ```text
 //! block_k = g (a p_k + b u_k)      u_k = (cos Ω p_k − p_{k−1}) / sin Ω, a quarter turn ahead of p_k
 //!         = h₀ p_k + h₁ p_{k−1}    a = cos 2πFd, b = sin 2πFd
 //! ```
 //!
-//! exact for a pure tone. Where the amplitude changes at a zero crossing, u is wrong for that one
-//! reading; in *angle*, so that nothing is left of it later.
+//! exact for a pure tone. Where the amplitude changes at a zero crossing, u is wrong for that one reading; in *angle*,
+//! so that the error does not last.
 //!
-//! When the taps change, the block's angle since the first reading changes with them: [`Strip::turn_taps`]
-//! gives that step, so that the sum of all increments is always what the latest taps would have given from
-//! the first reading on, whatever they were before.
+//! The block's angle since the first reading depends on the taps: [`Strip::turn_taps`] gives its step when they change,
+//! so that the sum of all increments is always that of the latest taps from the first reading on, whatever they were
+//! before.
 //!
 //! Before the first period there is one reading only; the one before it is taken as equal, which is one
 //! constant angle. A period after lost ones is treated likewise: the reading before the latest was lost.

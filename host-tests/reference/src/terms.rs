@@ -1,4 +1,4 @@
-//! Takes errors of gyros and accelerometers off readings that bias, scale, installation and flexure do not describe.
+//! Corrects readings for errors of gyros and accelerometers beyond bias, scale, installation and flexure.
 //!
 //! It takes, per period, the angles v \[rad\] about the sensing axes and the velocity increments u \[m/s\] in the body
 //! frame. It gives both as they would be without the errors
@@ -13,8 +13,8 @@
 //! to first order, with polynomials of second order in ΔT_i = T_i − T₀_i. Tilts turn the sensing axes as in Eq. (7), with
 //! the signs of the rotation convention.
 //!
-//! What lies ahead of the readings follows from the polynomial of fourth degree through the last five angles
-//! A_k, …, A_{k−4} at a period's end (Lagrange): A(k + d/T), and A″(k) by its second derivative; f_k likewise by the first
+//! Extrapolation ahead of the readings uses the polynomial of fourth degree through the last five angles A_k, …,
+//! A_{k−4} at a period's end (Lagrange): A(k + d/T), and A″(k) by its second derivative; f_k likewise by the first
 //! derivative of the velocity's polynomial. Before five angles are known the rate is taken to be steady.
 
 use nalgebra::{Matrix3, Vector3};
@@ -24,7 +24,7 @@ use crate::Six;
 /// T₀ \[K\], and the factors of ΔT and ΔT².
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct ByTemperature<T> {
-    /// T₀ of each gyro \[K\]; 0: the first temperature that is told.
+    /// T₀ of each gyro \[K\]; 0: the first temperature that is set.
     pub reference_k: [f64; 3],
     /// Factor of ΔT.
     pub first: T,
@@ -75,7 +75,7 @@ pub struct TermCalibration {
     pub accelerometer_delay_s: [f64; 3],
 }
 
-/// What three paths have not shown yet at a period's end.
+/// Correction of three delayed or smoothed paths at a period's end.
 #[derive(Debug, Clone)]
 struct Ahead {
     delay_periods: [f64; 3],
@@ -99,7 +99,7 @@ impl Ahead {
     /// Takes a period's increment.
     ///
     /// # Returns
-    /// What the increment lacks, and what the angle lacks beyond that since the last known period.
+    /// The correction of the increment, and that of the angle beyond it since the last known period.
     fn take(&mut self, increment: Vector3<f64>) -> (Vector3<f64>, Vector3<f64>) {
         let resumes = self.increments.is_none();
         let [a, b, c, _] = self.increments.unwrap_or([increment; 4]);
@@ -145,7 +145,7 @@ impl Ahead {
     }
 }
 
-/// What the blocks' elastic turns under force and acceleration show too much at a period's end.
+/// Excess angle by the blocks' elastic turns under force and acceleration at a period's end.
 #[derive(Debug, Clone)]
 struct Elastic {
     by_force: Matrix3<f64>,
@@ -171,7 +171,7 @@ impl Elastic {
     /// Takes a period's increments of angle and velocity.
     ///
     /// # Returns
-    /// What the increment shows too much, and what the angle does beyond that since the last known period.
+    /// The excess of the increment, and that of the angle beyond it since the last known period.
     fn take(
         &mut self,
         angle: Vector3<f64>,
@@ -207,7 +207,7 @@ fn derivative(increments: &[Vector3<f64>; 4], weights: [f64; 5]) -> Vector3<f64>
     sum
 }
 
-/// The errors, and what must be remembered to take them off.
+/// The errors, and the state of their corrections.
 #[derive(Debug, Clone)]
 pub struct Terms {
     known: TermCalibration,
@@ -252,7 +252,7 @@ pub struct Corrected {
 }
 
 impl TermCalibration {
-    /// What the gyros read of blocks at these angles beyond their own \[rad\], of pickoff gains h and scale errors s.
+    /// Excess angle of the gyros by blocks at these angles \[rad\], of pickoff gains h and scale errors s.
     pub fn of_blocks(
         &self,
         block: &Vector3<f64>,
@@ -290,7 +290,7 @@ impl Terms {
         }
     }
 
-    /// Tells the gyros' temperatures \[K\] and their derivatives \[K/s\], which hold until told anew.
+    /// Sets the gyros' temperatures \[K\] and their derivatives \[K/s\], which hold until set anew.
     pub fn temperature(&mut self, now_k: [f64; 3], rate_k_s: [f64; 3]) {
         let first_k = self.temperature.map_or(now_k, |known| known.first_k);
         self.temperature = Some(Temperature {
@@ -300,12 +300,12 @@ impl Terms {
         });
     }
 
-    /// Tells the magnetic flux density, body frame \[T\], which holds until told anew.
+    /// Sets the magnetic flux density, body frame \[T\], which holds until set anew.
     pub fn magnetic_field(&mut self, now_t: [f64; 3]) {
         self.magnetic_field_t = now_t.into();
     }
 
-    /// Takes the errors off one period's increments.
+    /// Removes the errors from one period's increments.
     pub fn correct(&mut self, angle: Vector3<f64>, velocity: Vector3<f64>) -> Corrected {
         let (velocity_ahead, shifted_m_s) = self.accelerometers.take(velocity);
         let warm = self.slow(angle, 1.0);
@@ -349,7 +349,7 @@ impl Terms {
         warm - asymmetry - self.by_force(velocity)
     }
 
-    /// Less what field and temperature do over `periods`.
+    /// Returns `angle` less the effects of field and temperature over `periods`.
     fn slow(&self, angle: Vector3<f64>, periods: f64) -> Vector3<f64> {
         let magnetic = Vector3::from_fn(|i, _| {
             Vector3::from(self.known.bias_magnetic[i]).dot(&self.magnetic_field_t)
@@ -396,7 +396,7 @@ impl Terms {
         angle - own - turned * angle
     }
 
-    /// What one period's products of the force with the rate and with itself add.
+    /// Excess angle by one period's products of the force with the rate and with itself.
     fn by_products(&self, angle: &Vector3<f64>, velocity: &Vector3<f64>) -> Vector3<f64> {
         let force = velocity / self.period_s;
         let tau = &self.known.tilt_by_force;
@@ -417,7 +417,7 @@ impl Terms {
     }
 }
 
-/// What tilts δ_ij let gyros sense of a rate: δ_xz lets gyro x sense δ_xz ω_y more, δ_xy −δ_xy ω_z; and round the axes.
+/// Matrix of the excess rates by tilts δ_ij: with δ_xz gyro x senses δ_xz ω_y more, δ_xy −δ_xy ω_z; and round the axes.
 fn turned_by(delta: &Six) -> Matrix3<f64> {
     Matrix3::new(
         0.0, delta.xz, -delta.xy, //

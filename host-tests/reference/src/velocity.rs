@@ -4,7 +4,7 @@
 //! the body frame.
 //!
 //! u = (1 − s) reading − b T; then M u with M of the pattern of Eq. (7); then the size effect off, row i of
-//! T (α × r_i + ω × (ω × r_i)): what accelerometer i, at r_i, feels of the body's turning alone.
+//! T (α × r_i + ω × (ω × r_i)): the acceleration of accelerometer i, at r_i, by the body's rotation alone.
 //!
 //! ω is the period's mean. That ω × (ω × r) is formed from means and not the mean of it costs
 //! (ΩT)²/12 of itself: 0.2 % at 100 Hz and 4 kHz. Products of misalignment and size effect are left out.
@@ -12,7 +12,7 @@
 use super::{Six, equation_7};
 use nalgebra::Vector3;
 
-/// What is known of the accelerometers.
+/// Calibration of the accelerometers.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct AccelerometerCalibration {
     /// b \[m/s²\].
@@ -26,7 +26,7 @@ pub struct AccelerometerCalibration {
 }
 
 impl AccelerometerCalibration {
-    /// Over `elapsed_s`, which the readings cover; no size effect.
+    /// Velocity increment over `elapsed_s`, which the readings cover; no size effect.
     pub fn increment(&self, read_m_s: [f64; 3], elapsed_s: f64) -> Vector3<f64> {
         let read = Vector3::from(read_m_s);
         let kept = read
@@ -35,7 +35,7 @@ impl AccelerometerCalibration {
         equation_7(&self.misalignment_rad) * kept
     }
 
-    /// What the readings hold of the body's turning \[m/s\].
+    /// Part of the readings by the body's rotation \[m/s\].
     pub fn size_effect(
         &self,
         case_rad: &Vector3<f64>,

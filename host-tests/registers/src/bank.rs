@@ -1,4 +1,4 @@
-//! The counter bank on the other end of SPI1, as `src/unit/counter_bank.rs` documents its frame, and what goes wrong on the
+//! The counter bank on the other end of SPI1, as `src/unit/counter_bank.rs` documents its frame, and the faults on the
 //! line between.
 //!
 //! It turns slowly and dithers with 150″ at three frequencies. Its frames are numbered by the latch pulses of TIM2.
@@ -17,7 +17,7 @@ const DITHER_RAD: f64 = 150.0 / 3600.0 / 180.0 * std::f64::consts::PI;
 const DITHER_HZ: [f64; 3] = [390.0, 410.0, 430.0];
 const STEP_RAD: [f64; 3] = [3e-6, -2e-6, 1e-6];
 
-/// What goes wrong with one frame.
+/// Fault of one frame.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Fault {
     /// These bits arrive inverted.
@@ -45,18 +45,18 @@ pub enum Fault {
 pub struct Transfer {
     /// Number of the latch pulse before it.
     pub latch: u64,
-    /// What the bank showed.
+    /// Bytes sent by the bank.
     pub shown: [u8; FRAME_BYTES],
-    /// What was sampled on the line so far.
+    /// Bytes sampled on the line so far.
     pub received: Vec<u8>,
-    /// What went wrong.
+    /// Fault of this frame, if any.
     pub fault: Option<Fault>,
 }
 
 /// The bank.
 #[derive(Debug, Default)]
 pub struct Bank {
-    /// What goes wrong, by number of the latch pulse.
+    /// Faults, by number of the latch pulse.
     pub faults: BTreeMap<u64, Fault>,
     /// Every frame that was begun.
     pub transfers: Vec<Transfer>,
@@ -65,7 +65,7 @@ pub struct Bank {
 }
 
 impl Bank {
-    /// What it shows after the latch pulse `latch`.
+    /// The bank's frame after the latch pulse `latch`.
     pub fn frame(&self, latch: u64) -> BankFrame {
         let since = latch.saturating_sub(self.origin);
         let parameters = Parameters::default();
@@ -105,7 +105,7 @@ impl Bank {
         });
     }
 
-    /// Shifts out the next byte of the frame, as it is sampled; and whether it comes in time, late or never.
+    /// Shifts out the next byte of the frame, as it is sampled; and its lateness.
     pub fn exchange(&mut self) -> (u8, Answer) {
         let Some(transfer) = self.transfers.last_mut() else {
             return (0, Answer::InTime);
@@ -123,7 +123,7 @@ impl Bank {
     }
 }
 
-/// When a byte is there.
+/// Time of a byte's arrival.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Answer {
     /// After its eight bits.

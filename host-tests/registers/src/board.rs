@@ -14,7 +14,7 @@ use crate::timer::Timer;
 use crate::usart::Usart;
 use crate::watchdog::Watchdog;
 
-/// What the board is like.
+/// Behaviour of the board.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Behaviour {
     /// Clocks.
@@ -34,7 +34,7 @@ pub struct Behaviour {
 }
 
 impl Behaviour {
-    /// Everything as the data sheet has it, and one cycle for an instruction.
+    /// A board as in the data sheet, with one cycle for an instruction.
     pub const SOUND: Self = Self {
         clocks: rcc::Behaviour::SOUND,
         flash: flash::Behaviour::SOUND,
@@ -46,7 +46,7 @@ impl Behaviour {
     };
 }
 
-/// Cycles that an access to a peripheral takes besides.
+/// Additional cycles of an access to a peripheral.
 const ACCESS_CYCLES: u64 = 2;
 
 /// The peripherals.
@@ -54,7 +54,7 @@ const ACCESS_CYCLES: u64 = 2;
 pub struct Board {
     /// Time since power-on \[ticks\].
     pub now: u64,
-    /// What the board is like.
+    /// Behaviour of the board.
     pub behaviour: Behaviour,
     /// Clocks.
     pub rcc: Rcc,
@@ -79,7 +79,7 @@ pub struct Board {
     debug: [u32; 4],
     /// Ticks of a cycle of the core; `None` while its clock stands.
     pub cycle_ticks: Option<u64>,
-    /// Sentences on what was forbidden, each once.
+    /// Sentences on forbidden actions, each once.
     pub wrong: BTreeSet<String>,
     /// Instructions since power-on.
     pub instructions: u64,
@@ -88,7 +88,7 @@ pub struct Board {
     vectors: u32,
     /// Part of a cycle that has not passed yet.
     tenths: u64,
-    /// The time at which the processor is stopped, for what is asked then; and whether it stopped.
+    /// The time at which the processor is stopped, for a request due then; and true once it stopped.
     pub(crate) stop_at: u64,
     pub(crate) has_stopped: bool,
 }
@@ -115,7 +115,7 @@ enum Peripheral {
 /// Register and bit of RCC that turn a clock on.
 type ClockBit = (usize, u32);
 
-/// Where each begins, and the register and bit of RCC that gives it a clock (RM0090 7.3.10 to 7.3.14).
+/// Beginning of each, and the register and bit of RCC that gives it a clock (RM0090 7.3.10 to 7.3.14).
 const PERIPHERALS: [(u32, Peripheral, Option<ClockBit>); 14] = [
     (0x4000_0000, Peripheral::Tim2, Some((4, 0))),
     (0x4000_0C00, Peripheral::Tim5, Some((4, 3))),
@@ -163,7 +163,7 @@ impl Board {
         board
     }
 
-    /// A reset: every register, but neither flash, bank nor what others know.
+    /// A reset: every register, but neither flash, bank nor the state of others.
     pub fn reset(&mut self, flags: u32) {
         self.rcc.behaviour = self.behaviour.clocks;
         self.rcc.reset(flags | reset_flag::PIN, self.now);
@@ -188,7 +188,7 @@ impl Board {
         self.now += tenths / 10 * self.cycle_ticks.unwrap_or(0);
     }
 
-    /// Gives every counter the clock that runs.
+    /// Sets every counter's clock to the running one.
     fn follow_clocks(&mut self) {
         let core_hz = self.rcc.core_hz(self.now);
         self.cycle_ticks = ticks::of_period(core_hz);
@@ -205,7 +205,7 @@ impl Board {
         }
     }
 
-    /// What happens by itself up to now.
+    /// Advances every peripheral to the present time.
     pub fn settle(&mut self) {
         if self
             .rcc
@@ -217,12 +217,12 @@ impl Board {
         }
     }
 
-    /// Whether the sampling interrupt is requested and enabled.
+    /// True if the sampling interrupt is requested and enabled.
     pub fn requests_sampling(&self) -> bool {
         self.system.is_enabled(system::TIM2) && self.timers[0].requests(self.now)
     }
 
-    /// When something happens next that the program did not ask for just now.
+    /// Time of the next event that the program did not cause just now.
     pub fn next_event(&self) -> u64 {
         let sampling = self.timers[0].next_request(self.now);
         // Without a crystal the core stands, or the clock security system acts.
@@ -341,7 +341,7 @@ impl Board {
             Some((Peripheral::System, offset)) => self.system.write(offset, value, now),
         };
         self.wrong.extend(wrong);
-        // What comes next, or whether the processor goes on at all, may be another matter now.
+        // The next event may differ now, and the processor may stand.
         let is_data = matches!(
             self.find(address),
             Some((Peripheral::Spi1 | Peripheral::Usart1 | Peripheral::GpioA, _))
@@ -369,7 +369,7 @@ impl Board {
         (at <= self.now).then_some((self.stream.next()?, at))
     }
 
-    /// The stream moves this byte.
+    /// Moves this byte by the stream.
     pub fn stream_byte(&mut self, byte: u8, at: u64) {
         let [_, apb2_hz] = self.rcc.apb_hz(self.now);
         if self.ports[1].is_alternate(6, 8) {

@@ -34,7 +34,7 @@ const EXPECTED: u32 = 5 << 25 | 1 << 10 | 0b01 << 6;
 const USART6_DR: u32 = 0x4001_1404;
 
 impl Stream {
-    /// A reset: registers, but not what was counted.
+    /// A reset: registers, but not the counts.
     pub fn reset(&mut self) {
         *self = Self {
             batches: self.batches,
@@ -70,7 +70,7 @@ impl Stream {
         })
     }
 
-    /// Writes a register; the sentences say what RM0090 forbids.
+    /// Writes a register; returns sentences on violations of RM0090.
     pub fn write(&mut self, offset: u32, value: u32) -> Vec<String> {
         let is_on = self.cr & EN != 0;
         match offset {

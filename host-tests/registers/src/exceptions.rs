@@ -7,16 +7,16 @@ use unicorn_engine::{RegisterARM, Unicorn, uc_error};
 
 use crate::board::Board;
 
-/// What the link register holds in a handler: return to thread mode, main stack, with a floating-point frame.
+/// Value of the link register in a handler: return to thread mode, main stack, with a floating-point frame.
 pub const RETURN: u32 = 0xFFFF_FFE9;
 
 /// Words of a frame.
 const WORDS: usize = 26;
 
-/// Bit of the stored status that says that the stack was aligned.
+/// Bit of the stored status for an aligned stack.
 const ALIGNED: u32 = 1 << 9;
 
-/// Bit of the status that says Thumb.
+/// Thumb bit of the status.
 const THUMB: u32 = 1 << 24;
 
 /// R0 to R3, R12, LR: words 0 to 5.

@@ -6,7 +6,7 @@ use std::collections::BTreeMap;
 use crate::random::Random;
 use crate::ticks;
 
-/// Where the slots begin: sector 10 (RM0090 table 5).
+/// Beginning of the slots: sector 10 (RM0090 table 5).
 pub const SLOTS_BEGIN: u32 = 0x080C_0000;
 
 /// Size of a sector \[bytes\].
@@ -23,10 +23,10 @@ pub fn wait_states_needed(core_hz: u32) -> u32 {
     core_hz.saturating_sub(1) / 30_000_000
 }
 
-/// What an operation that lost its power leaves.
+/// Result of an operation that lost its power.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Leftover {
-    /// What was there before.
+    /// The old content.
     Nothing,
     /// Each bit that it would have changed is changed or not, without order.
     SomeBits,
@@ -39,21 +39,20 @@ pub enum Leftover {
 pub struct Cut {
     /// Number of the erasure or the programmed word since power-on.
     pub operation: usize,
-    /// What it leaves.
+    /// Result of that operation.
     pub leftover: Leftover,
 }
 
-/// How the controller behaves.
+/// Behaviour of the controller.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Behaviour {
     /// Time for a word \[ticks\].
     pub programming: u64,
     /// Time for a sector \[ticks\].
     pub erasing: u64,
-    /// Whether the processor stands meanwhile, as it does when it fetches from flash; it does not while its loop is in the
-    /// instruction cache.
+    /// True if the processor stands meanwhile, as when it fetches from flash; false for a loop in the instruction cache.
     pub stalls: bool,
-    /// Whether the wait states that were written are shown.
+    /// True if the written wait states are shown.
     pub shows_wait_states: bool,
     /// Operations from this number on never end.
     pub hangs_from: Option<usize>,
@@ -81,13 +80,13 @@ impl Behaviour {
 pub struct Flash {
     /// Both sectors.
     pub content: Vec<u8>,
-    /// How the controller behaves.
+    /// Behaviour of the controller.
     pub behaviour: Behaviour,
     /// Operations since power-on.
     pub operations: usize,
     /// Erasures since power-on.
     pub erasures: usize,
-    /// Whether power has failed in an operation.
+    /// True once power has failed in an operation.
     pub has_lost_power: bool,
     random: Random,
     acr: u32,
@@ -142,7 +141,7 @@ impl Flash {
         }
     }
 
-    /// A reset: registers and caches, but not what is stored.
+    /// A reset: registers and caches, but not the stored content.
     pub fn reset(&mut self) {
         let content = std::mem::take(&mut self.content);
         *self = Self {
@@ -171,7 +170,7 @@ impl Flash {
         self.acr & LATENCY
     }
 
-    /// Whether an operation runs; with the time at which it ends.
+    /// True while an operation runs; with the time at which it ends.
     fn is_busy(&self, now: u64) -> bool {
         now < self.busy_until
     }
@@ -186,7 +185,8 @@ impl Flash {
         })
     }
 
-    /// Writes a register; the sentences say what RM0090 forbids. The time may have moved on: the bus stands while an operation
+    /// Writes a register; returns sentences on violations of RM0090. The time may have moved on: the bus stands while
+    /// an operation
     /// runs.
     pub fn write(&mut self, offset: u32, value: u32, now: &mut u64) -> Vec<String> {
         let mut wrong = Vec::new();
@@ -333,7 +333,7 @@ impl Flash {
         wrong
     }
 
-    /// Changes flash to `new`, or what a failure leaves of it.
+    /// Changes flash to `new`, or to the result of a failure.
     fn operate(&mut self, at: usize, new: &[u8], duration: u64, now: &mut u64) {
         let operation = self.operations;
         self.operations += 1;

@@ -10,19 +10,19 @@ use trueaxis::{Parameters, Status, TelemetryFrame, telemetry};
 use crate::machine::{Ending, Machine};
 use crate::ticks;
 
-/// Bytes on the telemetry line, and what they say.
+/// Decoded bytes of the telemetry line.
 #[derive(Debug, Clone, Default)]
 pub struct Telemetry {
     /// Every frame.
     pub frames: Vec<TelemetryFrame>,
-    /// Health items as they were last told.
+    /// Latest health items.
     pub health: BTreeMap<u8, u32>,
-    /// What the bytes were besides.
+    /// Statistics of the other bytes.
     pub statistics: StreamStatistics,
 }
 
 impl Telemetry {
-    /// Reads what was sent.
+    /// Decodes sent bytes.
     pub fn of(bytes: &[u8]) -> Self {
         let mut finder = telemetry::Decoder::new();
         let frames: Vec<_> = bytes.iter().filter_map(|byte| finder.push(*byte)).collect();
@@ -36,12 +36,12 @@ impl Telemetry {
         }
     }
 
-    /// Reads what was sent since it was last taken.
+    /// Decodes the bytes sent since the last call.
     pub fn take(machine: &mut Machine) -> Self {
         Self::of(&std::mem::take(&mut machine.board().usarts[0].sent))
     }
 
-    /// Whether every health item was told.
+    /// True if every health item was sent.
     pub fn is_whole(&self) -> bool {
         HEALTH_ITEMS
             .iter()
@@ -51,7 +51,7 @@ impl Telemetry {
     /// A health item.
     ///
     /// # Panics
-    /// It was not told.
+    /// The item was not sent.
     pub fn item(&self, index: u8) -> u32 {
         *self
             .health
@@ -59,7 +59,7 @@ impl Telemetry {
             .unwrap_or_else(|| panic!("health item {index} was not told"))
     }
 
-    /// Whether every frame has these status bits, or none has.
+    /// True if every frame has these status bits, false if none has.
     ///
     /// # Panics
     /// Some have and some have not, or there is no frame.
@@ -79,7 +79,7 @@ impl Telemetry {
 /// Sends a request to a unit and waits for the answer, at most `ms`; `pause_us` between two bytes.
 ///
 /// # Returns
-/// The answer, or how the run ended before it came.
+/// The answer, or the run's ending before it came.
 pub fn ask(
     machine: &mut Machine,
     request: &Request,
@@ -115,7 +115,7 @@ pub fn ask(
     Ok(None)
 }
 
-/// A parameter block of this generation, which can be told from others by its `number`.
+/// A parameter block of this generation, distinguishable by its `number`.
 pub fn block(number: u32, generation: u32) -> Vec<u8> {
     let bias_rad_s = [1e-6 * f64::from(number), -2e-6, 3e-6];
     let parameters = Parameters::default().with(|p| p.bias_rad_s = bias_rad_s);
@@ -125,7 +125,7 @@ pub fn block(number: u32, generation: u32) -> Vec<u8> {
 /// Sends a block to a stopped unit and asks it to store it.
 ///
 /// # Returns
-/// The answer to that, or how the run ended before it came.
+/// The answer to that, or the run's ending before it came.
 ///
 /// # Panics
 /// The unit does not answer, or does not take a piece of the block.

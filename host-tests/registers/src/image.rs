@@ -6,7 +6,7 @@ use std::process::Command;
 
 use object::{Object, ObjectSegment, ObjectSymbol};
 
-/// Where flash begins (RM0090 2.3).
+/// Beginning of flash (RM0090 2.3).
 pub const FLASH_BEGIN: u32 = 0x0800_0000;
 
 /// Size of the part of flash that an image may fill, in front of the parameter slots (memory.x) \[bytes\].
@@ -20,7 +20,7 @@ pub const CORES: [&str; 2] = ["firmware", "firmware-fixed"];
 pub struct Image {
     /// Name of the binary.
     pub name: String,
-    /// What is flashed, from [`FLASH_BEGIN`] on.
+    /// Content of flash, from [`FLASH_BEGIN`] on.
     pub flash: Vec<u8>,
     symbols: Vec<(String, u32)>,
 }
@@ -85,7 +85,7 @@ impl Image {
     /// The address of the symbol whose name contains every one of `parts`.
     ///
     /// # Panics
-    /// There is none, or more than one.
+    /// No symbol, or more than one.
     pub fn symbol(&self, parts: &[&str]) -> u32 {
         let mut found: Vec<u32> = self
             .symbols
@@ -109,7 +109,7 @@ impl Image {
     }
 }
 
-/// Where a segment is stored: its physical address, which for initial values of variables is in flash.
+/// Physical address of a segment's content, which for initial values of variables is in flash.
 fn load_address(elf: &object::File<'_>, segment: &object::Segment<'_, '_>) -> u32 {
     use object::read::elf::ProgramHeader;
     let object::File::Elf32(file) = elf else {

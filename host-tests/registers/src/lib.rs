@@ -7,8 +7,8 @@
 //! |---|---|
 //! | [`rcc`] | oscillators, PLL, clock security system, bus clocks, cause of the reset |
 //! | [`flash`] | wait states, keys, erasing, programming, power that fails meanwhile |
-//! | [`spi`], [`bank`] | SPI1 and the bank of gyros behind it, with what goes wrong on a line |
-//! | [`timer`] | TIM2, which samples, and TIM5, which tells the time |
+//! | [`spi`], [`bank`] | SPI1 and the bank of gyros behind it, with faults of the line |
+//! | [`timer`] | TIM2, which samples, and TIM5, which measures time |
 //! | [`watchdog`] | the independent watchdog on its own oscillator |
 //! | [`usart`], [`dma`] | USART1 and USART6, and the stream that feeds the latter |
 //! | [`power`], [`port`], [`system`] | supply detector, pins, the processor's own registers |
@@ -16,12 +16,13 @@
 //! [`machine`] joins them: it counts time, enters interrupts and notices resets. [`host`] is the other end of the serial
 //! line.
 //!
-//! A model refuses what the manual forbids: an access to a peripheral without a clock, a PLL that is set up while it runs, a
-//! store to locked flash, too few wait states. Each refusal is kept as a sentence, and every test asks that there is none.
+//! A model refuses violations of the manual: an access to a peripheral without a clock, a PLL that is set up while it
+//! runs, a store to locked flash, too few wait states. Each refusal is kept as a sentence, and every test requires an
+//! empty list.
 //!
 //! # Time
-//! Ticks of [`ticks::PER_SECOND`]. An instruction takes a given number of cycles of the core, one where nothing else is said:
-//! then every bounded wait of a driver is as short as it can be. What flash and buses take besides is not modelled.
+//! Ticks of [`ticks::PER_SECOND`]. An instruction takes a given number of cycles of the core, one by default: then
+//! every bounded wait of a driver is as short as it can be. Delays of flash and buses are not modelled.
 
 pub mod bank;
 pub mod board;

@@ -20,10 +20,10 @@ const WFI: [u8; 2] = 0xBF30_u16.to_le_bytes();
 /// A loop that never ends: a branch to itself.
 const HANG: [u8; 2] = 0xE7FE_u16.to_le_bytes();
 
-/// Ticks after which a pending interrupt is looked at again, while it is masked: some instructions.
+/// Ticks after which a pending interrupt is checked again, while it is masked: some instructions.
 const MASKED_TICKS: u64 = 100;
 
-/// How a run ended.
+/// Ending of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum Ending {
     /// The time is over; the image runs on.
@@ -34,7 +34,7 @@ pub enum Ending {
     Watchdog,
     /// Power failed in an operation of the flash.
     PowerLost,
-    /// An access that the processor cannot make, or an instruction that there is not.
+    /// An access that the processor cannot make, or an undefined instruction.
     Fault(String),
 }
 
@@ -46,7 +46,7 @@ pub struct Machine {
     in_handler: bool,
     /// The image's handler of the non-maskable interrupt does not return.
     in_nmi: bool,
-    /// Where thread mode has slept, and where it is to hang then.
+    /// Address at which thread mode last slept, where `hang_main_loop` makes it hang; `None` before a sleep.
     hangs_at: Option<u64>,
     entered: u64,
     /// Longest time from entry into the sampling interrupt to its return \[ticks\].
@@ -86,7 +86,7 @@ impl Machine {
         self.cpu.get_data_mut()
     }
 
-    /// Power comes back, `seed` for what memory then holds; the flash keeps its content.
+    /// Power comes back, `seed` for the content of memory; the flash keeps its content.
     pub fn power_on(&mut self, seed: u64) {
         self.forget_memory(seed);
         let board = self.board();
@@ -102,10 +102,10 @@ impl Machine {
         self.write_memory(u64::from(at), &word.to_le_bytes());
     }
 
-    /// What follows an ending: the reset that it is, in memory that a reset keeps.
+    /// Resets the processor by an ending, in memory that a reset keeps.
     ///
     /// # Panics
-    /// Nothing follows this ending by itself.
+    /// No reset follows this ending by itself.
     pub fn follow(&mut self, ending: &Ending) {
         match ending {
             Ending::Software => self.reset(reset_flag::SOFTWARE),
@@ -204,7 +204,7 @@ impl Machine {
         self.run(until)
     }
 
-    /// Enters what is requested, and runs until something happens.
+    /// Enters a requested exception, and runs until the next event.
     fn run_on(&mut self, until: u64) -> Result<(), uc_error> {
         let is_masked =
             self.cpu.reg_read(RegisterARM::PRIMASK)? & 1 != 0 || self.is_in_it_block()?;
@@ -274,7 +274,7 @@ impl Machine {
         Ok(self.cpu.reg_read(RegisterARM::CPSR)? & 0x0600_FC00 != 0)
     }
 
-    /// Moves what the DMA stream has moved by now.
+    /// Moves the DMA stream's bytes up to now.
     fn move_stream_bytes(&mut self) -> Result<(), uc_error> {
         move_stream_bytes(&mut self.cpu)
     }
@@ -306,7 +306,7 @@ fn processor(image: &Image, board: Board) -> Result<Unicorn<'static, Board>, uc_
         (0xE004_2000, 0x1000),
     ] {
         let read = move |cpu: &mut Unicorn<'_, Board>, offset: u64, _: usize| {
-            // What the stream has done must be seen, and an error would show as a line that is silent.
+            // The stream's result must be seen, and an error would show as a line that is silent.
             let _ = move_stream_bytes(cpu);
             u64::from(cpu.get_data_mut().read((begin + offset) as u32))
         };
@@ -339,7 +339,7 @@ fn processor(image: &Image, board: Board) -> Result<Unicorn<'static, Board>, uc_
     Ok(cpu)
 }
 
-/// Lets the board's time pass with every block of instructions, and stops where the board asks for it.
+/// Lets the board's time pass with every block of instructions, and stops if the board asks for it.
 fn count_instructions(cpu: &mut Unicorn<'static, Board>, image: &Image) -> Result<(), uc_error> {
     let code = image.flash.clone();
     // By address of a block: its size when it was counted, and the count.

@@ -1,4 +1,4 @@
-//! A port of pins (RM0090 section 8): what a pin is connected to, and the level of those that the processor drives.
+//! A port of pins (RM0090 section 8): the connection of a pin, and the level of those that the processor drives.
 
 /// Registers of one port.
 #[derive(Debug, Clone, Default)]
@@ -26,18 +26,18 @@ impl Port {
         }
     }
 
-    /// Whether a pin is connected to this alternate function.
+    /// True if a pin is connected to this alternate function.
     pub fn is_alternate(&self, pin: u32, function: u32) -> bool {
         let chosen = self.alternate[pin as usize / 8] >> (4 * (pin % 8)) & 0xF;
         self.mode(pin) == 0b10 && chosen == function
     }
 
-    /// Whether a pin is an output, and high.
+    /// Level of a pin that is an output; `None` for others.
     pub fn output(&self, pin: u32) -> Option<bool> {
         (self.mode(pin) == 0b01).then_some(self.odr & (1 << pin) != 0)
     }
 
-    /// Whether a pin is pulled up.
+    /// True if a pin is pulled up.
     pub fn is_pulled_up(&self, pin: u32) -> bool {
         self.others[2] >> (2 * pin) & 0b11 == 0b01
     }
@@ -57,7 +57,7 @@ impl Port {
         })
     }
 
-    /// Writes a register; the sentence says what is wrong.
+    /// Writes a register; returns a sentence on a violation.
     pub fn write(&mut self, offset: u32, value: u32) -> Vec<String> {
         match offset {
             MODER => self.moder = value,

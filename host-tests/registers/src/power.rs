@@ -34,7 +34,7 @@ impl Power {
         }
     }
 
-    /// Writes a register; the sentence says what is wrong.
+    /// Writes a register; returns a sentence on a violation.
     pub fn write(&mut self, offset: u32, value: u32) -> Vec<String> {
         match offset {
             CR => self.cr = value,

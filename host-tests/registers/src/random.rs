@@ -1,4 +1,4 @@
-//! Numbers without order, the same for the same seed (SplitMix64; Steele, Lea and Flood, 2014).
+//! Pseudo-random numbers, the same for the same seed (SplitMix64; Steele, Lea and Flood, 2014).
 
 /// The generator.
 #[derive(Debug, Clone)]

@@ -13,7 +13,7 @@ const INTERNAL_HZ: u32 = 16_000_000;
 /// The fastest that APB1 and APB2 may run \[Hz\] (DS8626 table 17).
 const APB_LIMITS_HZ: [u32; 2] = [42_000_000, 84_000_000];
 
-/// What resets leave in the clock control and status register, bits 25 to 31 (RM0090 7.3.21).
+/// Flags of resets in the clock control and status register, bits 25 to 31 (RM0090 7.3.21).
 pub mod reset_flag {
     /// The reset pin, which every reset from inside pulls too.
     pub const PIN: u32 = 1 << 26;
@@ -25,7 +25,7 @@ pub mod reset_flag {
     pub const WATCHDOG: u32 = 1 << 29;
 }
 
-/// How oscillators, PLL and switch behave. Times in ticks.
+/// Behaviour of oscillators, PLL and switch. Times in ticks.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Behaviour {
     /// Until the crystal oscillates; `None`: never.
@@ -36,7 +36,7 @@ pub struct Behaviour {
     pub locks_to_crystal: Option<u64>,
     /// Until it locks behind the internal oscillator; `None`: never.
     pub locks_to_internal: Option<u64>,
-    /// Whether the switch goes over to the PLL.
+    /// True if the switch goes over to the PLL.
     pub switches: bool,
 }
 
@@ -51,10 +51,10 @@ impl Behaviour {
     };
 }
 
-/// Registers and what stands behind them.
+/// Registers and the state behind them.
 #[derive(Debug)]
 pub struct Rcc {
-    /// How the clocks behave.
+    /// Behaviour of the clocks.
     pub behaviour: Behaviour,
     /// Ticks at the last reset.
     reset_at: u64,
@@ -64,7 +64,7 @@ pub struct Rcc {
     crystal_lost: bool,
     pllcfgr: u32,
     cfgr: u32,
-    /// SWS: whether the PLL runs the core.
+    /// SWS: true if the PLL runs the core.
     runs_from_pll: bool,
     cir: u32,
     enables: [u32; 5],
@@ -131,7 +131,7 @@ impl Rcc {
         };
     }
 
-    /// When the crystal stops, in ticks; `None` if it does not, or is off.
+    /// Time at which the crystal stops \[ticks\]; `None` if it does not, or is off.
     pub fn crystal_stops_at(&self) -> Option<u64> {
         self.crystal_on?;
         self.behaviour
@@ -158,7 +158,7 @@ impl Rcc {
         has_input && locks.is_some_and(|after| now >= on + after)
     }
 
-    /// The clock security system (RM0090 7.2.7): where it watches, a lost crystal raises the NMI and the hardware goes over to
+    /// The clock security system (RM0090 7.2.7): if it watches, a lost crystal raises the NMI and the hardware goes over to
     /// the internal oscillator.
     pub fn notice_lost_crystal(&mut self, now: u64) {
         let (Some(on), Some(stops)) = (self.crystal_on, self.crystal_stops_at()) else {
@@ -181,17 +181,17 @@ impl Rcc {
         }
     }
 
-    /// Whether the non-maskable interrupt is requested.
+    /// True if the non-maskable interrupt is requested.
     pub fn requests_nmi(&self) -> bool {
         self.cir & CSSF != 0
     }
 
-    /// Whether the clock security system watches the crystal.
+    /// True if the clock security system watches the crystal.
     pub fn watches_crystal(&self) -> bool {
         self.watches_crystal
     }
 
-    /// The core's clock \[Hz\]; 0 where the PLL that runs it has lost its input.
+    /// The core's clock \[Hz\]; 0 if the PLL that runs it has lost its input.
     pub fn core_hz(&self, now: u64) -> u32 {
         if !self.runs_from_pll {
             return INTERNAL_HZ;
@@ -202,7 +202,7 @@ impl Rcc {
         self.pll_hz()
     }
 
-    /// What the PLL makes of its input \[Hz\] (RM0090 7.3.2).
+    /// Output of the PLL for its input \[Hz\] (RM0090 7.3.2).
     fn pll_hz(&self) -> u32 {
         let [_, vco_hz] = self.vco_hz();
         vco_hz / (2 * (((self.pllcfgr >> 16) & 0b11) + 1))
@@ -241,7 +241,7 @@ impl Rcc {
         self.core_hz(now) / divider * if divider == 1 { 1 } else { 2 }
     }
 
-    /// Whether the clock of a peripheral is on: register (0 to 2 AHB, 4 APB1, 5 APB2, from offset 0x30 on) and bit.
+    /// True if the clock of a peripheral is on: register (0 to 2 AHB, 4 APB1, 5 APB2, from offset 0x30 on) and bit.
     pub fn is_enabled(&self, register: usize, bit: u32) -> bool {
         let place = if register >= 4 {
             register - 1
@@ -291,7 +291,7 @@ impl Rcc {
         }
     }
 
-    /// Writes a register; the sentences say what RM0090 forbids. `wait_states`: those of the flash.
+    /// Writes a register; returns sentences on violations of RM0090. `wait_states`: those of the flash.
     pub fn write(&mut self, offset: u32, value: u32, now: u64, wait_states: u32) -> Vec<String> {
         let mut wrong = Vec::new();
         match offset {

@@ -4,7 +4,7 @@ use crate::bank::{Answer, Bank};
 use crate::flag;
 use crate::ticks;
 
-/// What a byte that comes late takes besides: longer than the driver waits, shorter than a sampling period.
+/// Additional time of a late byte: longer than the driver waits, shorter than a sampling period.
 const LATE_TICKS: u64 = ticks::of_us(60);
 
 /// The fastest clock for the bank \[Hz\] (docs/board.md).
@@ -17,7 +17,7 @@ pub struct Spi {
     pub bank: Bank,
     cr1: u32,
     cr2: u32,
-    /// The byte that is being shifted in, and when it is there.
+    /// The byte that is being shifted in, and the time of its arrival.
     shifting: Option<(u8, u64)>,
     received: Option<u8>,
     last: u8,
@@ -55,7 +55,7 @@ impl Spi {
     /// The level of chip select, low is selected, and the number of the last latch pulse.
     pub fn set_select(&mut self, is_selected: bool, latch: u64) {
         if is_selected && !self.selected {
-            // What never ended before ends here, without a byte.
+            // An unfinished transfer ends here, without a byte.
             if self.shifting.is_some_and(|(_, at)| at == u64::MAX) {
                 self.shifting = None;
             }
@@ -99,7 +99,7 @@ impl Spi {
         })
     }
 
-    /// Writes a register; the sentences say what is wrong. `pins`: all of clock, in and out are connected.
+    /// Writes a register; returns sentences on violations. `pins`: all of clock, in and out are connected.
     pub fn write(
         &mut self,
         offset: u32,

@@ -32,12 +32,12 @@ pub struct System {
     fpccr: u32,
     csr: u32,
     reload: u32,
-    /// Ticks when the system timer last began to count down, and those of a cycle of the core.
+    /// Time at which the system timer last began to count down, and duration of a cycle of the core \[ticks\].
     begun: u64,
     cycle_ticks: u64,
-    /// Wraps that were told.
+    /// Wraps that were reported.
     told: u64,
-    /// Whether the program asked for a reset.
+    /// True once the program asked for a reset.
     pub wants_reset: bool,
 }
 
@@ -52,22 +52,22 @@ impl System {
         }
     }
 
-    /// Whether an interrupt is enabled.
+    /// True if an interrupt is enabled.
     pub fn is_enabled(&self, interrupt: u32) -> bool {
         self.enabled & (1 << interrupt) != 0
     }
 
-    /// Where the vector table stands.
+    /// Address of the vector table.
     pub fn vectors(&self) -> u32 {
         self.vtor
     }
 
-    /// Whether the floating-point unit is on.
+    /// True if the floating-point unit is on.
     pub fn has_floating_point(&self) -> bool {
         self.cpacr >> 20 & 0xF == 0xF
     }
 
-    /// A cycle of the core is now so many ticks.
+    /// Sets the ticks of a cycle of the core.
     pub fn set_cycle(&mut self, cycle_ticks: u64) {
         self.cycle_ticks = cycle_ticks;
     }
@@ -106,7 +106,7 @@ impl System {
         })
     }
 
-    /// Writes a register; the sentence says what is wrong.
+    /// Writes a register; returns a sentence on a violation.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Vec<String> {
         match offset {
             SYST_CSR => {

@@ -3,7 +3,7 @@
 /// Ticks in a second: the least common multiple of 168 MHz and 16 MHz. 32 kHz, 1 and 3 Mbaud have whole ticks too.
 pub const PER_SECOND: u64 = 336_000_000;
 
-/// Ticks of a clock's period. `None` where it has no whole number of them, or does not run.
+/// Ticks of a clock's period. `None` if it has no whole number of them, or does not run.
 pub fn of_period(hz: u32) -> Option<u64> {
     let hz = u64::from(hz);
     (hz > 0 && PER_SECOND.is_multiple_of(hz)).then(|| PER_SECOND / hz)

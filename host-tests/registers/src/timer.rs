@@ -14,13 +14,13 @@ pub struct Timer {
     ccr1: u32,
     ccmr1: u32,
     ccer: u32,
-    /// Ticks of a count, and when the counter was last known, and what it was.
+    /// Ticks of a count, and the time and value at which the counter was last known.
     count_ticks: u64,
     known_at: u64,
     known: u64,
     /// Overflows before that.
     overflows: u64,
-    /// Overflows that the update flag tells no more.
+    /// Overflows acknowledged at the update flag.
     acknowledged: u64,
 }
 
@@ -98,7 +98,7 @@ impl Timer {
         self.overflows + (self.known + self.since(now)) / self.period()
     }
 
-    /// Whether channel 1 puts out a pulse at each period's beginning.
+    /// True if channel 1 puts out a pulse at each period's beginning.
     pub fn makes_pulses(&self) -> bool {
         self.is_on()
             && self.ccer & CC1E != 0
@@ -106,12 +106,12 @@ impl Timer {
             && self.ccr1 > 0
     }
 
-    /// Whether it requests its interrupt.
+    /// True if it requests its interrupt.
     pub fn requests(&self, now: u64) -> bool {
         self.dier & UIE != 0 && self.overflows(now) > self.acknowledged
     }
 
-    /// When it requests its interrupt next, if it does.
+    /// Time of its next interrupt request, if any.
     pub fn next_request(&self, now: u64) -> Option<u64> {
         if self.dier & UIE == 0 {
             return None;
@@ -141,7 +141,7 @@ impl Timer {
         })
     }
 
-    /// Writes a register; the sentence says what is wrong.
+    /// Writes a register; returns a sentence on a violation.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Vec<String> {
         self.settle(now);
         match offset {

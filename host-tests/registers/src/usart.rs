@@ -20,7 +20,7 @@ pub struct Usart {
     brr: u32,
     cr1: u32,
     cr3: u32,
-    /// When the buffer is free again, and when the line is.
+    /// Time at which the buffer is free again, and that of the line.
     buffer_free_at: u64,
     line_free_at: u64,
     received: Option<u8>,
@@ -45,7 +45,7 @@ const RE: u32 = 1 << 2;
 const DMAT: u32 = 1 << 7;
 
 impl Usart {
-    /// A reset: what is on its way to the board goes on, what the board was sending does not.
+    /// A reset: bytes on their way to the board go on, bytes that the board was sending do not.
     pub fn reset(&mut self) {
         *self = Self {
             sent: std::mem::take(&mut self.sent),
@@ -64,7 +64,7 @@ impl Usart {
         BITS * u64::from(self.brr) * ticks::PER_SECOND / u64::from(apb_hz.max(1))
     }
 
-    /// When the transmitter takes a byte from the DMA stream, if it asks for any.
+    /// Time at which the transmitter takes a byte from the DMA stream, if it asks for any.
     pub fn wants_byte_at(&self) -> Option<u64> {
         (self.cr3 & DMAT != 0 && self.can_send()).then_some(self.buffer_free_at)
     }
@@ -119,7 +119,7 @@ impl Usart {
         })
     }
 
-    /// Writes a register; the sentences say what is wrong. `connected`: the pin is the transmitter's.
+    /// Writes a register; returns sentences on violations. `connected`: the pin is the transmitter's.
     pub fn write(
         &mut self,
         offset: u32,

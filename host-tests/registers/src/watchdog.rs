@@ -14,7 +14,7 @@ pub struct Watchdog {
     oscillator_hz: u32,
     started: bool,
     unlocked: bool,
-    /// Value in force, value written, and when that comes into force.
+    /// Value in force, value written, and the time at which that comes into force.
     prescaler: (u32, u32, u64),
     reload: (u32, u32, u64),
     fed_at: u64,
@@ -47,7 +47,7 @@ impl Watchdog {
         }
     }
 
-    /// After a reset, with what was measured before.
+    /// After a reset, with the earlier measurements.
     pub fn reset(&mut self) {
         *self = Self {
             longest: self.longest,
@@ -56,12 +56,12 @@ impl Watchdog {
         };
     }
 
-    /// Whether it runs.
+    /// True if it runs.
     pub fn is_started(&self) -> bool {
         self.started
     }
 
-    /// When it resets the board, if it runs.
+    /// Time at which it resets the board, if it runs.
     pub fn expires_at(&self) -> Option<u64> {
         self.started.then_some(self.fed_at + self.allowance)
     }
@@ -105,7 +105,7 @@ impl Watchdog {
         })
     }
 
-    /// Writes a register; the sentences say what RM0090 forbids.
+    /// Writes a register; returns sentences on violations of RM0090.
     pub fn write(&mut self, offset: u32, value: u32, now: u64) -> Vec<String> {
         let from = now + self.update_ticks();
         match (offset, value) {

@@ -18,7 +18,7 @@ use trueaxis::sample_source::SourceFault;
 /// Frames of which every second one is struck, on the average.
 const FRAMES: u64 = 20_400;
 
-/// Sampling periods before the first fault and after the last: the stream begins, and every health item is told.
+/// Sampling periods before the first fault and after the last: the stream begins, and every health item is sent.
 const QUIET: u64 = 700;
 
 /// Draws a fault for one frame in two.
@@ -61,7 +61,7 @@ fn draw(random: &mut Random) -> Option<Fault> {
     })
 }
 
-/// What a frame ought to be taken for: the table of `src/unit/counter_bank.rs`, in this file's own words.
+/// Expected reading of a frame: the table of `src/unit/counter_bank.rs`, written here independently.
 #[derive(Debug, Default)]
 struct Judge {
     /// Number and counters of the last good frame, and periods since then with and without its repetition.
@@ -181,7 +181,7 @@ fn ten_thousand_frames() {
     }
 }
 
-/// The raw stream tells of every period what the chain was given.
+/// Checks that the raw stream holds every period's input of the chain.
 #[test]
 fn ten_thousand_frames_by_the_raw_stream() {
     for (core, seed) in CORES.into_iter().zip(11..) {
@@ -196,7 +196,7 @@ fn ten_thousand_frames_by_the_raw_stream() {
         let sent = &board.usarts[1].sent;
         let frames: Vec<RawFrame> = sent.iter().filter_map(|byte| decoder.push(*byte)).collect();
         assert_eq!(decoder.statistics().bytes_skipped, 0, "{core}");
-        // What is in the last batches has not left yet.
+        // The last batches have not left yet.
         assert!(
             frames.len() + 20 >= transfers.len(),
             "{core}: {} frames",

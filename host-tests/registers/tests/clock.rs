@@ -1,5 +1,5 @@
 //! The clock tree, in every way that crystal, PLL, switch and wait states may answer: the image ends on a row of
-//! docs/board.md and says which, within its bound.
+//! docs/board.md and reports it, within its bound.
 
 use rlg_registers::board::{Behaviour, Board};
 use rlg_registers::host::Telemetry;
@@ -46,7 +46,7 @@ fn boot(
     (machine, telemetry)
 }
 
-/// What holds on every row: nothing forbidden was done, and line and sampling have the rates of docs/board.md.
+/// Checks of every row: nothing forbidden was done, and line and sampling have the rates of docs/board.md.
 fn check_rates(machine: &mut Machine, what: &str) {
     let board = machine.board();
     assert!(board.wrong.is_empty(), "{what}: {:?}", board.wrong);
@@ -171,10 +171,11 @@ fn a_crystal_of_any_delay() {
     );
 }
 
-/// The crystal stops `stops` ticks after power-on and stays dead: the boot that follows is on the second row and says why.
+/// The crystal stops `stops` ticks after power-on and stays dead: the boot that follows is on the second row and
+/// reports the reason.
 ///
 /// # Returns
-/// Whether the clock security system saw it.
+/// True if the clock security system noticed it.
 fn lose_crystal(machine: &mut Machine, stops: u64, what: &str) -> bool {
     let clocks = &mut machine.board().behaviour.clocks;
     *clocks = rcc::Behaviour {
@@ -210,7 +211,7 @@ fn a_crystal_that_stops_in_service() {
             let stops = ticks::of_ms(40) + step * ticks::of_us(10) + step;
             let what = format!("{core}, {} ms", ticks::to_ms(stops));
             assert!(lose_crystal(&mut machine, stops, &what), "{what}: not seen");
-            // Until every health item was told.
+            // Until every health item was sent.
             assert_eq!(machine.run_for(ticks::of_ms(150)), Ending::Time, "{what}");
             let telemetry = Telemetry::take(&mut machine);
             assert!(telemetry.is_whole(), "{what}");
@@ -251,7 +252,7 @@ fn a_crystal_that_stops_after_each_start() {
     }
 }
 
-/// When the core goes over to the PLL \[ticks since power-on\], to a microsecond.
+/// Time at which the core goes over to the PLL \[ticks since power-on\], to a microsecond.
 fn full_speed_at(machine: &mut Machine) -> u64 {
     let mut microseconds = (1..10_000).map(ticks::of_us);
     let found = microseconds.find(|until| {

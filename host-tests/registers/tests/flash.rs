@@ -13,7 +13,7 @@ use trueaxis::{PARAMETER_BLOCK_BYTES, Status};
 /// The request to stop, as the image leaves it in memory for the boot that follows (`src/hardware/service_mode.rs`).
 const STOP: (&str, u32) = ("STOP_REQUEST", u32::from_le_bytes(*b"STOP"));
 
-/// The most that a boot may take until it has told its generation, with a mend \[ms\].
+/// Largest time of a boot until it has sent its generation, with a mend \[ms\].
 const TOLD_MS: u64 = 200;
 
 /// Both slots good, generation 2 in force.
@@ -32,7 +32,7 @@ fn stopped(machine: &mut Machine, behaviour: Behaviour) {
     assert_eq!(machine.run_for(ticks::of_ms(8)), Ending::Time);
 }
 
-/// Boots and reads which generation is in force; 0 with none.
+/// Boots and reads the generation in force; 0 with none.
 fn generation(machine: &mut Machine, what: &str) -> u32 {
     Telemetry::take(machine);
     let end = machine.board().now + ticks::of_ms(TOLD_MS);
@@ -50,7 +50,7 @@ fn generation(machine: &mut Machine, what: &str) -> u32 {
     }
 }
 
-/// Whether a slot begins with exactly this block.
+/// True if a slot begins with exactly this block.
 fn holds(machine: &mut Machine, place: usize, block: &[u8]) -> bool {
     machine.board().flash.slot(place).starts_with(block)
 }

@@ -1,4 +1,4 @@
-//! A unit that is stopped over its serial port, with the times of the data sheet; and what it refuses.
+//! A unit that is stopped over its serial port, with the times of the data sheet; and its refusals.
 
 use rlg_registers::board::Behaviour;
 use rlg_registers::host::{Telemetry, ask, block, upload};
@@ -10,8 +10,8 @@ use trueaxis::health::{item, reset_cause};
 use trueaxis::parameter_slots::MEND_MARKS_OFFSET;
 use trueaxis::service_frame::{Answer, Request, RequestKind};
 
-/// A unit that samples, with generations 1 and 2 in its slots, of which the older stands in front of bytes of a longer block: what
-/// is erased must not be read from the data cache.
+/// A unit that samples, with generations 1 and 2 in its slots, of which the older stands in front of bytes of a longer
+/// block: erased bytes must not be read from the data cache.
 fn sampling(image: &Image, behaviour: Behaviour) -> Machine {
     let mut older = block(1, 1);
     older.resize(MEND_MARKS_OFFSET as usize, 0);
@@ -23,7 +23,7 @@ fn sampling(image: &Image, behaviour: Behaviour) -> Machine {
 /// Asks a unit that samples to stop: it answers, resets, and waits.
 fn stop(machine: &mut Machine) -> Answer {
     let request = Request::new(1, RequestKind::Stop, 0);
-    // A running unit looks at its receiver once a period.
+    // A running unit polls its receiver once a period.
     let answer = ask(machine, &request, 1_000, 100).expect("no reset in front of the answer");
     let ending = machine.run_for(ticks::of_ms(5));
     assert_eq!(ending, Ending::Software);
@@ -39,7 +39,7 @@ fn store(machine: &mut Machine, block: &[u8]) -> (Answer, f64) {
     (answer, ticks::to_ms(machine.board().now - begun))
 }
 
-/// Asks to start anew, and reads what the next boot tells.
+/// Asks to start anew, and reads the telemetry of the next boot.
 fn restart(machine: &mut Machine) -> Telemetry {
     let asked = ask(machine, &Request::new(201, RequestKind::Restart, 0), 0, 20);
     assert_eq!(
@@ -94,7 +94,8 @@ fn stopped_and_given_parameters() {
     }
 }
 
-/// Changes how a stopped unit's flash or supply behaves, and tries to store a block: outcome, and what is in force after.
+/// Changes the behaviour of a stopped unit's flash or supply, and tries to store a block. Returns the outcome, the
+/// generation in force after, and the flash operations.
 fn refused(core: &str, change: impl Fn(&mut Behaviour)) -> (u8, u32, usize) {
     let mut machine = sampling(&Image::build(core, &[]), Behaviour::SOUND);
     stop(&mut machine);

@@ -29,7 +29,7 @@ fn slow_clock(cycles_per_ten: u64) -> Behaviour {
     behaviour
 }
 
-/// Runs for longer than a second, for what is logged once a second. `fault`: of every frame of the bank.
+/// Runs for longer than a second, for the log of once a second. `fault`: of every frame of the bank.
 fn run(image: &Image, behaviour: Behaviour, fault: Option<&Fault>) -> (Machine, Ending) {
     let mut machine = Machine::new(image, behaviour, [&[], &[]]);
     if let Some(fault) = fault {
@@ -83,7 +83,7 @@ fn fed_in_time() {
     }
 }
 
-/// How many cycles an instruction may take on the last row of the clocks, until the main loop no longer feeds the watchdog.
+/// Finds the cycles per instruction on the last row of the clocks at which the main loop no longer feeds the watchdog.
 #[test]
 fn room_on_the_internal_oscillator() {
     for core in CORES {
@@ -105,7 +105,8 @@ fn room_on_the_internal_oscillator() {
     }
 }
 
-/// Runs until the watchdog resets the board; the time that took \[ms\]. The boot that follows is sound, and says why it came.
+/// Runs until the watchdog resets the board; the time that took \[ms\]. The boot that follows is sound, and reports its
+/// cause.
 fn resets(machine: &mut Machine, what: &str) -> f64 {
     let begun = machine.board().now;
     let ending = machine.run_for(ticks::of_ms(2_000));

@@ -3,13 +3,13 @@
 //! It takes the increments of a unit at rest on the Earth, which may rock meanwhile if it ends as it began. It gives
 //! the [`Alignment`]: the attitude on the Earth, the same at the interval's beginning and end.
 //!
-//! The body is tracked by its own gyros. Over the interval of length T the mean turn ω = Φ/T against inertial
-//! space is the Earth's, and the velocity increments, turned back by ωt to where the body stood at the
-//! beginning, add up to the reaction to gravity, f. Then down = −f/|f|, north = the part of ω that is
-//! across down, east = down × north. Groves 2013, section 5.6.1 and 5.6.2.
+//! The body is tracked by its own gyros. Over the interval of length T the mean turn ω = Φ/T against inertial space is
+//! the Earth's, and the velocity increments, turned back by ωt to the body's attitude at the beginning, add up to the
+//! reaction to gravity, f. Then down = −f/|f|, north = the part of ω that is across down, east = down × north. Groves
+//! 2013, section 5.6.1 and 5.6.2.
 //!
-//! What the sensors' biases b leave: tilt about east b_N/g, about north −b_E/g; heading −b_E/(Ω cos L) from
-//! the east gyro and + tan L b_E/g from the east accelerometer (`tests/initial_alignment.rs`).
+//! Errors by the sensors' biases b: tilt about east b_N/g, about north −b_E/g; heading −b_E/(Ω cos L) from the east
+//! gyro and + tan L b_E/g from the east accelerometer (`tests/initial_alignment.rs`).
 //!
 //! Out of scope: fine alignment, and alignment while the unit travels. Noise is averaged over the
 //! interval: angle random walk N leaves N/√T/(Ω cos L) in heading.
@@ -21,7 +21,7 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use crate::attitude::EulerAngles;
 use crate::mechanisation::Increment;
 
-/// What an interval of rest tells.
+/// Result of aligning on an interval of rest.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Alignment {
     /// Attitude at the interval's beginning, and so at its end.
@@ -34,14 +34,14 @@ pub struct Alignment {
     pub duration_s: f64,
 }
 
-/// Why an interval cannot be aligned on.
+/// Reason that an interval cannot be aligned on.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum AlignmentError {
     /// No increments, or no time in them.
     Empty,
     /// A mean specific force \[m/s²\] that is no gravity.
     NoGravity(f64),
-    /// A mean rate across the vertical \[rad/s\] too small to tell north.
+    /// A mean rate across the vertical \[rad/s\] too small to determine north.
     NoNorth(f64),
 }
 
@@ -68,7 +68,7 @@ impl std::error::Error for AlignmentError {}
 /// Less than this \[m/s²\] is a unit in free fall or one without accelerometers.
 const LEAST_FORCE_M_S2: f64 = 1.0;
 
-/// Less than this across the vertical \[rad/s\] tells no north: a hundredth of the Earth's rate, the poles'
+/// Less than this across the vertical \[rad/s\] does not determine north: a hundredth of the Earth's rate, the poles'
 /// last half degree, or a recording in which the Earth stands still.
 const LEAST_RATE_RAD_S: f64 = 7.3e-7;
 
@@ -90,8 +90,8 @@ pub fn align(interval: &[Increment]) -> Result<Alignment, AlignmentError> {
     Ok(mean.alignment(UnitQuaternion::from_rotation_matrix(&rotation)))
 }
 
-/// Levels on an interval of rest, the heading known from elsewhere: where the interval is too short, or the
-/// latitude too high, for the Earth's rotation to tell north.
+/// Levels on an interval of rest, the heading known from elsewhere: for an interval too short, or a latitude too high,
+/// to determine north by the Earth's rotation.
 pub fn level(interval: &[Increment], heading_rad: f64) -> Result<Alignment, AlignmentError> {
     let mean = Mean::of(interval)?;
     let angles = EulerAngles {
@@ -102,7 +102,7 @@ pub fn level(interval: &[Increment], heading_rad: f64) -> Result<Alignment, Alig
     Ok(mean.alignment(angles.attitude()))
 }
 
-/// What the increments of an interval add up to, seen in the body at its beginning.
+/// Mean rate and force of an interval's increments, in the body frame at its beginning.
 struct Mean {
     rate_rad_s: Vector3<f64>,
     specific_force_m_s2: Vector3<f64>,

@@ -43,10 +43,9 @@ pub fn transverse_radius_m(latitude_rad: f64) -> f64 {
 
 /// Normal gravity (the centrifugal part included), north, east, down \[m/s²\].
 ///
-/// On the ellipsoid Somigliana's γ, exact. With height h: down by Bruns, ∂γ/∂h = −2 J γ − 2 ω² with the mean
-/// curvature J, exact to first order, and the sphere's second, 3 γ (h/a)²; north by the field's being free of
-/// curl, −h/R_M ∂γ/∂L: plumb lines are curved. At 10 km 6e-7 m/s² is left down and 1e-7 north
-/// (`tests/earth_model.rs`).
+/// On the ellipsoid Somigliana's γ, exact. With height h: down by Bruns, ∂γ/∂h = −2 J γ − 2 ω² with the mean curvature
+/// J, exact to first order, and the sphere's second, 3 γ (h/a)²; north by the field's being free of curl, −h/R_M ∂γ/∂L:
+/// plumb lines are curved. At 10 km the residual is 6e-7 m/s² down and 1e-7 north (`tests/earth_model.rs`).
 pub fn gravity_m_s2(latitude_rad: f64, height_m: f64) -> Vector3<f64> {
     let sin2 = latitude_rad.sin().powi(2);
     let flat = 1.0 - ECCENTRICITY2 * sin2;

@@ -19,7 +19,7 @@
 //! Source of the equations: P. D. Groves, *Principles of GNSS, Inertial, and Multisensor Integrated
 //! Navigation Systems*, 2nd ed. 2013, chapters 2 and 5; NIMA TR8350.2 for the Earth.
 //!
-//! # What it does not do
+//! # Outside its scope
 //! Coning and sculling (the increments come corrected, as the firmware's chain gives them), navigation
 //! within a degree of the poles (longitude has no rate there), filters, aids other than a height.
 

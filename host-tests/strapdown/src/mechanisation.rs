@@ -9,9 +9,9 @@
 //! v ← v + (1 − ζ×/2) C_nb Δv + (g − (2 ω_ie + ω_en) × v) T
 //! L̇ = v_N/(R_M + h)    λ̇ = v_E/((R_T + h) cos L)    ḣ = −v_D
 //! ```
-//! Groves 2013, section 5.4 and 5.5, with the level frame's rates, gravity and the Coriolis term at the
-//! period's middle: the step is done twice, first with the values at its beginning. So the error of a step is
-//! third order in the period; `tests/perfect_data.rs` shows what is left after ten hours.
+//! Groves 2013, section 5.4 and 5.5, with the level frame's rates, gravity and the Coriolis term at the period's
+//! middle: the step is done twice, first with the values at its beginning. So the error of a step is third order in the
+//! period; `tests/perfect_data.rs` shows the residual after ten hours.
 //!
 //! Assumed: increments without gaps, latitude within ±89°.
 
@@ -53,7 +53,7 @@ impl Solution {
         EulerAngles::of(&self.ned_from_body)
     }
 
-    /// How far north and east of a place on the ellipsoid \[m\]; for distances small beside the Earth.
+    /// Distance north and east of a place on the ellipsoid \[m\]; for distances small against the Earth's radius.
     pub fn offset_m(&self, latitude_rad: f64, longitude_rad: f64) -> [f64; 2] {
         let north = (self.latitude_rad - latitude_rad) * earth::meridian_radius_m(latitude_rad);
         let radius_m = earth::transverse_radius_m(latitude_rad) * latitude_rad.cos();
@@ -82,7 +82,7 @@ impl Navigator {
         }
     }
 
-    /// Gravity where the unit is, less normal gravity, north, east, down \[m/s²\].
+    /// Sets the unit's local gravity less normal gravity, north, east, down \[m/s²\].
     pub fn with_gravity_disturbance(mut self, disturbance_m_s2: Vector3<f64>) -> Self {
         self.gravity_disturbance_m_s2 = disturbance_m_s2;
         self

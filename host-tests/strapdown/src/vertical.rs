@@ -17,10 +17,10 @@
 /// the east: with 100 s it shifts the Schuler frequency by 2e-4, with 30 s by 2e-5.
 const TIME_CONSTANT_S: f64 = 30.0;
 
-/// How fast free height diverges, squared: 2g/R \[1/s²\].
+/// Growth rate of the free height's error, squared: 2g/R \[1/s²\].
 const INSTABILITY_S2: f64 = 2.0 * 9.8 / 6.371e6;
 
-/// Where the height comes from in a step.
+/// Source of the height in a step.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum VerticalChannel {
     /// From the accelerometers alone: for minutes at most.

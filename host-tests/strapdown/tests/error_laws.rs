@@ -1,7 +1,7 @@
-//! How errors grow: Schuler's pendulum, the Earth's day, the drift of a gyro.
+//! Growth of errors: Schuler's pendulum, the Earth's day, the drift of a gyro.
 //!
-//! The navigator's error is compared with the linear error equations of a unit at rest, written here for the
-//! tests and solved by a matrix exponential, and with the figures every navigator knows.
+//! The navigator's error is compared with the linear error equations of a unit at rest, written here for the tests and
+//! solved by a matrix exponential, and with the textbook figures.
 //!
 //! Source: Titterton & Weston, *Strapdown Inertial Navigation Technology*, 2nd ed., section 12.3, in the form
 //! of the tilt φ of the computed frame: C̃ = (1 − φ×) C.
@@ -27,7 +27,7 @@ fn at_rest(latitude_rad: f64) -> Solution {
     }
 }
 
-/// What perfect sensors measure there in a period.
+/// Measurements of perfect sensors there in a period.
 fn still(latitude_rad: f64) -> Increment {
     let turn_rad = earth::earth_rate_rad_s(latitude_rad) * PERIOD_S;
     let force = -earth::gravity_m_s2(latitude_rad, 0.0);

@@ -21,8 +21,8 @@ fn level_heading(heading_rad: f64) -> EulerAngles {
     }
 }
 
-/// What a unit at these angles measures in each of `periods`, biased, and rocking by `rock_rad(t)` about its
-/// own axes, which is 0 at both ends.
+/// Measurements of a unit at these angles in each of `periods`, biased, and rocking by `rock_rad(t)` about its own
+/// axes, which is 0 at both ends.
 fn measured(
     angles: EulerAngles,
     gyro_bias_rad_s: Vector3<f64>,
@@ -159,8 +159,8 @@ fn rocking_between_the_ends_is_taken_out() {
     let found = align(&rows).expect("a minute of rocking");
     let error = error_rad(&found, angles);
     println!("rocking: {error:?}");
-    // the test's own velocity increments hold gravity at the period's middle, seen in the body at its
-    // beginning: exact, so that only the second order of the Earth's turn in a period is left
+    // the test's own velocity increments hold gravity at the period's middle, seen in the body at its beginning: exact,
+    // so that only the second order of the Earth's turn in a period remains
     assert!(error.norm() < 1e-7);
 }
 

@@ -1,9 +1,8 @@
-//! Ten hours on perfect data: what the mechanisation itself does wrong.
+//! Ten hours on perfect data: errors of the mechanisation itself.
 //!
-//! The project asks for 0.01 nmile/h, a fiftieth of a good navigator's 0.5; the mechanisation is held to a
-//! hundredth of that, because terms that are easily lost (the level frame's half turn in a period, gravity's
-//! lean to the south with height) would hide below 0.01. The height is aided by the true one: no free
-//! vertical channel lives for hours.
+//! The project asks for 0.01 nmile/h, a fiftieth of a good navigator's 0.5; the mechanisation is held to a hundredth of
+//! that, because terms that are easily lost (the level frame's half turn in a period, gravity's lean to the south with
+//! height) would hide below 0.01. The height is aided by the true one: a free vertical channel diverges within hours.
 
 mod truth;
 
@@ -15,7 +14,7 @@ use truth::Trajectory;
 
 const NAUTICAL_MILE_M: f64 = 1852.0;
 
-/// A hundredth of what the project asks for \[nmile/h\].
+/// A hundredth of the project's goal \[nmile/h\].
 const BOUND_NMILE_H: f64 = 1e-4;
 
 const HOURS: f64 = 10.0;
@@ -56,8 +55,8 @@ impl Trajectory for Bench {
     }
 }
 
-/// An aircraft at 250 m/s along a great circle of the sphere of normals, from 9° south over the equator to
-/// 46° north, swinging to both sides with turns, at 10 km with climbs. Its attitude owes nothing to its path.
+/// An aircraft at 250 m/s along a great circle of the sphere of normals, from 9° south over the equator to 46° north,
+/// swinging to both sides with turns, at 10 km with climbs. Its attitude is independent of its path.
 struct Aircraft;
 
 impl Aircraft {
@@ -141,8 +140,8 @@ impl Trajectory for Ship {
     }
 }
 
-/// The worst rate at which the position leaves the truth \[nmile/h\], looked at every six minutes, from the
-/// first hour on: before it one metre would count for miles an hour.
+/// The worst rate at which the position leaves the truth \[nmile/h\], sampled every six minutes, from the first hour
+/// on: before it one metre would count for miles an hour.
 fn worst_nmile_h(path: &impl Trajectory, name: &str, rate_hz: f64) -> f64 {
     let period_s = 1.0 / rate_hz;
     let mut navigator = Navigator::new(truth::solution(path, 0.0));

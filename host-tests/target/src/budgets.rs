@@ -1,4 +1,4 @@
-//! Checks an image against `firmware-budgets.toml`, the limits of what the firmware may cost.
+//! Checks an image against `firmware-budgets.toml`, the limits of the firmware's cost.
 //!
 //! Each budget that an image or the figures of a run exceed gives one sentence.
 
@@ -18,14 +18,14 @@ const FILE: &str = "firmware-budgets.toml";
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct Budget {
-    /// The limit, in the unit that the field's name says.
+    /// The limit, in the unit of the field's name.
     pub at_most: f64,
     /// The reason for the figure.
     pub reason: String,
 }
 
 impl Budget {
-    /// A sentence if `found`, of the quantity `name`, is beyond it.
+    /// A sentence if `found`, of the quantity `name`, exceeds it.
     pub fn exceeded_by(&self, name: &str, found: f64) -> Option<String> {
         // Written so that NaN exceeds.
         let kept = found <= self.at_most;
@@ -40,7 +40,7 @@ impl Budget {
     }
 }
 
-/// What the chain of one number system may take.
+/// Budgets of the chain of one number system.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct ChainBudgets {
@@ -50,7 +50,7 @@ pub struct ChainBudgets {
     pub between_outputs_ratio: Budget,
 }
 
-/// What the chains of both number systems may take.
+/// Budgets of the chains of both number systems.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 #[serde(deny_unknown_fields)]
 pub struct BothChains {
@@ -81,7 +81,7 @@ pub struct Budgets {
 }
 
 impl Budgets {
-    /// What the chain of `core` may take, with or without accelerometers.
+    /// Budgets of the chain of `core`, with or without accelerometers.
     pub fn chain(&self, core: TargetCore, accelerometers: bool) -> &ChainBudgets {
         match (core, accelerometers) {
             (TargetCore::F32, false) => &self.f32,
@@ -143,7 +143,7 @@ impl Budgets {
         all
     }
 
-    /// What an image's memory exceeds: each budget, and what `memory.x` leaves the stack.
+    /// Returns a sentence for each budget that an image's memory exceeds, also for a stack beyond the room of `memory.x`.
     pub fn exceeded_by_image(&self, image: &Image) -> Result<Vec<String>, StackError> {
         let stack = StackBound::of(&image.elf)?;
         let mut exceeded: Vec<String> = [

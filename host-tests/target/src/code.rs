@@ -1,17 +1,17 @@
 //! Reads the image's code as a call graph from the linked ELF file.
 //!
-//! For a Cortex-M4 image it gives [`Code`]: its functions, where each calls or jumps to, and how far each moves the
+//! For a Cortex-M4 image it gives [`Code`]: its functions, the targets of its calls and jumps, and its lowering of the
 //! stack pointer \[bytes\].
 //!
-//! Every instruction is looked at, in address order: Thumb code has no other way to call than BL, B and
-//! their conditional forms (ARMv7-M reference manual, A7.7.12 and A7.7.18) and calls through a register
-//! (BX, BLX), which are listed apart because their target is not in the instruction. Data between
-//! instructions is told apart by the mapping symbols $t and $d (ELF for the Arm Architecture, 5.5.5).
+//! Every instruction is decoded, in address order: Thumb code has no other way to call than BL, B and their conditional
+//! forms (ARMv7-M reference manual, A7.7.12 and A7.7.18) and calls through a register (BX, BLX), which are listed apart
+//! because their target is not in the instruction. Data between instructions is identified by the mapping symbols $t
+//! and $d (ELF for the Arm Architecture, 5.5.5).
 //!
-//! A function's frame is the *sum* of everything in it that lowers the stack pointer. That bounds its
-//! use from above also where it lowers it on several paths. What lowers it by an amount that is not in the
-//! instruction is refused. The compiler's own account, the call frame information in `.debug_frame` (DWARF
-//! 6.4), must not say more: that would mean this reading missed something.
+//! A function's frame is the *sum* of everything in it that lowers the stack pointer. That bounds its use from above
+//! also where it lowers it on several paths. An instruction that lowers it by an amount not in it is refused. The
+//! compiler's own account, the call frame information in `.debug_frame` (DWARF 6.4), must not be larger: this reading
+//! would then be incomplete.
 //!
 //! Tables of branches (TBB, TBH) stay within their function; they count for its loops ([`flow`]).
 
@@ -50,7 +50,7 @@ pub struct Code {
     pub functions: BTreeMap<u64, Function>,
 }
 
-/// Why code cannot be read.
+/// Reason that code cannot be read.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum CodeError {
     /// Not an ELF file with code and symbols.
@@ -117,7 +117,7 @@ impl Code {
             .find_map(|(begin, function)| (function.name == name).then_some(*begin))
     }
 
-    /// Where the function that holds `address` begins.
+    /// Beginning of the function that holds `address`.
     pub fn holder(&self, address: u64) -> u64 {
         self.functions
             .range(..=address)
@@ -194,13 +194,13 @@ impl Code {
     }
 }
 
-/// The section of code and where things begin in it.
+/// The section of code and the beginnings in it.
 struct Text {
     begin: u64,
     bytes: Vec<u8>,
-    /// Name and size of what begins here; size 0 where the assembler gave none.
+    /// Name and size of the symbol that begins here; size 0 if the assembler gave none.
     names: BTreeMap<u64, (String, u64)>,
-    /// Whether what begins here is data, by address.
+    /// True for data that begins here, by address.
     is_data: BTreeMap<u64, bool>,
 }
 
@@ -240,7 +240,7 @@ impl Text {
         }
     }
 
-    /// Where the function that holds `address` begins.
+    /// Beginning of the function that holds `address`.
     fn holder(&self, address: u64) -> u64 {
         self.names
             .range(..=address)
@@ -284,7 +284,7 @@ impl Text {
             .range(begin + 1..)
             .next()
             .map_or(self.begin + self.bytes.len() as u64, |(next, _)| *next);
-        // What the linker fills gaps with would read as instructions.
+        // The linker's filling of gaps would read as instructions.
         let end = if size > 0 {
             next.min(begin + size)
         } else {
@@ -392,13 +392,13 @@ fn sign_extended(number: u32, bits: u32) -> i64 {
     i64::from((number << unused) as i32 >> unused)
 }
 
-/// How an instruction changes the stack pointer.
+/// Change of the stack pointer by an instruction.
 enum Lowered {
     By(u32),
     Unknown,
 }
 
-/// How far an instruction lowers the stack pointer (A7.7: PUSH, VPUSH, STR, STRD, SUB (SP minus
+/// Lowering of the stack pointer by an instruction \[bytes\] (A7.7: PUSH, VPUSH, STR, STRD, SUB (SP minus
 /// immediate), MOV, MSR). Raising it is a return and counts nothing.
 fn stack_lowered(first: u32, second: u32) -> Lowered {
     const SP: u32 = 13;
@@ -465,7 +465,7 @@ mod tests {
         }
     }
 
-    // The encodings below are what the assembler makes of the text beside them.
+    // The encodings below are the assembler's, of the text beside them.
 
     #[test]
     fn every_way_to_lower_the_stack_pointer_is_read() {

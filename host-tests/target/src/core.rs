@@ -19,7 +19,7 @@ impl TargetCore {
     }
 }
 
-/// Where an image runs.
+/// Platform of an image.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Platform {
     /// On the reference board.

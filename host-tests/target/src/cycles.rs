@@ -21,7 +21,7 @@ use rlg_recording::output::ScratchFolder;
 const DISASSEMBLER: &str = "llvm-objdump";
 const ANALYSER: &str = "llvm-mca";
 
-/// What the estimate means, to be printed with it.
+/// Meaning of the estimate, to be printed with it.
 pub const MEANING: &str = "static estimate by llvm-mca's Cortex-M4 model over one executed sample: no flash \
                            wait states, no pipeline refill after branches";
 

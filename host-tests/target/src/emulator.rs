@@ -1,7 +1,7 @@
 //! Runs an image in QEMU once.
 //!
 //! It takes the image, the content of its parameter slots and the records that its counter bank plays, and gives an
-//! [`Emulation`]: what the serial port sent, the image's report, and its raw event log. The emulated machine is an
+//! [`Emulation`]: the bytes of the serial port, the image's report, and its raw event log. The emulated machine is an
 //! STM32F405 (`netduinoplus2`). With `-icount shift=0` one instruction is one nanosecond of its virtual time, so the
 //! counts of chain and processor repeat exactly. The moment when the sleeping processor wakes can differ by a few
 //! instructions, which shows in the counts of whole interrupts. [`first_telemetry`] runs the board's own image, whose
@@ -45,15 +45,15 @@ const MACHINE: [&str; 10] = [
 /// An image that has sent nothing for this long hangs: it needs under 1 ms of wall time for a frame.
 const TIMEOUT: Duration = Duration::from_secs(60);
 
-/// Interval between two looks at a run's progress: long beside a file look-up, short for a person.
+/// Interval between two checks of a run's progress: long against a file look-up, short for a person.
 const POLL_INTERVAL: Duration = Duration::from_millis(50);
 
-/// What a run left behind.
+/// Output of a run.
 #[derive(Debug, Clone)]
 pub struct Emulation {
-    /// What left the serial port.
+    /// Bytes of the first serial port.
     pub telemetry: Vec<u8>,
-    /// What left the second one: the raw stream of an image that has it.
+    /// Bytes of the second one: the raw stream of an image that has it.
     pub raw: Vec<u8>,
     /// The image's account of the run.
     pub report: RunReport,
@@ -102,7 +102,7 @@ pub fn run_traced(
     let folder = Folder::new()?;
     let ranges: Vec<String> = code
         .iter()
-        // The emulator counts the end in.
+        // The emulator includes the end.
         .map(|range| format!("{:#x}..{:#x}", range.start, range.end.saturating_sub(1)))
         .collect();
     let options = [
@@ -188,11 +188,11 @@ pub fn first_telemetry(
     Ok(folder.read(TELEMETRY))
 }
 
-/// Runs the emulator's `image` over `records` with its telemetry port at a local socket, to which `talk` is given the path.
-/// The image waits until somebody connects, and the run ends when the unit is told to start anew.
+/// Runs the emulator's `image` over `records` with its telemetry port at a local socket, to which `talk` is given the
+/// path. The image waits until somebody connects, and the run ends with the request to start anew.
 ///
 /// # Returns
-/// What `talk` gave, and the slots as the unit left them.
+/// The result of `talk`, and the slots as the unit left them.
 pub fn run_with_port<T>(
     image: &Path,
     slots: &SlotImages,
@@ -244,7 +244,7 @@ impl Folder {
             .map_err(|error| InputError::new(self.at(name), format!("cannot be written ({error})")))
     }
 
-    /// What the run wrote there; nothing where it did not.
+    /// Content of the file that the run wrote; empty if it wrote none.
     fn read(&self, name: &str) -> Vec<u8> {
         fs::read(self.at(name)).unwrap_or_default()
     }
@@ -283,8 +283,8 @@ impl Folder {
         command
             .args(options)
             .stdin(Stdio::null())
-            // The image's semihosting console is the emulator's standard output: the event log. What the
-            // emulator itself says goes to ours.
+            // The image's semihosting console is the emulator's standard output: the event log. The emulator's own
+            // messages go to ours.
             .stdout(log)
             .stderr(Stdio::inherit())
             .spawn()
@@ -298,7 +298,7 @@ struct Running(Child);
 
 impl Drop for Running {
     fn drop(&mut self) {
-        // Both fail only where it has already ended.
+        // Both fail only if it has already ended.
         let _ = self.0.kill();
         let _ = self.0.wait();
     }

@@ -7,14 +7,14 @@
 //! conditional instruction of an IT block always has the next one as a successor (ARMv7-M reference manual, A7.3).
 //! Blocks that the compiler moved to the function's end and that jump back are no loops and are not reported.
 //!
-//! How often a loop turns must be read from its source.
+//! The number of turns of a loop must be read from its source.
 
 use std::collections::{BTreeMap, BTreeSet};
 
 /// One instruction.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct Instruction {
-    /// Where it stands.
+    /// Its address.
     pub address: u64,
     /// Its first halfword.
     pub first: u32,
@@ -33,7 +33,7 @@ impl Instruction {
         if self.first >> 11 >= 0b11101 { 4 } else { 2 }
     }
 
-    /// Whether the next one never follows: B, BX, POP or LDM or LDR of the program counter, UDF, TBB, TBH.
+    /// True if the next one never follows: B, BX, POP or LDM or LDR of the program counter, UDF, TBB, TBH.
     fn ends(&self) -> bool {
         let (first, second) = (self.first, self.second);
         first & 0xF800 == 0xE000
@@ -79,12 +79,12 @@ pub fn successors(instructions: &[Instruction]) -> BTreeMap<u64, Vec<u64>> {
     ways
 }
 
-/// Jumps from an address to one on the way from `begin` to it: where from, and where to.
+/// Jumps from an address to one on the way from `begin` to it: origin and target.
 pub fn jumps_back(begin: u64, ways: &BTreeMap<u64, Vec<u64>>) -> BTreeSet<(u64, u64)> {
     let mut back = BTreeSet::new();
     let mut done = BTreeSet::new();
     let mut on_the_way = BTreeSet::new();
-    // Depth first; what is left to try of each instruction on the way.
+    // Depth first; the untried successors of each instruction on the way.
     let mut path: Vec<(u64, Vec<u64>)> = Vec::new();
     if let Some(on) = ways.get(&begin) {
         on_the_way.insert(begin);
@@ -122,7 +122,7 @@ pub fn loop_heads(instructions: &[Instruction]) -> BTreeSet<u64> {
 mod tests {
     use super::{Instruction, loop_heads};
 
-    /// Instructions of two bytes from 0x100 on; each with where it jumps to, if it does.
+    /// Instructions of two bytes from 0x100 on; each with the target of its jump, if it has one.
     fn function(instructions: &[(u32, Option<u64>)]) -> Vec<Instruction> {
         instructions
             .iter()

@@ -1,8 +1,8 @@
 //! Runs the image's interrupt on the host: the same bank driver and processor over the same records.
 //!
 //! From parameter slots and bank records it gives a [`HostRun`]: the telemetry frames as they leave the serial port,
-//! byte for byte, and every health item at the end. Little is imitated instead of shared: an `SpiDevice` over a slice,
-//! when interrupts come ([`BankRecord::timing_of_the_next`]), and the queue's room.
+//! byte for byte, and every health item at the end. Only these are imitated and not shared: an `SpiDevice` over a
+//! slice, the interrupts' timing ([`BankRecord::timing_of_the_next`]), and the queue's room.
 
 use std::cell::Cell;
 
@@ -88,7 +88,7 @@ fn run_in<N: NumberSystem, T: Term<N>>(
     })
 }
 
-/// A bus on which one record's frame stands, once.
+/// A bus that delivers one record's frame, once.
 #[derive(Debug)]
 struct Wire<'a>(&'a Cell<Option<[u8; FRAME_BYTES]>>);
 

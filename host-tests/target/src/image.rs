@@ -1,4 +1,4 @@
-//! Builds or finds the firmware image, and sums what it takes in flash and RAM \[bytes\].
+//! Builds or finds the firmware image, and sums its use of flash and RAM \[bytes\].
 //!
 //! Without a path the image is built in the workspace that this tool was compiled from. Sizes come from the sections of
 //! the ELF file.
@@ -16,7 +16,7 @@ use rlg_recording::error::InputError;
 /// The target triple of the image: Cortex-M4 with its single-precision unit.
 pub const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Where RAM begins on every Cortex-M (ARMv7-M reference manual, B3.1); below lies code memory.
+/// Beginning of RAM on every Cortex-M (ARMv7-M reference manual, B3.1); below lies code memory.
 const RAM_BEGIN: u64 = 0x2000_0000;
 
 /// The firmware, ready to run.
@@ -138,7 +138,7 @@ pub(crate) fn workspace() -> PathBuf {
     package.ancestors().nth(2).unwrap_or(package).to_path_buf()
 }
 
-/// Names the one thing a user can do about a failed build.
+/// Names the one remedy of a failed build.
 fn build_failure(workspace: &Path, platform: Platform, stderr: &[u8]) -> InputError {
     let words = String::from_utf8_lossy(stderr);
     if words.contains("target may not be installed") || words.contains("E0463") {

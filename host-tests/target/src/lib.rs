@@ -3,8 +3,8 @@
 //! samples → records ─┬→ image in the emulator → telemetry, report ─┬→ comparison → [`OnTarget`]
 //! parameters → slots ┴→ the same driver and processor, here ───────┘
 //!
-//! From samples and parameters it gives [`OnTarget`]: whether every byte of telemetry is equal, what the processor
-//! costs in instructions, what the image takes in memory, and the events that it logged.
+//! From samples and parameters it gives [`OnTarget`]: the equality of every byte of telemetry, the processor's cost in
+//! instructions, the image's memory, and its logged events.
 //!
 //! Time is not measured: the emulator counts instructions and does not model cycles, flash wait states or caches.
 

@@ -46,7 +46,7 @@ impl<'a> Lines<'a> {
         Ok(Self(context))
     }
 
-    /// Where the instruction at `address` came from.
+    /// Source places of the instruction at `address`.
     pub fn places(&self, address: u64) -> Vec<Place> {
         let mut places = Vec::new();
         let Ok(mut frames) = self.0.find_frames(address).skip_all_loads() else {

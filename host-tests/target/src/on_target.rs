@@ -1,4 +1,4 @@
-//! Compares the image's telemetry with the host's, and reports what the image costs.
+//! Compares the image's telemetry with the host's, and reports the image's cost.
 //!
 //! It takes an image, its parameter slots and the records that its bank plays, and gives [`OnTarget`], which serialises
 //! to `on_target.json`. Equal means equal bytes of every telemetry frame, the same number of frames, and equal health
@@ -17,7 +17,7 @@ use super::stack::{self, StackBound};
 use super::{Image, SlotImages, TargetCore, emulator, events, host_run};
 use rlg_recording::error::InputError;
 
-/// What the instruction counts mean.
+/// Meaning of the instruction counts.
 const COST_MEANING: &str = "instructions executed between entry and exit of the chain, counted by the \
                             emulator; not cycles: it knows no flash wait states, pipeline or cache";
 
@@ -78,13 +78,13 @@ pub struct OnTarget {
     pub samples: u32,
     /// Output frames of the image.
     pub frames: u32,
-    /// Whether the image's chain has accelerometers, by its own health item.
+    /// True if the image's chain has accelerometers, by its own health item.
     pub accelerometers: bool,
     /// Output frames of the image whose velocity is not zero.
     pub frames_with_velocity: u32,
     /// Every output and fault counter of the image equals the host's.
     pub bit_equal: bool,
-    /// Where they first differ.
+    /// The first difference.
     pub first_difference: Option<Difference>,
     /// The chain's cost over all samples.
     pub instructions_per_sample: Option<Instructions>,
@@ -98,7 +98,7 @@ pub struct OnTarget {
     pub instructions_per_processor: Option<Instructions>,
     /// The whole interrupt: bus driver, processor, queue, trace and the measurement itself.
     pub instructions_per_interrupt: Option<Instructions>,
-    /// What an instruction count is.
+    /// Meaning of an instruction count.
     pub instructions_meaning: &'static str,
     /// Code, constants, initial values.
     pub flash_bytes: u64,
@@ -106,11 +106,11 @@ pub struct OnTarget {
     pub ram_bytes: u64,
     /// The stack's worst case.
     pub stack_bytes: u32,
-    /// How it was found.
+    /// Method of that bound.
     pub stack_method: &'static str,
-    /// Deepest use in this run, found by painting the stack before it: a lower bound, to hold beside.
+    /// Deepest use in this run, found by painting the stack before it: a lower bound, for comparison.
     pub stack_painted_bytes: u32,
-    /// What `memory.x` leaves the stack.
+    /// Stack that `memory.x` leaves.
     pub stack_available_bytes: u32,
     /// Periods whose interrupt never came.
     pub missed: u32,
@@ -122,14 +122,14 @@ pub struct OnTarget {
     pub health: BTreeMap<u8, u32>,
     /// Name and version of the emulator.
     pub emulator: String,
-    /// What the image logged.
+    /// Events logged by the image.
     pub events: Vec<String>,
     /// The raw stream of an image that has it.
     #[serde(skip)]
     pub raw: Vec<u8>,
 }
 
-/// Runs `image` over `samples` and holds it against the host. `progress` gets the samples done so far.
+/// Runs `image` over `samples` and compares it with the host. `progress` gets the samples done so far.
 pub fn compare(
     image: &Image,
     core: TargetCore,

@@ -10,7 +10,7 @@ use trueaxis::parameter_slots::{
 use trueaxis::terms::{AllTerms, TermKinds};
 use trueaxis::{Chain, F32, Parameters};
 
-/// Where the slots begin in the image's address space: SLOTS in memory.x.
+/// Beginnings of the slots in the image's address space: SLOTS in memory.x.
 pub const SLOT_ADDRESSES: [u32; 2] = [0x080C_0000, 0x080E_0000];
 
 /// Bytes of a slot that the firmware reads: the block and the marks of attempts to mend behind it.
@@ -29,7 +29,7 @@ pub struct SlotImages(pub [Vec<u8>; 2]);
 impl SlotImages {
     /// Puts the same block into both slots: a unit without faults.
     pub fn both(parameters: &Parameters) -> Self {
-        // The emulator fills what is not loaded with 0, which on the board reads as attempts already made.
+        // The emulator fills bytes not loaded with 0, which on the board reads as attempts already made.
         let mut slot = parameters.to_block(1).to_vec();
         slot.resize(SLOT_BYTES, ERASED);
         Self([slot.clone(), slot])
@@ -40,7 +40,7 @@ impl SlotImages {
         Self([vec![ERASED; SLOT_BYTES], vec![ERASED; SLOT_BYTES]])
     }
 
-    /// Takes the slots as a stopped image left them (`src/hardware/emulator/slot_memory.rs`); `None` where it left none.
+    /// Takes the slots as a stopped image left them (`src/hardware/emulator/slot_memory.rs`); `None` if it left none.
     pub(crate) fn stored(bytes: &[u8]) -> Option<Self> {
         let (first, second) = bytes.split_at_checked(STORED_BYTES)?;
         let slot = |bytes: &[u8]| bytes.get(..SLOT_BYTES).map(<[u8]>::to_vec);

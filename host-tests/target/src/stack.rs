@@ -24,16 +24,16 @@ use serde::Serialize;
 
 use super::code::{Code, CodeError};
 
-/// Functions that call themselves, at most so many times, and why. Boot may use them, a handler may not.
+/// Functions that call themselves, at most so many times, with the reason. Boot may use them, a handler may not.
 const BOUNDED_RECURSION: [(&str, u32); 1] = [
-    // libm's frexp scales a subnormal argument by 2^64 and calls itself, once: then it is none any more.
+    // libm's frexp scales a subnormal argument by 2^64 and calls itself, once: the scaled one is normal.
     ("libm::math::frexp::frexp", 1),
 ];
 
-/// What an exception stores before its handler begins \[bytes\].
+/// Size of an exception's frame, stored before its handler begins \[bytes\].
 pub const EXCEPTION_FRAME_BYTES: u32 = 108;
 
-/// How the bound was found, in words for `on_target.json`.
+/// Method of the bound, in words for `on_target.json`.
 pub const METHOD: &str = "computed: the deepest call path from reset plus, for every exception handler, 108 \
                           bytes of exception frame and its deepest path, from the linked image's calls and \
                           its instructions that lower the stack pointer, held against .debug_frame; \
@@ -67,7 +67,7 @@ pub struct StackBound {
     pub handlers: Vec<HandlerBound>,
 }
 
-/// Why there is no bound.
+/// Reason that there is no bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum StackError {
     /// The code cannot be read.
@@ -156,8 +156,8 @@ fn words(bytes: &[u8]) -> impl Iterator<Item = u32> {
 
 /// Functions whose address stands in a constant, a variable's initial value or an instruction.
 ///
-/// An address in instructions is the pair MOVW, MOVT; the two halves are looked for apart, since the
-/// compiler may move them: this finds every pair, and some that are none.
+/// An address in instructions is the pair MOVW, MOVT; the two halves are looked for apart, since the compiler may move
+/// them: this finds every pair, and some false ones.
 fn taken_addresses(file: &object::File<'_>, code: &Code) -> BTreeSet<u64> {
     let mut whole = BTreeSet::new();
     let (mut low, mut high) = (BTreeSet::new(), BTreeSet::new());

@@ -1,13 +1,13 @@
-//! Counts what each stage of the chain costs, in instructions that the emulator executed.
+//! Counts the cost of each stage of the chain, in instructions that the emulator executed.
 //!
 //! From the unchanged image and the addresses that it executed in the sampling interrupt it gives [`StageCosts`]:
 //! instructions a sample for each source file of the chain, and one ordinary sample's instructions in order, for
 //! [`cycles`](super::cycles).
 //!
 //! An instruction belongs to the stage whose source it came from. The compiler records its source with all inlined
-//! calls (DWARF 3.3.8); the outermost file of `src/chain/stages/` in that list is the stage. What a stage calls counts
-//! as the stage (memory copies, rounding). `chain.rs` and `discontinuity.rs` count as the chain itself: counting
-//! samples, status, start and gaps.
+//! calls (DWARF 3.3.8); the outermost file of `src/chain/stages/` in that list is the stage. A function called by a
+//! stage counts as the stage (memory copies, rounding). `chain.rs` and `discontinuity.rs` count as the chain itself:
+//! counting samples, status, start and gaps.
 //!
 //! The measured code has no probe in it, so it is the image that the other figures describe. Where the optimiser merged
 //! the work of two stages into one instruction, it counts as the stage that the compiler names.
@@ -63,7 +63,7 @@ impl Row {
         }
     }
 
-    /// Whether the row is part of the chain.
+    /// True if the row is part of the chain.
     pub fn is_chain(self) -> bool {
         matches!(self, Self::Stage(_) | Self::Chain)
     }
@@ -90,7 +90,7 @@ impl Row {
     }
 }
 
-/// Why instructions cannot be told apart.
+/// Reason that instructions cannot be attributed.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub struct StageError(pub &'static str);
 
@@ -102,7 +102,7 @@ impl std::fmt::Display for StageError {
 
 impl std::error::Error for StageError {}
 
-/// Where in the image the interrupt's instructions are: itself and everything it calls.
+/// Address ranges of the interrupt's instructions: itself and everything it calls.
 pub fn interrupt_ranges(code: &Code) -> Option<Vec<Range<u64>>> {
     let interrupt = code.find(INTERRUPT)?;
     let reached = code.reachable(interrupt);
@@ -166,7 +166,7 @@ impl StageCosts {
                 at += 1;
             }
             if inside {
-                // What has no row of its own is called by, or belongs to, what came before.
+                // An instruction without a row of its own belongs to the row before it, or is called from it.
                 let before = sample.last().map_or(Row::Processor, |(_, row)| *row);
                 sample.push((*address, rows.row(*address).unwrap_or(before)));
             }
@@ -214,7 +214,7 @@ impl StageCosts {
         ]
     }
 
-    /// The rows that have instructions: stages in the order of the data, then what is around them.
+    /// The rows that have instructions: stages in the order of the data, then the rows around them.
     pub fn rows(&self) -> Vec<Row> {
         STAGES
             .into_iter()
@@ -250,7 +250,7 @@ impl<'a> Rows<'a> {
         })
     }
 
-    /// The outermost stage that the instruction was inlined into, or what else the chain is made of.
+    /// The outermost stage that the instruction was inlined into, or another row of the chain.
     fn row(&mut self, address: u64) -> Option<Row> {
         if let Some(row) = self.known.get(&address) {
             return *row;

@@ -1,13 +1,13 @@
-//! Bounds from above what a function of the image can cost, from its linked instructions: call graph times loop bounds.
+//! Bounds the cost of a function of the image from above, from its linked instructions: call graph times loop bounds.
 //!
 //! For a function of [`Code`], a bound of the turns of each loop, and a cost of each instruction, it gives the cost of the
 //! dearest path, callees included. No run can exceed it, whatever the data.
 //!
 //! The instructions of a function and their successors ([`flow::successors`]) are a graph. A natural loop (Aho et al.,
 //! *Compilers*, section 9.6.6) whose head is left by a jump back at most n times costs at most n + 1 times the dearest
-//! path from its head within it; inner loops first, each becomes one node of that cost. What remains has no circle, and
-//! the dearest path through it is the function's cost. What is known of a run and its branches do not show ([`Paths`]) is
-//! kept apart by kinds of paths: the dearest of each kind, and of two paths one after the other.
+//! path from its head within it; inner loops first, each becomes one node of that cost. The remaining graph has no
+//! circle, and the dearest path through it is the function's cost. Facts of a run that its branches do not show
+//! ([`Paths`]) are kept as kinds of paths: the dearest of each kind, and of two paths one after the other.
 //!
 //! # Assumptions
 //! An instruction that an IT block skips costs as if it were executed. A jump into another function costs as a call of
@@ -19,7 +19,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use super::code::{Code, Function};
 use super::flow::{self, Instruction};
 
-/// Why there is no bound.
+/// Reason that there is no bound.
 #[derive(Debug, Clone, PartialEq, Eq)]
 pub enum WorstCaseError {
     /// A loop without a bound of its turns: function, and address of the head.
@@ -34,7 +34,7 @@ pub enum WorstCaseError {
     Size(String, u64),
     /// A loop turns with a function in it that may be called once.
     Repeated(String, u64),
-    /// Every path calls what none may call.
+    /// Every path calls a function that none may call.
     NoPath,
 }
 
@@ -63,7 +63,7 @@ impl std::fmt::Display for WorstCaseError {
 
 impl std::error::Error for WorstCaseError {}
 
-/// Most turns of the loop of a function with its head at an address; `None` where nothing bounds it.
+/// Most turns of the loop of a function with its head at an address; `None` if unbounded.
 pub type Turns<'a> = &'a dyn Fn(&Function, u64) -> Option<u64>;
 
 /// Cost of one instruction by itself.
@@ -107,7 +107,7 @@ pub fn cycles(instruction: &Instruction, wait_states: u64) -> u64 {
     own + of_line
 }
 
-/// The cost of the dearest path through the function that begins at `from`, callees included.
+/// Computes the cost of the dearest path through the function that begins at `from`, callees included.
 pub fn cost(
     code: &Code,
     from: u64,
@@ -118,8 +118,9 @@ pub fn cost(
     Ok(breakdown(code, from, paths, turns, of)?.values().sum())
 }
 
-/// What each instruction on the dearest path through the function that begins at `from` costs there, callees included, by
-/// address: as often as the path passes it. The turns of a routine that copies or clears count at its beginning.
+/// Computes the cost of each instruction on the dearest path through the function that begins at `from`, callees
+/// included, by address, times the passes of the path. The turns of a routine that copies or clears count at its
+/// beginning.
 pub fn breakdown(
     code: &Code,
     from: u64,
@@ -144,7 +145,7 @@ pub fn breakdown(
     dearest.map(|path| path.parts).ok_or(WorstCaseError::NoPath)
 }
 
-/// Which paths count, beyond those of the graph: what is known of a run that its branches do not show.
+/// Constraints on paths beyond the graph: facts of a run that its branches do not show.
 #[derive(Debug, Clone, Default)]
 pub struct Paths {
     /// Beginning of a function that no path calls more than once.
@@ -187,17 +188,17 @@ impl Path {
     }
 }
 
-/// Kinds of paths: whether one calls [`Paths::once`], and whether it calls [`Paths::through`].
+/// Kinds of paths: calls of [`Paths::once`] or not, times calls of [`Paths::through`] or not.
 const KINDS: usize = 4;
 const CALLS_ONCE: usize = 1;
 const CALLS_THROUGH: usize = 2;
 
-/// The kind of two paths, one after the other; `None` where together they call twice what may be called once.
+/// The kind of two paths, one after the other; `None` if together they call twice a function that may be called once.
 fn kind_of_both(first: usize, second: usize) -> Option<usize> {
     (first & second & CALLS_ONCE == 0).then_some(first | second)
 }
 
-/// The dearest path of each kind; `None` where there is none.
+/// The dearest path of each kind; `None` without a path.
 #[derive(Debug, Clone, Default)]
 struct Dear([Option<Path>; KINDS]);
 
@@ -224,7 +225,7 @@ impl Dear {
         both
     }
 
-    /// The path's kind once it has called what makes it `called`.
+    /// The path's kind after a call that adds `called`.
     fn calling(self, called: usize) -> Self {
         let mut all = Self::default();
         for (kind, path) in self.0.into_iter().enumerate() {
@@ -328,7 +329,7 @@ impl Search<'_> {
         Ok(path)
     }
 
-    /// The cost of what the instruction calls, or jumps to outside its function.
+    /// The cost of the function that the instruction calls, or jumps to outside its function.
     fn callee(
         &mut self,
         function: &Function,
@@ -351,7 +352,7 @@ impl Search<'_> {
         if !copies_or_clears(name) {
             return self.function(target, None);
         }
-        // Among themselves these routines hand on what is left.
+        // Among themselves these routines pass on the remaining bytes.
         let bytes = bytes.or_else(|| size_before(&function.instructions[..place], name));
         let bytes = bytes
             .ok_or_else(|| WorstCaseError::Size(function.name.clone(), instruction.address))?;
@@ -359,7 +360,7 @@ impl Search<'_> {
     }
 }
 
-/// Whether a function is one of the runtime's routines that copy or clear memory.
+/// True if a function is one of the runtime's routines that copy or clear memory.
 fn copies_or_clears(name: &str) -> bool {
     name.starts_with("__aeabi_mem") || name.contains("::mem::") || name == "memcpy"
 }
@@ -402,7 +403,7 @@ fn stored_bytes(instruction: &Instruction) -> u64 {
     }
 }
 
-/// A function's instructions by address, with what follows each and what each costs.
+/// A function's instructions by address, with the successors and the cost of each.
 struct Graph {
     ways: BTreeMap<u64, Vec<u64>>,
     costs: BTreeMap<u64, Dear>,
@@ -459,7 +460,7 @@ impl Graph {
         })
     }
 
-    /// Bytes that every turn of a loop stores, where it has one way only; else, or where it stores none, 1.
+    /// Bytes that every turn of a loop stores, if it has one way only; else, or if it stores none, 1.
     fn stored_by_a_turn(&self, body: &BTreeSet<u64>) -> u64 {
         let inside = |at: &u64| {
             let ways = self.ways.get(at).into_iter().flatten();
@@ -472,7 +473,7 @@ impl Graph {
         stored.sum::<u64>().max(1)
     }
 
-    /// Natural loops: the head, and what reaches a jump back to it without passing it.
+    /// Natural loops: the head, and the nodes that reach a jump back to it without passing it.
     fn loops(&self) -> Result<BTreeMap<u64, BTreeSet<u64>>, Fault> {
         let mut before: BTreeMap<u64, Vec<u64>> = BTreeMap::new();
         for (from, ways) in &self.ways {
@@ -497,7 +498,7 @@ impl Graph {
         Ok(loops)
     }
 
-    /// Makes one node of a loop: it costs all its turns, and is followed by what the loop is left to.
+    /// Makes one node of a loop: it costs all its turns, and is followed by the loop's exits.
     ///
     /// # Returns
     /// The cost of one turn.
@@ -538,7 +539,7 @@ impl Graph {
 
     /// The dearest path from `begin` within `nodes`, among which there is no circle any more.
     fn dearest_within(&self, begin: u64, nodes: &BTreeSet<u64>) -> Result<Dear, Fault> {
-        // By kind: the cost from each on, and how the dearest path goes on.
+        // By kind: the cost from each on, and the dearest path's next step.
         let mut dearest: BTreeMap<u64, [Option<From>; KINDS]> = BTreeMap::new();
         let mut entered = BTreeSet::new();
         let mut open = vec![begin];
@@ -566,7 +567,7 @@ impl Graph {
         Ok(Dear([path(0), path(1), path(2), path(3)]))
     }
 
-    /// The dearest way on from an instruction by the kind of path, given those of what follows it.
+    /// The dearest way on from an instruction by the kind of path, given those of its successors.
     fn from(
         &self,
         at: u64,
@@ -613,7 +614,7 @@ impl Graph {
         best
     }
 
-    /// Whether a path may end at an instruction: nothing follows it, or something that is not `within`.
+    /// True if a path may end at an instruction: nothing follows it, or something that is not `within`.
     fn leaves(&self, at: u64, within: &[u64]) -> bool {
         within.is_empty()
             || self
@@ -645,7 +646,7 @@ struct From {
     cost: u64,
     /// Kind of the path through this instruction alone, its callees included.
     of_this: usize,
-    /// What follows, and the kind of the path from there.
+    /// The next instruction, and the kind of the path from there.
     next: Option<(u64, usize)>,
 }
 
@@ -662,7 +663,7 @@ mod tests {
     const BRANCH: u32 = 0xE000;
     const BRANCH_IF_EQUAL: u32 = 0xD000;
 
-    /// An instruction: first halfword, where it jumps to, what it calls.
+    /// An instruction: first halfword, target of its jump, target of its call.
     type Line = (u32, Option<u64>, Option<u64>);
 
     /// Instructions of two bytes from `begin` on.

@@ -1,4 +1,4 @@
-//! The static worst case of the sampling interrupt, beside the most that the emulator has measured.
+//! The static worst case of the sampling interrupt, against the most that the emulator has measured.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -25,7 +25,7 @@ const TURNS: [(&str, u64, &str); 6] = [
 /// Time of a frame on the board's bus \[cycles\]: 320 bits of 16 cycles.
 const FRAME_CYCLES: u64 = 320 * 16;
 
-/// What a byte that does not come adds \[cycles\]: twice 128 polls of 11.
+/// Largest time of a byte that does not come \[cycles\]: twice 128 polls of 11.
 const ABSENT_BYTE_CYCLES: u64 = 2 * 128 * 11;
 
 /// A period of 250 µs at 168 MHz \[cycles\].
@@ -50,7 +50,7 @@ fn only(code: &Code, end: &str) -> Option<u64> {
     found.first().copied()
 }
 
-/// Paths of an interrupt, and the bus's time on them \[cycles\]. What the branches do not show:
+/// Paths of an interrupt, and the bus's time on them \[cycles\]. Facts that the branches do not show:
 ///
 /// - One output period ends in an interrupt at most. `Processor::period_probed` has three places where one may: the first
 ///   unless the lost periods end one; the second, the lost periods, if they do; the third if neither has given a frame.
@@ -109,7 +109,7 @@ fn turns_of(lines: &Lines<'_>, head: u64) -> Option<u64> {
         .next()
 }
 
-/// Prints the dearest functions on the dearest path of a frame that comes, each without what it calls \[cycles\].
+/// Prints the dearest functions on the dearest path of a frame that comes, each without its callees \[cycles\].
 fn print_dearest(image: &Image) {
     const SHOWN: usize = 12;
     let code = Code::read(&image.elf).expect("the image's code");
@@ -196,7 +196,7 @@ fn no_interrupt_costs_more_than_its_static_bound() {
             Platform::Emulator.binary(core)
         );
         assert!(u64::from(measured) <= bound, "{measured} of {bound}");
-        // A bound that is far from anything that runs would say nothing.
+        // A bound far above every run would be of no use.
         assert!(bound < 10 * u64::from(measured), "{measured} of {bound}");
     }
 }

@@ -1,8 +1,8 @@
 //! Sums without rounding: whole numbers of a unit far below an output code.
 //!
 //! A *fine unit* is 2⁻²⁹ of an output code: 2⁻⁶⁴ rad of an angle, 2⁻⁵⁶ m/s of a velocity. An `i64` of them
-//! spans ±0.5 rad and ±128 m/s. Both number systems use it, once per output period and per axis, for all
-//! that may not drift: counts × weight, pickoff codes × taps, bias, the matrix at rest.
+//! spans ±0.5 rad and ±128 m/s. Both number systems use it, once per output period and per axis, for all quantities
+//! that must not drift: counts × weight, pickoff codes × taps, bias, the matrix at rest.
 //!
 //! | quantity | rounding |
 //! |---|---|
@@ -26,11 +26,11 @@ pub const FINE_PER_RAD_LOG2: i32 = 64;
 /// Fine units in one m/s: 2⁵⁶, as an exponent.
 pub const FINE_PER_M_S_LOG2: i32 = 56;
 
-/// What a number system's velocity counts in \[m/s\]: in it 2⁶⁴ fine units are 1, as of an angle, so that
-/// velocities have the angles' formats and ranges: 1 g over 250 µs is 9.6e-6, as 2.2 °/s.
+/// Unit of a number system's velocity \[m/s\]: 2⁶⁴ fine units, as the unit of an angle, so that velocities have the
+/// angles' formats and ranges: 1 g over 250 µs is 9.6e-6, as 2.2 °/s.
 pub const VELOCITY_UNIT_M_S: f64 = (1u64 << (FINE_PER_RAD_LOG2 - FINE_PER_M_S_LOG2)) as f64;
 
-// The two ways to say it agree: a code is 2⁻³⁵ rad or 2⁻²⁷ m/s, and 2²⁹ fine units.
+// The two definitions agree: a code is 2⁻³⁵ rad or 2⁻²⁷ m/s, and 2²⁹ fine units.
 const _: () = assert!(
     OUTPUT_RAD_PER_CODE * (1u64 << (FINE_PER_RAD_LOG2 - FINE_PER_CODE_LOG2 as i32)) as f64 == 1.0
         && OUTPUT_M_S_PER_CODE * (1u64 << (FINE_PER_M_S_LOG2 - FINE_PER_CODE_LOG2 as i32)) as f64

@@ -36,12 +36,12 @@
 //! between the corners. The same test bounds the exact sums by the same limits, with readings after lost samples:
 //! a rotation reaches 0.30 of ±0.5 rad, a velocity 117 of ±128 m/s, counts 2.10e9 and pickoff codes 1.79e9 of 2.15e9.
 //!
-//! What it assumes:
+//! Assumptions:
 //! - Each interval grows with the magnitude of each parameter. Parameters within the corners are drawn at random as
 //!   a check.
 //! - At most 2³¹ codes lie between a pickoff and its first reading. Readings count modulo 2³²; with more, a moved tap
 //!   would act on a wrong angle.
-//! - What frames defer to later ones stays below 2⁶³ codes, where it is held.
+//! - The part that frames defer to later ones stays below 2⁶³ codes, where it is held.
 //!
 //! The additions are wrapping ones, so that a wrong limit could give a wrong number but never a panic.
 
@@ -56,8 +56,8 @@ use crate::chain::design_parameters::{
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Fixed;
 
-/// Counts × weight: counts × 2^shift fill 31 bits, and the mantissa's product has its result in the upper
-/// word. The shift is kept as a factor: a multiplication costs what a shift does.
+/// Counts × weight: counts × 2^shift fill 31 bits, and the mantissa's product has its result in the upper word. The
+/// shift is kept as a factor: a multiplication costs as much as a shift.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Scaled {
     factor: i32,
@@ -95,12 +95,12 @@ pub(super) const CROSS: u32 = ANGLE + INCREMENT;
 /// Bits that correlations drop of both factors, so that a window's sum fits: 2 · 23 bits and 2⁷ terms.
 pub(super) const REDUCED: u32 = 8;
 pub(super) const FINE: u32 = FINE_PER_RAD_LOG2 as u32;
-/// Lag factors, and what follows from them, at a scale of 0.
+/// Bits of lag factors, and of the formats derived from them, at a scale of 0.
 pub(super) const LAG_FACTOR: u32 = 28;
 pub(super) const LAGGED: u32 = LAG_FACTOR + INCREMENT - 32;
 pub(super) const RECTIFIED: u32 = LAGGED + ANGLE;
 const _: () = assert!(RECTIFIED == FINE);
-/// Most that flexure adds to an increment in products.
+/// Largest addition of flexure to an increment in products.
 const BENT_LIMIT: i32 = (BENT_LIMIT_RAD * (1u64 << INCREMENT) as f64) as i32;
 /// The limit of such a sum in its upper word, at a scale of 0.
 const RECTIFIED_LIMIT: i32 = (FLEXURE_ANGLE_LIMIT_RAD * (1u64 << 32) as f64) as i32;
@@ -115,8 +115,8 @@ const LARGEST_LAG_FACTOR: f64 = 7.999;
 #[derive(Debug, Clone, Copy, Default)]
 pub struct LagScale {
     pub(super) exponent: i32,
-    /// What is left of a sample's correction in coning's products: all, or at the scales of blocks that ring below some
-    /// 460 Hz, where it could leave an increment no room, nothing.
+    /// Share of a sample's correction used in coning's products: all, or none at the scales of blocks that ring below
+    /// some 460 Hz, where it could leave an increment no room.
     in_products: i32,
     up: u32,
     /// The limit of a period's sum in its upper word.
@@ -124,12 +124,12 @@ pub struct LagScale {
 }
 
 impl LagScale {
-    /// That these factors need.
+    /// Returns the scale that these factors need.
     pub(super) fn of(values: &LagFactors<f64>) -> Self {
         Self::at(lag_exponent(values))
     }
 
-    /// The scale of an exponent.
+    /// Returns the scale of an exponent.
     pub fn at(exponent: i32) -> Self {
         Self {
             exponent,

@@ -20,7 +20,7 @@ use crate::chain::design_parameters::{
 #[derive(Debug, Clone, Copy, Default)]
 pub struct F32;
 
-/// An angle, and the rounding errors of its additions, which the next one makes good (Kahan).
+/// An angle, and the rounding errors of its additions, compensated by the next one (Kahan).
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Summed {
     sum: f32,
@@ -210,8 +210,8 @@ impl NumberSystem for F32 {
         increment + tilted
     }
 
-    /// The scale is what is left of a sample's correction in coning's products: all, or where it could be of the increments'
-    /// own size (blocks that ring below some 490 Hz) nothing.
+    /// The scale is the share of a sample's correction used in coning's products: all, or none where it could be of the
+    /// increments' own size (blocks that ring below some 490 Hz).
     fn lag_factors(values: &LagFactors<f64>) -> (LagFactors<f32>, f32) {
         let converted = values.map(|gyro| gyro.map(|axis| axis.map(|value| value as f32)));
         let in_products = if largest_lag_sum(values) > LARGEST_IN_PRODUCTS {

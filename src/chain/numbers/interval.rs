@@ -1,4 +1,4 @@
-//! The chain's fixed-point numbers as intervals: what a word of [`Fixed`](super::Fixed) can hold for any input.
+//! The chain's fixed-point numbers as intervals: all values of a word of [`Fixed`](super::Fixed) for any input.
 //!
 //! Interval arithmetic (Moore 1966): an operation on intervals gives the interval of every result of the
 //! operation on values inside them. Each operation here is the one of `fixed.rs` with the same format and
@@ -7,12 +7,12 @@
 //! the operation does not wrap.
 //!
 //! # Inputs
-//! A count stands for every count within its limit, a pickoff step for every step within its limit, whatever
-//! the sample says. Parameters are what they are. So one run of [`Chain::process`](crate::Chain::process)
-//! covers every stream of samples for these parameters.
+//! A count stands for every count within its limit, a pickoff step for every step within its limit, whatever the
+//! sample. Parameters are single values. So one run of [`Chain::process`](crate::Chain::process) covers every stream of
+//! samples for these parameters.
 //!
 //! # Returns
-//! What leaves the fixed-point words for the exact sums is recorded and returned as zero: the exact sums are
+//! A value that leaves the fixed-point words for the exact sums is recorded and returned as zero: the exact sums are
 //! not behind [`NumberSystem`].
 //!
 //! # Assumptions
@@ -171,7 +171,7 @@ impl Operation {
 pub struct Bound {
     /// The operation.
     pub operation: Operation,
-    /// The source file that asked for it.
+    /// The source file of the operation.
     pub file: &'static str,
     /// Its results, not wrapped.
     pub span: Span,
@@ -180,7 +180,7 @@ pub struct Bound {
 }
 
 impl Bound {
-    /// Whether every result fits its word.
+    /// True if every result fits its word.
     pub fn fits(&self) -> bool {
         let end = 1i128 << (self.bits - 1);
         self.span.low >= -end && self.span.high < end
@@ -491,7 +491,7 @@ impl NumberSystem for Interval {
         let factor = word(Operation::FilterCoefficient, square.minus(less));
         word(Operation::Acceleration, a.times(factor).down(FILTER))
     }
-    /// The inputs' span times the ℓ¹ norm of the impulse response, with what rounding adds: intervals of a lightly damped
+    /// The inputs' span times the ℓ¹ norm of the impulse response, plus rounding: intervals of a lightly damped
     /// section (|c₁| + |c₂| > 1) would grow without end. Joined with the outputs so far.
     #[track_caller]
     fn section(factors: &[Span; 5], inputs: [Span; 3], outputs: [Span; 2]) -> Span {

@@ -3,10 +3,10 @@
 //! An *increment* is an angle over one sample, counted in increment units: 2ˢ rad, s = 0 from 4 kHz on
 //! ([`increment_unit_log2`](crate::chain::design_parameters::increment_unit_log2)), so that the formats' ranges follow the
 //! sample rate. On this page \[rad\] stands for this unit, and \[rad²\] for its square. Increments are factors of
-//! products (acceleration, tilt, coning) and are rounded; they are summed only where the sum is a factor again. What is
-//! summed over an output period is exact and common to both systems ([`exact`]). A velocity over one sample is an
-//! increment too, in units of [`VELOCITY_UNIT_M_S`](exact::VELOCITY_UNIT_M_S): it has an angle's formats, and its
-//! products with angles those of angles with angles.
+//! products (acceleration, tilt, coning) and are rounded; they are summed only where the sum is a factor again. Sums
+//! over an output period are exact and common to both systems ([`exact`]). A velocity over one sample is an increment
+//! too, in units of [`VELOCITY_UNIT_M_S`](exact::VELOCITY_UNIT_M_S): it has an angle's formats, and its products with
+//! angles those of angles with angles.
 //!
 //! This is no general arithmetic: each operation is one that a stage needs, so that each has its own format, rounding
 //! and range.
@@ -60,7 +60,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
 
     /// Pulse weight \[rad per pulse\].
     type PulseWeight: Debug + Clone + Copy + Default;
-    /// How a pickoff step is scaled for its taps.
+    /// Scaling of a pickoff step for its taps.
     type StepScale: Debug + Clone + Copy + Default;
     /// Difference of two pickoff readings \[codes\], scaled.
     type Step: Debug + Clone + Copy + Default;
@@ -94,7 +94,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     type Rectified: Debug + Clone + Copy + Default;
     /// Angle since the output period's start \[rad\].
     type Angle: Debug + Clone + Copy + Default;
-    /// Angle with the terms within a sample \[rad\]: what an increment is crossed with.
+    /// Angle with the terms within a sample \[rad\]: the first factor of a cross product with an increment.
     type Lever: Debug + Clone + Copy + Default;
     /// Lever × increment, and its sum over an output period \[rad²\].
     type Cross: Debug + Clone + Copy + Default;
@@ -105,8 +105,8 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     /// Sum of products of factors over an adaptation window.
     type Correlation: Debug + Clone + Copy + Default;
 
-    /// Whether a lag factor costs more to load than a branch that spares half of them: where registers hold factors, not
-    /// words.
+    /// True if a lag factor costs more to load than a branch that spares half of them: where registers hold factors,
+    /// not words.
     const LOADS_FACTORS: bool;
 
     /// Increment of one unit of a factor \[rad\].
@@ -172,7 +172,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
         coefficients: &[Self::FilterCoefficient; FILTER_TERMS],
         differences: [Self::Increment; FILTER_TERMS],
     ) -> Self::FilterSum;
-    /// Whether the sum is beyond the acceleration limit.
+    /// True if the sum is beyond the acceleration limit.
     fn beyond(sum: Self::FilterSum) -> bool;
     /// The acceleration limit with the sign of the sum.
     fn held(sum: Self::FilterSum) -> Self::FilterSum;
@@ -228,7 +228,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
         rectified: Self::Rectified,
         scale: Self::LagScale,
     ) -> Self::Increment;
-    /// Whether the sum is beyond ±[`FLEXURE_ANGLE_LIMIT_RAD`](crate::chain::design_parameters::FLEXURE_ANGLE_LIMIT_RAD).
+    /// True if the sum is beyond ±[`FLEXURE_ANGLE_LIMIT_RAD`](crate::chain::design_parameters::FLEXURE_ANGLE_LIMIT_RAD).
     fn rectified_beyond(sum: Self::Rectified, scale: Self::LagScale) -> bool;
     /// That limit with the sign of the sum.
     fn rectified_held(sum: Self::Rectified, scale: Self::LagScale) -> Self::Rectified;
@@ -264,7 +264,7 @@ pub trait NumberSystem: sealed::Sealed + Debug + Clone + Copy + Default + 'stati
     fn fine(tilted: Self::Tilted, cross: Self::Cross) -> i64;
     /// Converts a step to a factor of a correlation.
     fn step_factor(step: Self::Step) -> Self::Factor;
-    /// Pickoff codes that make one unit of a step's factor.
+    /// Pickoff codes in one unit of a step's factor.
     fn codes_per_factor(scale: Self::StepScale) -> f64;
     /// Converts an increment to a factor of a correlation.
     fn increment_factor(increment: Self::Increment) -> Self::Factor;

@@ -1,4 +1,4 @@
-//! Arithmetic of intervals of integers that do not wrap, and what a filter of second order makes of one.
+//! Arithmetic of intervals of integers that do not wrap, and bounds of a filter of second order.
 //!
 //! Part of [`interval`](crate::chain::numbers::interval).
 
@@ -36,7 +36,7 @@ impl Span {
         }
     }
 
-    /// Whether the value lies inside.
+    /// True if the value lies inside.
     pub fn contains(self, value: impl Into<i128>) -> bool {
         (self.low..=self.high).contains(&value.into())
     }
@@ -123,7 +123,7 @@ pub(super) fn norms(factors: [i32; 5]) -> [f64; 2] {
         now = 0.0;
         envelope *= radius;
     }
-    // What follows is below 1e-20 of an envelope that sums to 1/(1 − r)².
+    // The remaining terms are below 1e-20 of an envelope that sums to 1/(1 − r)².
     let rest = 1e-9;
     let norms = sums.map(|sum| sum * (1.0 + rest) + rest);
     KNOWN.with_borrow_mut(|all| all.push((factors, norms)));

@@ -1,11 +1,11 @@
-//! Tracks the pickoffs' gain and delay by the dither left in the stripped increments, and judges the dithers' health.
+//! Tracks the pickoffs' gain and delay by the dither left in the stripped increments, and tests the dithers' health.
 //!
-//! With every sample it looks at *one* gyro, the next gyro with the next sample: at d = r_k − r_{k−1} \[rad\] and at
+//! With every sample it observes *one* gyro, the next gyro with the next sample: at d = r_k − r_{k−1} \[rad\] and at
 //! the pickoff step dp \[codes\]. A window of about [`ADAPTATION_WINDOW_S`] closes at an output frame. It then gives
-//! new taps for the strip (`dither.rs`), the angle that the change of the taps is worth, and a status for each gyro.
+//! new taps for the strip (`dither.rs`), the angle by the change of the taps, and a status for each gyro.
 //!
 //! # Tracking (block LMS)
-//! If the block's increment is G ((a+α) dp + (b+β) q/sin Ω) and the strip takes out a, b, what is left is
+//! If the block's increment is G ((a+α) dp + (b+β) q/sin Ω) and the strip subtracts a, b, the residual is
 //! Re{G P (α + iβ) e^{iΩk}} for dp = Re{P e^{iΩk}}, and d is that times z = 1 − e^{−iΩ}. With
 //! C₀ = Σ d_{k−1} dp_{k−1} and C₁ = Σ d_{k−1} dp_k over ½ n G P²,
 //!
@@ -16,7 +16,7 @@
 //! P is the nominal one, so nothing is divided on the board; a smaller dither is followed more slowly. A share μ of α and
 //! β is added, within [`ADAPTATION_STEP_LIMIT`] per window and [`ADAPTATION_RANGE`] in all. It begins at
 //! [`FIRST_ADAPTATION_SHARE`] and falls as μ ← μ − ½ μ², which is 2/(n + 4) after n windows, to window / adaptation
-//! time: the start is an average over what has been seen, and what follows forgets with the adaptation time. A finding
+//! time: it starts as an average over all windows and goes on as an exponential average with the adaptation time. A finding
 //! begins it anew. An adaptation time of 0 freezes the taps at the parameters' own.
 //!
 //! *Convergence*: as 1/n², whatever the adaptation time: 5 % is 0.1 % after some 2 s. *Misadjustment*:
@@ -24,21 +24,22 @@
 //! √(μ/2) of that in the taps: 0.006 % with 20 s, falling with the root of the time. *Lag*: a pickoff whose gain drifts is
 //! followed one adaptation time late.
 //!
-//! *Motion beside the dither*, e^{iδt} of it with 1/δ well below the adaptation time, is taken for tap error. Over windows
-//! of W the taps move by μ Σ e^{iδWm} up to the window before the one they act in: −½ μ sinc²(½δW) of the motion in
-//! phase and ∓ μ/(δW) across. The part in phase is a scale error of that motion, and changes what it rectifies with
-//! another axis, as flexure and as coning; it comes from the taps' being a window old, and is the same for all δ well
+//! *Motion near the dither's frequency*, e^{iδt} of the dither with 1/δ well below the adaptation time, is taken for
+//! tap error. Over windows of W the taps move by μ Σ e^{iδWm} up to the window before the one they act in: −½ μ
+//! sinc²(½δW) of the motion in
+//! phase and ∓ μ/(δW) across. The part in phase is a scale error of that motion, and changes its rectification with
+//! another axis, as flexure and as coning; it comes from taps that are a window old, and is the same for all δ well
 //! below 1/W. **20 s is the choice**: 0.08 % (0.8 % with 2 s), and a pickoff that warms up by 5 % in ten minutes is
 //! stripped to 0.2 %.
 //!
-//! *Drift*: none. Moved taps act on the block's angle since the start and not only on what follows: the step of
-//! h₀ (p − p₀) + h₁ (p' − p₀) is taken out at once, p₀ the stream's first reading, so that the angle since the start is
-//! always what the present taps would have given from the start. Its error is the taps' error times a pickoff angle: bounded.
+//! *Drift*: none. Moved taps act on the block's angle since the start and not only on later motion: the step of h₀ (p −
+//! p₀) + h₁ (p' − p₀) is taken out at once, p₀ the stream's first reading, so that the angle since the start is always
+//! that of the present taps from the start. Its error is the taps' error times a pickoff angle: bounded.
 //!
 //! # Health
 //! From the same window, of gyros with a nominal amplitude: X = Σ dp², E = Σ d².
 //!
-//! | finding | when | what follows |
+//! | finding | condition | consequence |
 //! |---|---|---|
 //! | `DITHER_OUT_OF_BAND` | amplitude beyond 0.5 to 1.5, or frequency beyond 0.8 to 1.2 of nominal | taps rest |
 //! | `PICKOFF_FAILED` | amplitude below 0.1, E above ¼ of an unstripped dither's | taps rest, no flexure term |
@@ -116,7 +117,7 @@ struct Sums<N: NumberSystem> {
     steps: [N::Correlation; 2],
     /// Σ d².
     error: N::Correlation,
-    /// Bits that changed between the counts of successive looks at this gyro, and the counts of the last look.
+    /// Bits that changed between successive observed counts of this gyro, and the last observed counts.
     changed: i32,
     counts: i32,
 }
@@ -153,17 +154,17 @@ impl Default for Tracked {
     }
 }
 
-/// What is kept from sample to sample and from window to window.
+/// State kept from sample to sample and from window to window.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AdaptationState<N: NumberSystem> {
     sums: [Sums<N>; 3],
     tracked: [Tracked; 3],
-    /// The gyro whose products the next sample adds; [`NONE_WATCHED`] where there is none.
+    /// The gyro whose products the next sample adds; [`NONE_WATCHED`] if none is watched.
     next_gyro: u32,
     frames: u32,
     /// Windows, this one included, in which the taps rest.
     disturbed: u8,
-    /// Whether a window has closed without a finding.
+    /// True once a window has closed without a finding.
     has_closed_clean: bool,
 }
 
@@ -283,12 +284,12 @@ impl Adaptation {
         state.next_gyro = if next < 2 { next + 1 } else { 0 };
     }
 
-    /// Whether windows move the taps.
+    /// True if windows move the taps.
     fn tracks(&self) -> bool {
         self.share > 0.0
     }
 
-    /// Whether a window has closed without a finding, or no gyro is watched.
+    /// True once a window has closed without a finding, or no gyro is watched.
     pub fn has_started<N: NumberSystem>(&self, state: &AdaptationState<N>) -> bool {
         !self.watches || state.has_closed_clean
     }
@@ -322,8 +323,8 @@ impl Adaptation {
         }
     }
 
-    /// Lowest and highest of each tap that the windows can ask for \[fine units per code\]: a tap rises or
-    /// falls with either tracked value, rounding included, so that its extremes stand at their ends.
+    /// Returns the lowest and the highest value of each tap that the windows can reach \[fine units per code\]: a tap
+    /// is monotonic in either tracked value, rounding included, so its extremes stand at their ends.
     #[cfg(feature = "proof")]
     pub(crate) fn tap_ranges(&self, nominal: &[ExactTaps; 3]) -> [[(i64, i64); 2]; 3] {
         let mut ranges = nominal.map(|taps| taps.map(|tap| (tap, tap)));
@@ -348,7 +349,7 @@ impl Adaptation {
         ranges
     }
 
-    /// Judges the window's health, moves the taps and begins the next window.
+    /// Tests the window's health, moves the taps and begins the next window.
     #[inline(never)]
     fn close<N: NumberSystem>(
         &self,
@@ -361,7 +362,7 @@ impl Adaptation {
             angle: [0; 3],
         };
         let mut taps = *strip_state.exact_taps();
-        // Three calls and no loop: nobody has to show how often that turns.
+        // Three calls and no loop: no bound on its passes has to be shown.
         self.close_gyro::<N, 0>(state, strip_state, &mut taps, &mut result);
         self.close_gyro::<N, 1>(state, strip_state, &mut taps, &mut result);
         self.close_gyro::<N, 2>(state, strip_state, &mut taps, &mut result);
@@ -375,7 +376,7 @@ impl Adaptation {
         result
     }
 
-    /// Judges one gyro and moves its taps.
+    /// Tests one gyro's health and moves its taps.
     #[inline(always)]
     fn close_gyro<N: NumberSystem, const GYRO: usize>(
         &self,
@@ -397,13 +398,13 @@ impl Adaptation {
 }
 
 impl Axis {
-    /// Judges the gyro by the window's `sums` and begins the next; if it is well, moves its taps.
+    /// Tests the gyro's health by the window's `sums` and begins the next; without a finding, moves its taps.
     ///
     /// # Inputs
     /// `codes`: the last two pickoff readings from the first. `least`: as in [`follow`](Self::follow); `None`: the taps rest.
     ///
     /// # Returns
-    /// The angle that moving the taps is worth \[fine units\].
+    /// Angle by the moved taps \[fine units\].
     #[inline(never)]
     fn close<N: NumberSystem>(
         &self,
@@ -441,7 +442,7 @@ impl Axis {
         angle
     }
 
-    /// This gyro's health according to the window's sums.
+    /// Returns this gyro's health by the window's sums.
     fn judge<N: NumberSystem>(&self, sums: &Sums<N>) -> Status {
         if !self.dithered {
             return Status::default();
@@ -469,7 +470,7 @@ impl Axis {
     }
 
     /// Moves the tracked gain and quadrature by a share of the window's estimate, within the limits of a step and of the
-    /// range; `least` is what the share falls to.
+    /// range; `least` is the final share.
     fn follow<N: NumberSystem>(&self, sums: &Sums<N>, tracked: &mut Tracked, least: f32) {
         let [past, now] = sums.correlations.map(N::correlation);
         let share = tracked.share;
@@ -498,8 +499,7 @@ impl Axis {
 }
 
 impl<N: NumberSystem> AdaptationState<N> {
-    /// Tells that the window holds lost or held samples: this window and the next may judge health but do not move the
-    /// taps.
+    /// Marks the window as holding lost or held samples: this window and the next may judge health but do not move the taps.
     pub fn disturb(&mut self) {
         self.disturbed = DISTURBED_WINDOWS;
     }

@@ -1,14 +1,14 @@
 //! Turns stripped increments about the sensing axes into increments of the case along the body axes \[rad\], Eq. (7).
 //!
-//! It takes r \[rad\] about the sensing axes, the angles ε_ij0 and what the acceleration adds to them \[rad\]. Once per
+//! It takes r \[rad\] about the sensing axes, the angles ε_ij0 and their change by the acceleration \[rad\]. Once per
 //! output period the same matrix at rest acts on the exact angles \[fine units\].
 //!
 //! x: r_x + ε_xy r_z + ε_xz r_y;  y: r_y + ε_yz r_x + ε_yx r_z;  z: r_z + ε_zx r_y + ε_zy r_x.
 //!
 //! First order in ε, as printed: the model's M is this very matrix, so nothing of second order is missing.
-//! The matrix is linear, so its constant part may act on the period's sum (`at_rest_exactly`). What tilts change within
-//! the period is taken off the angles about the sensing axes before (`flexure.rs`; `tilted` for the terms): with N the
-//! tilts' matrix, sensed = (M⁻¹ + N) case, and case = M (sensed − N case) has no error of second order.
+//! The matrix is linear, so its constant part may act on the period's sum (`at_rest_exactly`). The tilts' effect within
+//! the period is subtracted from the angles about the sensing axes before (`flexure.rs`; `tilted` for the terms): with
+//! N the tilts' matrix, sensed = (M⁻¹ + N) case, and case = M (sensed − N case) has no error of second order.
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;
@@ -28,8 +28,8 @@ pub fn at_rest<N: NumberSystem>(
     }
 }
 
-/// What the tilts of one sample, with the signs of Eq. (7), take off its increments about the sensing axes \[rad\]; `r` is the case's
-/// increment.
+/// Computes the correction of one sample's increments about the sensing axes for tilts with the signs of Eq. (7)
+/// \[rad\]; `r` is the case's increment.
 #[inline(always)]
 pub fn tilted<N: NumberSystem>(
     tilts: &CrossAxis<N::Tilt>,

@@ -1,4 +1,4 @@
-//! Sums what the output period's rotation vector has beyond the sum of its increments: the coning correction.
+//! Sums the coning correction: the output period's rotation vector less the sum of its increments.
 //!
 //! It takes, every sample, the increments D \[increment units, body frame\]. Once per output period it gives the
 //! coning correction β \[fine units\].
@@ -26,9 +26,9 @@ pub struct ConingState<N: NumberSystem> {
     before_previous: Triad<N::Increment>,
 }
 
-/// Adds one sample's increments at rest, and with what flexure takes off them.
+/// Adds one sample's increments at rest, and those with their flexure correction.
 ///
-/// Those at rest are remembered for the next samples: what they lack of the others is of third order there.
+/// Those at rest are stored for the next samples: their difference from the others is of third order there.
 #[inline(always)]
 pub fn process<N: NumberSystem>(
     state: &mut ConingState<N>,

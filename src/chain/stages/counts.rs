@@ -8,7 +8,7 @@
 //! rounded on the way. The increment is for products alone, so it leaves the bias out: a constant rate of
 //! 1e-8 rad/s does not show in α, nor does it rectify with anything that oscillates.
 //!
-//! It does not judge lost or stuck pulses, and has no temperature terms.
+//! It does not detect lost or stuck pulses, and has no temperature terms.
 
 use crate::chain::code_sum::CodeSum;
 use crate::chain::numbers::NumberSystem;
@@ -64,7 +64,7 @@ impl<N: NumberSystem> Counts<N> {
         angle
     }
 
-    /// b t over any number of sample periods \[fine units\], with `more` a period that terms know.
+    /// b t over any number of sample periods \[fine units\], with `more` bias a period by terms.
     pub fn bias_wide(&self, periods: i64, more: [i64; 3]) -> [i128; 3] {
         core::array::from_fn(|axis| {
             let bias = self.bias[axis].wrapping_add(more[axis]);
@@ -81,7 +81,7 @@ impl<N: NumberSystem> Counts<N> {
         angle
     }
 
-    /// W Σn − b t of one gyro over `periods` sample periods \[fine units\], with `more` bias a period that terms know;
+    /// W Σn − b t of one gyro over `periods` sample periods \[fine units\], with `more` bias a period by terms;
     /// starts the gyro's next sum.
     #[inline(always)]
     pub fn finish(&self, sum: &mut CodeSum, axis: usize, periods: u32, more: i64) -> i64 {

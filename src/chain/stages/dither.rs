@@ -16,7 +16,7 @@
 //! ```
 //!
 //! Both taps act on differences of codes, so the strip telescopes: over a period it is h₀ and h₁ times the
-//! difference of two readings, whatever was in between, and adds no drift. `adaptation.rs` moves the taps.
+//! difference of two readings, independent of those between, and adds no drift. `adaptation.rs` moves the taps.
 //!
 //! It does not filter the pickoff, nor correct its nonlinearity.
 
@@ -114,7 +114,7 @@ impl<N: NumberSystem> Dither<N> {
     }
 
     /// Leaves the steps from the last readings to these \[codes\] out of the output period's angle:
-    /// [`exact`](Self::exact) has told their angle, and the caller accounts for it elsewhere or drops it.
+    /// [`exact`](Self::exact) has returned their angle, and the caller accounts for it elsewhere or drops it.
     pub fn leave_out(&self, state: &mut DitherState<N>, codes: [i32; 3]) {
         let pairs = state.start.iter_mut().zip(state.readings);
         for ((start, readings), code) in pairs.zip(codes) {

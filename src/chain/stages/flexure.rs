@@ -1,4 +1,4 @@
-//! Sums what flexure adds to the gyros' angles while the case accelerates, for the output period to take off.
+//! Sums the flexure's part of the gyros' angles while the case accelerates, which the output period subtracts.
 //!
 //! It takes the case's increments D \[increment units\], body frame, every sample. Once per output period it gives the
 //! correction of the angles about the sensing axes \[fine units\]. It lacks the acceleration of before a start or gap.
@@ -24,21 +24,21 @@
 //! B_q = Σ_{p≥q} A_p      A_p = a_p (K_ij + K_ik)/T²
 //! ```
 //!
-//! The bracket is taken at the period's end less its start; it is what the products that straddle both add up to. It stays
-//! within 1e-8 rad, and drifts only where the case spins in step with its oscillation. Everything else knows
-//! the *sums* K_ij + K_ik alone, and vanishes identically where two axes move in phase: nothing can rectify there.
+//! The bracket is taken at the period's end less its start; it is the sum of the products that straddle both. It stays
+//! within 1e-8 rad, and drifts only where the case spins in step with its oscillation. All other terms depend on the
+//! *sums* K_ij + K_ik alone, and vanishes identically where two axes move in phase: nothing can rectify there.
 //!
 //! # The mode that K implies
 //! K = J/k = 1/Ω₀², so a block of 7e-8 s² rings at 602 Hz, and its tilt is S(iΩ) = 1/(1 − u² + 2iζu), u = Ω/Ω₀, times the
 //! static one: 2.8 % more at 100 Hz, 12 % at 200 Hz. Factors carry it: a_p follows Re S, and e_p of
 //! D_{n+p} + D_{n−p} − 2 D_n follows Im S, for each pair with its own Ω₀; then A_p = a_ij + a_ik ∓ (e_ij − e_ik), minus in
-//! P_ij, plus in P_ik. They are exact at rest and at [`MODE_MATCHED_AT`]; what that leaves of the drift of a block at
-//! 593 Hz is below 3e-4 up to 215 Hz, 1e-2 at 300 Hz and 9e-2 at 400 Hz. A filter with the mode's own poles would leave less
-//! beyond 300 Hz; it costs 70 instructions more a sample, and rings for 0.1 s after each gap.
+//! P_ij, plus in P_ik. They are exact at rest and at [`MODE_MATCHED_AT`]; the residual of the drift of a block at 593
+//! Hz is below 3e-4 up to 215 Hz, 1e-2 at 300 Hz and 9e-2 at 400 Hz. A filter with the mode's own poles would leave
+//! less beyond 300 Hz; it costs 70 instructions more a sample, and rings for 0.1 s after each gap.
 //!
 //! # Assumptions
-//! Products are formed of D, first order in tilts. What the correction is in coning's and sculling's products is rounded to 2⁻³²
-//! rad in fixed point.
+//! Products are formed of D, first order in tilts. In coning's and sculling's products the correction is rounded to
+//! 2⁻³² rad in fixed point.
 //! Pairs that straddle a gap are left out: the correction of the three samples before it and of the gap is incomplete.
 
 use crate::chain::design_parameters::{CENTRAL_COEFFICIENTS, CENTRAL_PAIRS, MODE_MATCHED_AT};
@@ -63,8 +63,8 @@ pub struct Flexure<N: NumberSystem> {
     /// −½ (K_ij − K_ik)/T² of gyros x, y, z.
     ends: [ExactLever; 3],
     has_ends: bool,
-    /// Whether the factors of P_ij and P_ik differ: only where two modes of a gyro do. Else one set serves, which saves a
-    /// sample nine loads.
+    /// True if the factors of P_ij and P_ik differ: only where two modes of a gyro do. Else one set serves, which saves
+    /// a sample nine loads.
     differ: bool,
 }
 
@@ -77,7 +77,7 @@ pub struct FlexureState<N: NumberSystem> {
     /// The bracket at the last period's end \[fine units\].
     end: [i64; 3],
     begun: bool,
-    /// Whether the latest increment is that of the last period.
+    /// True if the latest increment is that of the last period.
     current: bool,
 }
 
@@ -92,7 +92,7 @@ impl Response {
     /// Of a flexure K/T² = `flexure`.
     fn of(flexure: f64, response: FlexureResponse) -> Self {
         match response {
-            // Only a positive K is a spring's: others are what an estimate's noise makes of none.
+            // Only a positive K is a spring's: others are estimation noise about zero.
             FlexureResponse::Mode { damping } if flexure > 0.0 => Self::of_mode(flexure, damping),
             _ => Self {
                 odd: CENTRAL_COEFFICIENTS.map(|a| a * flexure),
@@ -330,7 +330,7 @@ impl<N: NumberSystem> FlexureState<N> {
     }
 }
 
-/// Tells that samples were lost: the latest increments no longer give the present rate.
+/// Records lost samples: the latest increments no longer give the present rate.
 pub fn discontinue<N: NumberSystem>(state: &mut FlexureState<N>) {
     state.current = false;
 }

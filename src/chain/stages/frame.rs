@@ -1,15 +1,15 @@
-//! Rounds the output period's rotation and velocity to an output frame, and carries what a frame cannot show.
+//! Rounds the output period's rotation and velocity to an output frame, and carries the part that a frame cannot show.
 //!
 //! It takes the rotation vector and, with accelerometers, the velocity increment \[fine units\], both in the body frame
 //! at the period's start, and the period's status. It gives an [`OutputFrame`] in codes of
 //! [`OUTPUT_RAD_PER_CODE`](crate::OUTPUT_RAD_PER_CODE) and [`OUTPUT_M_S_PER_CODE`](crate::OUTPUT_M_S_PER_CODE).
 //!
-//! What does not fit a frame is carried into the next ones, so that no angle and no velocity is lost: the fraction of a
-//! code, which keeps the sum of all frames within half a code of the sum of all increments; and whole codes beyond an
-//! `i32`, after an outage or at a rate that a frame cannot hold. Frames that leave whole codes for later say [`Status::OUTPUT_SATURATED`], frames that
-//! show something of earlier periods [`Status::CARRIED_OVER`].
+//! The part that does not fit a frame is carried into the next ones, so that no angle and no velocity is lost: the
+//! fraction of a code, which keeps the sum of all frames within half a code of the sum of all increments; and whole
+//! codes beyond an `i32`, after an outage or at a rate that a frame cannot hold. Frames that leave whole codes for
+//! later have [`Status::OUTPUT_SATURATED`], frames that show a part of earlier periods [`Status::CARRIED_OVER`].
 //!
-//! What is carried over is added without turning it to the later frame's axes: the angle about each axis is kept, the
+//! The carried part is added without turning it to the later frame's axes: the angle about each axis is kept, the
 //! order in which the case turned about several of them is not.
 
 use crate::chain::design_parameters::FINE_PER_CODE_LOG2;
@@ -30,7 +30,7 @@ const BELOW: u32 = (1 << FINE_PER_CODE_LOG2) - 1;
 const DEFERS_EARLIER: u32 = 1;
 const DEFERS_THIS: u32 = 2;
 
-/// Number of the next frame, and what the frames so far could not show.
+/// Number of the next frame, and the part that the frames so far could not show.
 #[derive(Debug, Clone, Copy)]
 pub struct FrameState {
     sequence: u32,
@@ -40,7 +40,7 @@ pub struct FrameState {
     velocity: Remainder,
 }
 
-/// What the frames so far could not show of three values.
+/// Part of three values that the frames so far could not show.
 #[derive(Debug, Clone, Copy)]
 struct Remainder {
     /// The part of a code and a half of one, so that the next code is rounded to nearest \[fine units\].
@@ -65,7 +65,7 @@ impl Default for FrameState {
 }
 
 impl FrameState {
-    /// Adds a rotation and a velocity of any size to what the next frames show \[fine units\].
+    /// Adds a rotation and a velocity of any size to the next frames \[fine units\].
     pub fn defer(&mut self, rotation: [i128; 3], velocity: [i128; 3]) {
         self.rotation.add(rotation);
         self.velocity.add(velocity);
@@ -77,7 +77,7 @@ impl FrameState {
         self.defers = if shown { 0 } else { DEFERS_EARLIER };
     }
 
-    /// Adds to the frame as many deferred codes as it has room for, with the status bits that tell so.
+    /// Adds to the frame as many deferred codes as it has room for, with their status bits.
     #[cold]
     #[inline(never)]
     fn show_deferred(&mut self, mut frame: OutputFrame) -> OutputFrame {
@@ -111,7 +111,7 @@ impl Remainder {
             self.carry[axis] = whole as u32 & BELOW;
             let code = whole >> FINE_PER_CODE_LOG2;
             codes[axis] = code as i32;
-            // The upper word alone tells whether the code fits: one comparison.
+            // The upper word alone decides if the code fits: one comparison.
             let upper = (whole >> 32) as i32;
             if upper.wrapping_add(FITS) as u32 >= 2 * FITS as u32 {
                 core::hint::cold_path();
@@ -123,7 +123,7 @@ impl Remainder {
         codes
     }
 
-    /// Adds what a frame has room for to its codes.
+    /// Adds deferred codes to a frame's codes, as many as it has room for.
     fn settle(&mut self, codes: &mut [i32; 3]) {
         let limit = i64::from(i32::MAX);
         for (deferred, code) in self.deferred.iter_mut().zip(codes) {

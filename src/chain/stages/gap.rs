@@ -1,7 +1,7 @@
 //! Composes readings that cover several periods with the rest of their output period: coning and sculling.
 //!
 //! It takes the angle and the velocity of one such reading, of any size \[fine units\], and the angle and velocity that
-//! the output period had before it and has at its end. It tells whether one frame can show the reading; if so, it gives
+//! the output period had before it and has at its end. It tests whether one frame can show the reading; if so, it gives
 //! the coning and sculling of the reading with the rest of the period \[fine units\].
 //!
 //! The motion within a reading is not known, so it is taken to be steady. Coning is ½ Σ_{i<j} a_i × a_j over all angles
@@ -52,7 +52,7 @@ pub struct GapState {
 }
 
 impl GapState {
-    /// Whether the reading \[fine units\] is small enough to be composed with the rest of its output period.
+    /// True if the reading \[fine units\] is small enough to be composed with the rest of its output period.
     pub fn fits(&self, angle: [i128; 3], velocity: [i128; 3]) -> bool {
         let within = |value: [i128; 3], before: [i32; 3], largest: i128| {
             let mut pairs = value.iter().zip(fine(before));
@@ -65,7 +65,7 @@ impl GapState {
             && within(velocity, self.velocity, LARGEST_VELOCITY)
     }
 
-    /// Whether no reading of this period has covered several periods.
+    /// True if no reading of this period has covered several periods.
     #[inline(always)]
     pub fn is_none(&self) -> bool {
         are_zero(self.angle) & are_zero(self.velocity)

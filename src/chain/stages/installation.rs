@@ -1,6 +1,6 @@
 //! Holds the installation matrix at rest, ε_ij0 of Eq. (7), in both forms in which it is used.
 //!
-//! What the acceleration adds to it, Eq. (6), is [`flexure`](crate::chain::stages::flexure)'s.
+//! Its change by the acceleration, Eq. (6), is [`flexure`](crate::chain::stages::flexure)'s.
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactCoefficient;

@@ -1,6 +1,6 @@
 //! Checks raw readings against the chain's range, and holds those beyond it.
 //!
-//! It takes one [`Sample`] and the previous pickoff codes, and tells whether every reading is in range. If one is not,
+//! It takes one [`Sample`] and the previous pickoff codes, and tests whether every reading is in range. If one is not,
 //! it gives the sample with its counts held, the excess of the pickoff steps \[codes\], and a status.
 //!
 //! Counts may reach ±[`SENSED_LIMIT_RAD`], pickoff steps ±[`DITHER_LIMIT_RAD`], both times the increment unit, which
@@ -10,8 +10,8 @@
 //! After lost samples one reading covers several periods. Its counts may be as many times larger, and its pickoff
 //! step four times.
 //!
-//! The check alone is on the ordinary path: its cost does not depend on the readings. It does not judge
-//! stuck or implausible readings; that takes a window (`adaptation.rs`).
+//! The check alone is on the ordinary path: its cost does not depend on the readings. It does not detect stuck or
+//! implausible readings, which takes a window (`adaptation.rs`).
 
 use crate::chain::design_parameters::{DITHER_LIMIT_RAD, SENSED_LIMIT_RAD};
 use crate::chain::faults::Status;
@@ -70,7 +70,7 @@ impl Limits {
         self.codes
     }
 
-    /// Whether every count and every pickoff step is in range.
+    /// True if every count and every pickoff step is in range.
     #[inline(always)]
     pub fn fit(&self, previous_codes: &[i32; 3], sample: &Sample) -> bool {
         let within = |value: i32, limit: i32| {

@@ -1,25 +1,25 @@
-//! Sums the sculling correction: what common rotation and velocity oscillations add to the period's velocity.
+//! Sums the sculling correction: the period's velocity by common oscillations of rotation and velocity.
 //!
 //! It takes, every sample, the sums of the coning stage \[rad\] and the velocity increment D_v \[units of 2⁸ m/s\],
 //! both in the body frame. Once per output period it gives S = ½ ∫ (θ × f + v × ω) dt \[fine units\].
 //!
 //! With rotation and velocity summed since the period's start, ∫ θ × f dt = ½ θ × v + S at the period's end:
-//! the first term is a steady turn's and is added there (`turning.rs`); S is what rectifies, a rocking in step
+//! the first term is a steady turn's and is added there (`turning.rs`); S is the rectified part, of a rocking in step
 //! with a vibration across it. With θ + e v in place of θ in the coning integral ½ ∫ θ × ω dt the factor of e is S. So
 //! a coning algorithm is a sculling algorithm (Roscoe 2001, *Equivalency Between Strapdown Inertial Coning
 //! and Sculling Integrals/Algorithms*; Savage 1998, part 2), with the very same coefficients:
 //!
 //! S = ½ Σ_k (u_θ × D_v,k + u_v × D_k),  u = sum_{k−1} + 2c₁ D_{k−1} + 2c₂ D_{k−2} of either.
 //!
-//! It runs after coning and keeps its own copy of what coning has already overwritten, so the chain without
+//! It runs after coning and keeps its own copy of the values that coning has overwritten, so the chain without
 //! accelerometers spends nothing on it.
 //!
-//! The velocity in the lever is what the accelerometers sense, size effect included: the identity above holds for any
+//! The velocity in the lever is the sensed one, size effect included: the identity above holds for any
 //! force, and the size effect is removed in `size_effect.rs`, where that is exact.
 //!
-//! Of the terms of second order in θ only the steady turn's are formed (`turning.rs`). For an oscillation of φ at Ω what
-//! is left rectifies as φ²(ΩT_o)⁴/360 of the force, T_o the output period: 0.05 µg at 1 g for 0.1° at 100 Hz and
-//! 2.5 ms.
+//! Of the terms of second order in θ only the steady turn's are formed (`turning.rs`). For an oscillation of φ at Ω the
+//! residual rectifies as φ²(ΩT_o)⁴/360 of the force, T_o the output period: 0.05 µg at 1 g for 0.1° at 100 Hz and 2.5
+//! ms.
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::stages::coning::ConingState;

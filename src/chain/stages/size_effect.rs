@@ -1,7 +1,7 @@
-//! Removes the size effect: what accelerometers sense because they stand away from the body's origin.
+//! Removes the size effect: the acceleration sensed by accelerometers away from the body's origin.
 //!
 //! It takes D \[rad\] in the body frame every sample, and the period's rotation. Once per output period it gives the
-//! velocity to add to the felt one before it is turned into the frame at the period's start, and the velocity to
+//! velocity to add to the sensed one before it is turned into the frame at the period's start, and the velocity to
 //! subtract afterwards \[fine units\].
 //!
 //! Accelerometer i at r_i feels (α × r_i + ω × (ω × r_i))_i more. Let (L ω)_i = (ω × r_i)_i, row by row. In the
@@ -17,8 +17,8 @@
 //! C L ω_end − L ω_start − ∫ C Q dt        Q_i = (ω × L ω − ω × (ω × r_i))_i
 //! ```
 //!
-//! No α appears, hence no delay of its estimate. The first two terms telescope from frame to frame: an error of ω at a period's
-//! end is a velocity error of r δω there, and gone with the next frame; nothing of it rectifies, however hard
+//! No α appears, hence no delay of its estimate. The first two terms telescope from frame to frame: an error of ω at a
+//! period's end is a velocity error of r δω there, and cancels with the next frame; none of it rectifies, however hard
 //! the vibration. Q is of second order, needs ω ω alone, and has only differences of arms in it (common arms
 //! fall out, as they must):
 //!
@@ -26,15 +26,15 @@
 //! Q_x = ω_x ω_y (z_y − x_y) + ω_x ω_z (y_z − x_z) + ω_y² (x_x − z_x) + ω_z² (x_x − y_x)    and cyclic,
 //! ```
 //!
-//! x_y the y coordinate of accelerometer x. The sums of ω ω are corrected for what a sample averages out
-//! ([`WITHIN_SAMPLE`](crate::chain::design_parameters::WITHIN_SAMPLE)). ω_end T = D_k + ½ (D_k − D_{k−1}):
-//! (ΩT)²/3 of it is wrong, 0.8 % at 100 Hz and 4 kHz.
+//! x_y the y coordinate of accelerometer x. The sums of ω ω are corrected for the average within a sample
+//! ([`WITHIN_SAMPLE`](crate::chain::design_parameters::WITHIN_SAMPLE)). ω_end T = D_k + ½ (D_k − D_{k−1}): its relative
+//! error is (ΩT)²/3, 0.8 % at 100 Hz and 4 kHz.
 //!
 //! Pulse quantisation q shows twice: as some 2.5 q r/(√12 T) of velocity at a period's end, which telescopes (0.6 mm/s
 //! for 0.8″ and 50 mm), and in the squares as q²/(6T²) times the difference of arms (0.2 µg for the same), a bias.
 //!
-//! While the increments contain a block's dither (a failed pickoff), ω is not known: the last known L ω is used, and Q
-//! is left out. The same holds for lost samples.
+//! While the increments contain a block's dither (a failed pickoff), ω is unknown: the last known L ω is used, and Q is
+//! left out. The same holds for lost samples.
 
 use crate::chain::numbers::NumberSystem;
 use crate::chain::numbers::exact::ExactLever;
@@ -66,7 +66,7 @@ pub struct SizeEffectState<N: NumberSystem> {
     /// L ω at the period's start \[fine units\].
     start: [i64; 3],
     begun: bool,
-    /// Whether the latest two increments are those of the last two periods.
+    /// True if the latest two increments are those of the last two periods.
     current: bool,
 }
 
@@ -210,7 +210,7 @@ pub fn process<N: NumberSystem>(state: &mut SizeEffectState<N>, d: Triad<N::Incr
     state.latest = d;
 }
 
-/// Tells that samples were lost: the latest increments no longer give the present rate.
+/// Records lost samples: the latest increments no longer give the present rate.
 pub fn discontinue<N: NumberSystem>(state: &mut SizeEffectState<N>) {
     state.current = false;
 }

@@ -8,10 +8,10 @@
 //! gathered     ∫ C f dt = v + ½ θ × (v + ⅓ θ × (v + ¼ θ × v))         steady turn, steady force in the body
 //! ```
 //!
-//! What sculling rectifies gathers evenly, too. With it the second is right to θ³ for a steady turn under a force
-//! that stands still in space, where the body's force is not steady.
+//! The rectified part of sculling gathers evenly, too. With it the second is right to θ³ for a steady turn under a
+//! force that stands still in space, where the body's force is not steady.
 //!
-//! Both to θ³: what is left, θ⁴/24 and θ⁴/120, is 4e-9 and 8e-10 at 400 °/s over 2.5 ms, 1e-6 and 2e-7 over 10 ms.
+//! Both to θ³: the residual, θ⁴/24 and θ⁴/120, is 4e-9 and 8e-10 at 400 °/s over 2.5 ms, 1e-6 and 2e-7 over 10 ms.
 //! The rotation has its coning in it, which is a rotation that grows evenly.
 //!
 //! Angles enter as words of 2⁻³² rad, vectors as words of 2⁻²⁴ m/s, to nearest: their product is in fine

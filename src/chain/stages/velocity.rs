@@ -1,7 +1,7 @@
 //! Turns accelerometer codes into velocity increments along the body axes, and sums them exactly.
 //!
 //! It takes the codes of one sample \[1\]: velocity pulses, or a converter's mean force times T. It gives D_v \[units
-//! of 2⁸ m/s\], body frame: what each accelerometer senses where it stands. Once per output period it gives the exact
+//! of 2⁸ m/s\], body frame: as each accelerometer senses them at its place. Once per output period it gives the exact
 //! sum \[fine units\].
 //!
 //! u_i = (1 − s_i) weight_i n_i − b_i T, and D_v = M u with the six angles of `misalignment_rad` in the pattern
@@ -12,7 +12,7 @@
 //! Codes beyond ±[`VELOCITY_LIMIT_M_S`] are held and flagged here, on the accelerometers' own path. After
 //! lost samples one reading covers several periods: that many times the limit.
 //!
-//! It does not judge stuck readings, has no temperature terms and none of second order in the force.
+//! It does not detect stuck readings, has no temperature terms and none of second order in the force.
 
 use crate::chain::code_sum::CodeSum;
 use crate::chain::design_parameters::{ACCELEROMETER_SUM_CODES, VELOCITY_LIMIT_M_S};

@@ -7,9 +7,9 @@
 //! α̂_k T² = Σ_p a_p (D_{k+p} − D_{k−p})
 //! ```
 //!
-//! Coefficients and their errors: [`CENTRAL_COEFFICIENTS`]. The estimate is antisymmetric in time, so that its product with
-//! another axis' D rectifies as α × ω does, and not at all where the two move in phase. The sample's own angle waits for
-//! nothing: what is late by three samples is the small correction that a term forms with α̂.
+//! Coefficients and their errors: [`CENTRAL_COEFFICIENTS`]. The estimate is antisymmetric in time, so that its product
+//! with another axis' D rectifies as α × ω does, and not at all where the two move in phase. The sample's own angle is
+//! not delayed: only the small correction that a term forms with α̂ is late by three samples.
 //!
 //! The unit is rad per sample², so that K/T² (about 1.1 for 7e-8 s² at 4 kHz) is a plain number. Beyond
 //! ±[`ACCELERATION_LIMIT_RAD`](crate::chain::design_parameters::ACCELERATION_LIMIT_RAD) α̂ T² is held and flagged.
@@ -44,7 +44,7 @@ pub struct Centred<N: NumberSystem> {
     pub acceleration: Triad<N::Acceleration>,
     /// D.
     pub increment: Triad<N::Increment>,
-    /// What was held.
+    /// Status bits of held values.
     pub status: Status,
 }
 
@@ -102,7 +102,7 @@ impl<N: NumberSystem> Acceleration<N> {
     }
 }
 
-/// Tells that the next increments do not follow the last ones.
+/// Records that the next increments do not follow the last ones.
 pub fn forget<N: NumberSystem>(state: &mut AccelerationState<N>) {
     state.begun = false;
 }

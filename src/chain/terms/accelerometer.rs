@@ -1,11 +1,11 @@
-//! Corrects accelerometers that read in proportion to the square of the force along their axis.
+//! Corrects the quadratic error of accelerometers, in proportion to the square of the force along their axis.
 //!
 //! It takes every sample's velocity increments V, body frame, and the output period's velocity \[fine units\], and takes
 //! (q_i/T) V_i² off both: the share of the period's velocity is summed like tilts, rounded products of small numbers.
 //!
-//! The square is that of a sample's mean: an oscillation lacks x²/12 of what it rectifies (x = ΩT), 0.08 % at 61 Hz and
-//! 4 kHz. Codes of w m/s add w²/6T² to the mean of f²: 0.03 % of 1 g for 1e-4 m/s and 250 µs. Misalignments
-//! times q are left out.
+//! The square is that of a sample's mean: an oscillation lacks x²/12 of its rectified part (x = ΩT), 0.08 % at 61 Hz
+//! and 4 kHz. Codes of w m/s add w²/6T² to the mean of f²: 0.03 % of 1 g for 1e-4 m/s and 250 µs. Misalignments times q
+//! are left out.
 
 use crate::chain::design_parameters::{SCALE_ERROR_LIMIT, SLOPE_LIMIT, VELOCITY_LIMIT_M_S};
 use crate::chain::numbers::NumberSystem;
@@ -19,7 +19,7 @@ use crate::chain::triad::Triad;
 #[derive(Debug, Clone, Copy)]
 pub struct AccelerometerQuadratic<N: NumberSystem>([N::Slope; 3]);
 
-/// Sum of what the velocity increments of the output period gained.
+/// Sum of the corrections of the output period's velocity increments.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct AccelerometerQuadraticState<N: NumberSystem> {
     gained: [N::Tilted; 3],

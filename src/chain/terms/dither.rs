@@ -1,10 +1,10 @@
-//! Corrects what gyros sense of dithered blocks beyond the strip: a cubic block angle, and the neighbours' dither.
+//! Corrects errors by dithered blocks that the strip leaves: a cubic block angle, and the neighbours' dither.
 //!
-//! It takes every sample's pickoff readings \[codes\] and increments about the sensing axes. It gives corrected increments
-//! and, once per output period, corrected angles \[fine units\]. With p_i(t) the pickoff's angle, free of its delay, and
-//! h_j p_j the angle of block j, gyro i reads c_i p_i³ + Σ_j c_ij h_j p_j too much: an angle, so that what an output period
-//! holds of it is that at its end less that at its start, and nothing drifts. Increments are corrected too, for the
-//! strip's adaptation looks at them.
+//! It takes every sample's pickoff readings \[codes\] and increments about the sensing axes. It gives corrected
+//! increments and, once per output period, corrected angles \[fine units\]. With p_i(t) the pickoff's angle, free of
+//! its delay, and h_j p_j the angle of block j, gyro i reads c_i p_i³ + Σ_j c_ij h_j p_j too much: an angle, so that an
+//! output period's error is the difference of the angle between its end and its start, and nothing drifts. Increments
+//! are corrected too, for the strip's adaptation uses them.
 //!
 //! Angles are words here: p of 2⁻³³ rad, the result of 2⁻³⁷ rad.
 //!
@@ -41,7 +41,7 @@ struct Pickoff {
     limit: i32,
     factor: i32,
     mantissa: i32,
-    /// What p_k and p_{k−1} contribute to the angle without delay.
+    /// Factors of p_k and p_{k−1} in the angle without delay.
     taps: [i32; 2],
     /// −c (1 − s).
     cubic: i32,
@@ -57,7 +57,7 @@ pub struct DitherErrors<N: NumberSystem> {
     acts: bool,
 }
 
-/// The angle too much, with the opposite sign \[2⁻³⁷ rad\].
+/// The excess angle, with the opposite sign \[2⁻³⁷ rad\].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct DitherErrorsState<N: NumberSystem> {
     /// p_{k−1} \[2⁻³³ rad\].
@@ -65,14 +65,14 @@ pub struct DitherErrorsState<N: NumberSystem> {
     /// At the latest sample's end, and at the output period's start.
     ahead: [i32; 3],
     start: [i32; 3],
-    /// What the latest increments gain.
+    /// Corrections of the latest increments.
     gained: [N::Increment; 3],
     begun: bool,
     current: bool,
     unknown: bool,
 }
 
-/// The most that one increment gains \[2⁻³⁷ rad\].
+/// Largest correction of one increment \[2⁻³⁷ rad\].
 const LIMIT: i32 = (DITHER_ERROR_LIMIT_RAD * (1u64 << RESULT) as f64) as i32;
 
 /// value × 2^bits, to nearest, held at the word's ends.
@@ -131,7 +131,7 @@ impl Pickoff {
 }
 
 impl<N: NumberSystem> DitherErrors<N> {
-    /// The angle too much, with the opposite sign \[2⁻³⁷ rad\].
+    /// The excess angle, with the opposite sign \[2⁻³⁷ rad\].
     #[inline(always)]
     fn ahead(&self, now: [i32; 3], past: [i32; 3]) -> [i32; 3] {
         let mut angle = [0; 3];

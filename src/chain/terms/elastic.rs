@@ -12,7 +12,7 @@
 //! The angle E = −(U f + W α) telescopes ([`ends`](crate::chain::terms::ends)). Its noise is bounded and does not drift:
 //! 4 W/T² pulses of the gyros and 2.6 U/T codes of the accelerometers, rms over √12.
 //!
-//! The force is that where the accelerometers stand; the acceleration is taken about the sensing axes, and held within
+//! The force is that at the accelerometers' places; the acceleration is taken about the sensing axes, and held within
 //! the chain's range. W_ii is half a gyro's bandwidth variance ([`response`](crate::chain::terms::response)).
 
 use crate::chain::design_parameters::{
@@ -61,7 +61,7 @@ pub struct ElasticRateState<N: NumberSystem> {
     ends: Ends<N>,
 }
 
-/// Rows of nine values times −`factor`, if what each row makes of `reach` fits half of E; the error names the kind.
+/// Rows of nine values times −`factor`, if each row's sum times `reach` fits half of E; the error names the kind.
 #[inline(never)]
 fn rows(
     parameters: &Parameters,
@@ -78,7 +78,7 @@ fn rows(
         for value in row {
             sum += value.abs();
         }
-        // Written so that NaN fails; no value is beyond what its row is within.
+        // Written so that NaN fails; the row's limit holds for each value.
         if !(sum * reach <= 0.5 * LARGEST_AHEAD && sum <= SLOPE_LIMIT / 8.0) {
             return Err(ParameterError::Term(kind));
         }

@@ -1,10 +1,10 @@
 //! Follows an angle (or velocity) that three sensors lack at the end of every sample, E \[increment units\].
 //!
 //! Increments become D_k + E_k − E_{k−1}, and an output period's sum grows by E_end − E_start \[fine units\]: it
-//! telescopes, so no error of E drifts. What one increment gains is held; the exact sums are not.
+//! telescopes, so no error of E drifts. The correction of one increment is held; the exact sums are not.
 //!
-//! Over lost samples E stays what it was before them. While increments contain dither (a failed pickoff) E is not known,
-//! and the period's sum takes no part of it.
+//! Over lost samples E keeps its last value. While increments contain dither (a failed pickoff) E is unknown and left
+//! out of the period's sum.
 
 use crate::chain::numbers::NumberSystem;
 
@@ -19,9 +19,9 @@ pub struct Ends<N: NumberSystem> {
     /// E at the output period's start \[fine units\].
     start: [i64; 3],
     begun: bool,
-    /// Whether the last increments are those of the last periods.
+    /// True if the last increments are those of the last periods.
     pub(super) current: bool,
-    /// Whether increments contain dither.
+    /// True if increments contain dither.
     pub(super) unknown: bool,
 }
 
@@ -40,7 +40,7 @@ impl<N: NumberSystem> Ends<N> {
     /// Takes E of the next sample.
     ///
     /// # Returns
-    /// What the sample's increment gains, within ±`limit`.
+    /// The correction of the sample's increment, within ±`limit`.
     #[inline(always)]
     pub(super) fn gain(
         &mut self,
@@ -53,7 +53,7 @@ impl<N: NumberSystem> Ends<N> {
         gained
     }
 
-    /// The sum with what its period's ends add \[fine units\].
+    /// Corrects the sum by the difference of E between its period's ends \[fine units\].
     #[inline(always)]
     pub(super) fn sum(&mut self, unit_log2: u32, mut sum: [i64; 3]) -> [i64; 3] {
         if self.unknown {

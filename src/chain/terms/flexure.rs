@@ -1,8 +1,7 @@
-//! Corrects flexures that are not in proportion to the acceleration of the moment: in its cube, and resonant.
+//! Corrects flexures not proportional to the present acceleration: cubic in it, and resonant.
 //!
-//! It takes the case's increments D, body frame, forms α̂ T² of three samples before
-//! ([`mod@acceleration`]), and sums what that sample's tilts took its gyros off \[increment
-//! units\], for the output period's angles about the sensing axes:
+//! It takes the case's increments D, body frame, forms α̂ T² of three samples before ([`mod@acceleration`]), and sums
+//! that sample's corrections for the tilts \[increment units\], for the output period's angles about the sensing axes:
 //!
 //! ```text
 //! cubic      δ = −Q (α̂³ − 3σ² α̂)        resonant   δ″ + 2ζΩ₀ δ′ + Ω₀² δ = −Ω₀² K α
@@ -11,11 +10,11 @@
 //! σ² is the variance of α̂ by the pulses' quantisation, e of ±½ pulse at every sample's end: ⟨α̂³ ω⟩ has 3σ² ⟨α ω⟩ more
 //! than ⟨α³ ω⟩, as much as 1 % of it at 300 rad/s² with 0.4″.
 //!
-//! A mode of a frequency of its own, which may lie in the band of the motion, is a section of second order on −K α̂, one for
-//! each pair. Its poles are the mode's own. Its zeros are such that section and acceleration together rectify as S(iΩ) α × ω
-//! does, S the mode's response, exactly at rest and at `MATCHED_AT_RAD` per sample (64 Hz at 4 kHz), in phase and in
-//! quadrature. What is left of a mode of 160 Hz is below 0.1 % up to 120 Hz and 1 % at 390 Hz. The mode that a static K
-//! implies is in the chain itself ([`flexure`](crate::chain::stages::flexure)).
+//! A mode of a frequency of its own, which may lie in the band of the motion, is a section of second order on −K α̂,
+//! one for each pair. Its poles are the mode's own. Its zeros are such that section and acceleration together rectify
+//! as S(iΩ) α × ω does, S the mode's response, exactly at rest and at `MATCHED_AT_RAD` per sample (64 Hz at 4 kHz), in
+//! phase and in quadrature. The residual of a mode of 160 Hz is below 0.1 % up to 120 Hz and 1 % at 390 Hz. The mode
+//! that a static K implies is in the chain itself ([`flexure`](crate::chain::stages::flexure)).
 //!
 //! Each tilt is held within ±[`FLEXURE_TERM_LIMIT_RAD`], and α̂ for its cube within 1950 rad/s² at 4 kHz. While increments
 //! contain dither (a failed pickoff) both are off, as the linear flexure is.
@@ -45,25 +44,25 @@ fn signed([xy, xz, yx, yz, zx, zy]: [f64; 6], factor: f64) -> [f64; 6] {
 /// Axis whose acceleration bends each of the six pairs.
 const AXIS_OF_PAIR: [usize; 6] = [1, 2, 0, 2, 0, 1];
 
-/// What two held tilts add to an increment at most \[increment units\].
+/// Largest addition of two held tilts to an increment \[increment units\].
 const LARGEST_ADDITION: f64 = 2.0 * FLEXURE_TERM_LIMIT_RAD * INCREMENT_LIMIT_RAD;
 
 /// Angle per sample at which a section is matched \[rad\].
 const MATCHED_AT_RAD: f64 = 0.1;
 
-/// Fastest poles of a section \[cycles per sample\]: a mode beyond has these, lest its two poles meet at half the sample
-/// rate. What it adds below 0.1 cycles is matched by the zeros.
+/// Fastest poles of a section \[cycles per sample\]: a mode beyond has these, lest its two poles meet at half the
+/// sample rate. Its response below 0.1 cycles is matched by the zeros.
 const FASTEST_POLES_CYCLES: f64 = 0.3;
 
 /// Largest tilt in a section \[rad\]: half of its fixed-point format.
 const LARGEST_IN_SECTION_RAD: f64 = 1.0 / 16.0;
 
-/// The sample in the middle of the last ones, and what tilts took off the period's angles.
+/// The sample in the middle of the last ones, and the tilts' correction of the period's angles.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Bending<N: NumberSystem> {
     acceleration: AccelerationState<N>,
     tilted: [N::Tilted; 3],
-    /// Whether increments contain dither.
+    /// True if increments contain dither.
     unknown: bool,
 }
 
@@ -133,7 +132,7 @@ impl<N: NumberSystem> Term<N> for CubicFlexure<N> {
             3.0 * per_pulse * of_reach * of_reach
         });
         let acts = q != [0.0; 6];
-        // Pulses so coarse that their noise is beyond what is cubed leave nothing to correct. Written so that NaN fails.
+        // Pulse noise beyond the cubed range leaves nothing to correct. Written so that NaN fails.
         let fits = largest(&cubic) < SCALED_FLEXURE_LIMIT && (!acts || largest(&less) <= 1.0);
         if !fits {
             return Err(ParameterError::Term(TermKind::AxisFlexureCubic));
@@ -242,7 +241,7 @@ fn section(turn: f64, damping: f64) -> ([f64; 5], f64) {
     let (a1, a2) = (-2.0 * radius * libm::cos(angle), radius * radius);
     let x = MATCHED_AT_RAD;
     let back = |p: f64| (libm::cos(p * x), -libm::sin(p * x));
-    // α̂ over what a product with D needs, both in quadrature.
+    // α̂ over the acceleration that a product with D needs, both in quadrature.
     let mut estimated = 0.0;
     for (p, a) in CENTRAL_COEFFICIENTS.into_iter().enumerate() {
         estimated += 2.0 * a * libm::sin((p + 1) as f64 * x);
@@ -327,7 +326,7 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
             return Status::default();
         };
         let acceleration = centred.acceleration.to_array();
-        // Six calls and no loop: nobody has to show how often that turns.
+        // Six calls and no loop: no bound on its passes has to be shown.
         let more = [
             self.ring::<0>(state, &acceleration),
             self.ring::<1>(state, &acceleration),
@@ -350,7 +349,7 @@ impl<N: NumberSystem> Term<N> for ResonantFlexure<N> {
         add_tilted::<N>(&mut state.bending.tilted, sums.unit_log2, angles)
     }
 
-    /// The suspension is taken to be at rest afterwards: it forgets within Q/πf₀.
+    /// The suspension is taken to be at rest afterwards: it decays within Q/πf₀.
     fn discontinue(&self, state: &mut ResonantFlexureState<N>) {
         state.inputs = Default::default();
         state.outputs = Default::default();

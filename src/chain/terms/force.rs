@@ -1,10 +1,10 @@
-//! Corrects the gyros' bias by specific force: what each reads more under a force along any axis.
+//! Corrects the gyros' bias by specific force: the excess rate under a force along any axis.
 //!
-//! It takes the velocity that accelerometers felt over the output period \[fine units of velocity\], body frame, and
+//! It takes the velocity that accelerometers sensed over the output period \[fine units of velocity\], body frame, and
 //! gives the period's angles about the sensing axes \[fine units\] less Σ_j G_ij ∫ f_j dt. The bias is linear in the
 //! force, so the exact sums take it: a sample costs nothing, and vibration rectifies nothing.
 //!
-//! The force is that where the accelerometers stand; their size effect times G is left out (1e-8 of a rate).
+//! The force is that at the accelerometers' places; their size effect times G is left out (1e-8 of a rate).
 
 use crate::chain::design_parameters::BIAS_BY_FORCE_LIMIT;
 use crate::chain::numbers::NumberSystem;

@@ -1,4 +1,4 @@
-//! Corrects what the gyros read in proportion to products of the force: with the rate (tilts) and with itself.
+//! Corrects the gyros' errors in proportion to products of the force: with the rate (tilts) and with itself.
 //!
 //! It takes every sample's velocity increments V, body frame, and increments D about the sensing axes. It gives corrected
 //! increments and, once per output period, corrected angles \[fine units\]. With δ_ij = τ_ij f_k, k the third axis, and
@@ -9,10 +9,10 @@
 //! z: τ_zy f_x ω_x − τ_zx f_y ω_y + g_z f_z²
 //! ```
 //!
-//! Products of one sample's means lack x²/12 of what an oscillation rectifies (x = ΩT): 0.08 % at 61 Hz and 4 kHz, 3 %
-//! at 400 Hz. Codes of w m/s add w²/6T² to the mean of f²: 0.03 % of 1 g for 1e-4 m/s and 250 µs.
+//! Products of one sample's means lack x²/12 of an oscillation's rectified part (x = ΩT): 0.08 % at 61 Hz and 4 kHz, 3
+//! % at 400 Hz. Codes of w m/s add w²/6T² to the mean of f²: 0.03 % of 1 g for 1e-4 m/s and 250 µs.
 //!
-//! The force is that where the accelerometers stand. Their size effect is left out: for a tilt an arm r is a flexure of
+//! The force is that at the accelerometers' places. Their size effect is left out: for a tilt an arm r is a flexure of
 //! τ r, 5e-9 s² for 1e-7 rad per m/s² and 5 cm.
 //!
 //! While increments contain dither (a failed pickoff) tilts are off, as the flexure is.
@@ -31,25 +31,25 @@ use crate::chain::triad::{CrossAxis, Triad};
 /// Configuration.
 #[derive(Debug, Clone, Copy)]
 pub struct ForceProducts<N: NumberSystem> {
-    /// What multiplies V_k and D_k, with the sign of the correction.
+    /// Factors of V_k and D_k, with the sign of the correction.
     tilts: CrossAxis<N::Slope>,
     /// −g, per square of a velocity increment.
     squares: [N::Slope; 3],
-    /// Largest of what one increment gains.
+    /// Largest correction of one increment.
     largest: f64,
 }
 
-/// The sample's velocity increments, and the sum of what the increments of the output period gained.
+/// The sample's velocity increments, and the sum of the corrections of the output period's increments.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ForceProductsState<N: NumberSystem> {
     velocity: Triad<N::Increment>,
     gained: [N::Tilted; 3],
-    /// Whether increments contain dither.
+    /// True if increments contain dither.
     unknown: bool,
 }
 
-/// Largest velocity increment \[units\], with what scale errors, misalignments and squares of 1/128 make of it and with
-/// what the correction of a delay adds.
+/// Largest velocity increment \[units\], after scale errors, misalignments and squares of 1/128 and the correction of a
+/// delay.
 pub(super) const LARGEST_VELOCITY: f64 =
     1.04 * VELOCITY_LIMIT_M_S / VELOCITY_UNIT_M_S + RESPONSE_LIMIT_RAD;
 

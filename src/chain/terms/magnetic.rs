@@ -14,7 +14,7 @@ use crate::chain::terms::{SlowReadings, Term, TermKind, TermKinds};
 #[derive(Debug, Clone, Copy)]
 pub struct MagneticBias([[f32; 3]; 3]);
 
-/// The bias in force \[fine units per sample\].
+/// Bias by the latest reading \[fine units per sample\].
 #[derive(Debug, Clone, Copy, Default)]
 pub struct MagneticBiasState([i64; 3]);
 
@@ -43,7 +43,7 @@ impl<N: NumberSystem> Term<N> for MagneticBias {
         state.0
     }
 
-    /// A reading beyond [`MAGNETIC_FIELD_LIMIT_T`] leaves the correction as it is.
+    /// Takes slow readings; one beyond [`MAGNETIC_FIELD_LIMIT_T`] leaves the correction as it is.
     fn slow(&self, state: &mut MagneticBiasState, readings: &SlowReadings) {
         let field = readings.magnetic_field_t;
         // Written so that NaN fails.

@@ -1,19 +1,19 @@
 //! Defines compensations that a build may contain beyond the stages, and their composition.
 //!
 //! A [`Term`] is a configuration that is checked once, a state, and hooks into the chain, each of which is the identity
-//! unless the term says otherwise. Terms are composed as tuples, `(Temperature, GyroResponse<N>)`, whose members act in
-//! this order; `()` has no term, and its hooks compile to nothing. A build names its terms as the second parameter of
-//! [`Chain`](crate::Chain); the parameter block brings the numbers as records ([`records`]).
+//! unless the term documents otherwise. Terms are composed as tuples, `(Temperature, GyroResponse<N>)`, whose members
+//! act in this order; `()` has no term, and its hooks compile to nothing. A build names its terms as the second
+//! parameter of [`Chain`](crate::Chain); the parameter block brings the numbers as records ([`records`]).
 //!
-//! # What terms act on
+//! # Corrected quantities
 //! Errors of gyros act about the sensing axes, before Eq. (7). Two values pass there:
 //! - increments of one sample, rounded, factors of products ([`Term::increments`]);
-//! - exact angles of the output period \[fine units\], which are what frames show ([`Term::angles`]).
+//! - exact angles of the output period \[fine units\], shown by frames ([`Term::angles`]).
 //!
 //! A term whose angle over a period follows from the period's ends or sums costs nothing per sample.
 //!
 //! # Identity
-//! A hook that does nothing returns what it is given. It does not add zero: in `f32`, −0.0 + 0.0 is +0.0.
+//! A hook that does nothing returns its input. It does not add zero: in `f32`, −0.0 + 0.0 is +0.0.
 
 pub mod acceleration;
 
@@ -79,7 +79,7 @@ pub type AllTerms<N> = (
     AccelerometerQuadratic<N>,
 );
 
-/// Readings that change slowly, as the main loop knows them.
+/// Slowly changing readings, from the main loop.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub struct SlowReadings {
@@ -91,7 +91,7 @@ pub struct SlowReadings {
     pub magnetic_field_t: [f32; 3],
 }
 
-/// What an output period has summed when [`Term::angles`] is called.
+/// Sums of an output period when [`Term::angles`] is called.
 #[derive(Debug, Clone, Copy)]
 pub struct PeriodSums {
     /// Sampling periods that the angles cover.
@@ -104,23 +104,23 @@ pub struct PeriodSums {
 
 /// A compensation that a build may contain. `()` contains none and compiles to nothing.
 pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
-    /// What the term keeps between samples.
+    /// State of the term between samples.
     type State: Debug + Clone + Copy + Default;
 
     /// Kinds of records that configure the term.
     const KINDS: TermKinds;
 
-    /// Whether [`PeriodSums::velocity`] is used.
+    /// True if [`PeriodSums::velocity`] is used.
     const NEEDS_FORCE: bool = false;
 
-    /// Whether [`force`](Self::force) is used.
+    /// True if [`force`](Self::force) is used.
     const FOLLOWS_FORCE: bool = false;
 
     /// Checks the records of [`KINDS`](Self::KINDS) among `parameters.terms` and converts them. Runs at boot. A term
     /// without a record corrects nothing.
     fn new(parameters: &Parameters) -> Result<Self, ParameterError>;
 
-    /// What the term adds to an increment of the case at most \[increment units per sample\]. The chain's limits of
+    /// Largest addition of the term to an increment of the case \[increment units per sample\]. The chain's limits of
     /// increment and output period include it.
     fn largest_addition(&self) -> f64 {
         0.0
@@ -148,7 +148,7 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
         increments
     }
 
-    /// Takes one sample's increments of the case, body frame; tells what it held.
+    /// Takes one sample's increments of the case, body frame; returns the status bits of held values.
     #[inline(always)]
     fn case(&self, _: &mut Self::State, _: Triad<N::Increment>) -> Status {
         Status::default()
@@ -183,7 +183,7 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
         angles
     }
 
-    /// Corrects the output period's velocity that accelerometers felt \[fine units of velocity\], body frame;
+    /// Corrects the output period's velocity that accelerometers sensed \[fine units of velocity\], body frame;
     /// `unit_log2` is the increment unit's exponent.
     #[inline(always)]
     fn felt(&self, _: &mut Self::State, _unit_log2: u32, velocity: [i64; 3]) -> [i64; 3] {
@@ -194,16 +194,17 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
     #[inline(always)]
     fn slow(&self, _: &mut Self::State, _: &SlowReadings) {}
 
-    /// Tells that the next increments do not follow the last ones: samples were lost, or the source restarted.
+    /// Records that the next increments do not follow the last ones: samples were lost, or the source restarted.
     #[inline(always)]
     fn discontinue(&self, _: &mut Self::State) {}
 
-    /// Tells whether increments are free of dither. While they are not (a failed pickoff), rates are not known.
+    /// Receives the state of the increments: `_rates_known` while they are free of dither. Else (a failed pickoff)
+    /// rates are unknown.
     #[inline(always)]
     fn degrade(&self, _: &mut Self::State, _rates_known: bool) {}
 }
 
-/// Adds to the output period's angles \[fine units\] what its samples' tilts summed to, and starts the next sum.
+/// Adds to the output period's angles \[fine units\] the sum of its samples' tilt corrections, and starts the next sum.
 #[inline(always)]
 fn add_tilted<N: NumberSystem>(
     sums: &mut [N::Tilted; 3],

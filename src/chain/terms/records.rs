@@ -22,7 +22,7 @@ const HEADER_BYTES: usize = 4;
 
 macro_rules! term_kinds {
     ($($(#[$doc:meta])* $name:ident = $number:literal, $text:literal, $count:literal;)+) => {
-        /// What a record holds. Numbers and lengths are fixed; kinds may be added. Axes x, y, z.
+        /// Kinds of records. Numbers and lengths are fixed; kinds may be added. Axes x, y, z.
         #[derive(Debug, Clone, Copy, PartialEq, Eq)]
         #[cfg_attr(feature = "defmt", derive(defmt::Format))]
         #[repr(u16)]
@@ -94,7 +94,7 @@ term_kinds! {
     ElasticRateByForce = 15, "elastic_rate_by_force", 9;
     /// W ×9, rows \[s²\]: gyro i reads Σ W_ij d²ω_j/dt² more.
     ElasticRateByJerk = 16, "elastic_rate_by_jerk", 9;
-    /// c ×3 \[1/rad²\]: block i turns by c_i p_i³ more than the pickoff's angle p_i says.
+    /// c ×3 \[1/rad²\]: block i turns by c_i p_i³ more than the pickoff's angle p_i.
     DitherCubic = 17, "dither_cubic", 3;
     /// c ×6 \[1\]: gyro i reads c_ij times the rate of block j relative to the case more.
     DitherCrosstalk = 18, "dither_crosstalk", 6;
@@ -138,7 +138,7 @@ impl TermKinds {
         Self(self.0 | other.0)
     }
 
-    /// Whether the kind is in the set.
+    /// True if the kind is in the set.
     pub const fn contains(self, kind: TermKind) -> bool {
         self.0 >> kind as u32 & 1 != 0
     }
@@ -153,7 +153,7 @@ impl TermKinds {
         self.0
     }
 
-    /// The first kind that is here and not in `other`.
+    /// Returns the first kind of this set that is not in `other`.
     pub fn first_beyond(self, other: Self) -> Option<TermKind> {
         let mut kinds = TermKind::ALL.iter();
         let beyond = |kind: &&TermKind| self.contains(**kind) && !other.contains(**kind);
@@ -161,7 +161,7 @@ impl TermKinds {
     }
 }
 
-/// Why bytes are not records, or a record does not fit.
+/// Reason that bytes are not records, or that a record does not fit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
 #[non_exhaustive]
@@ -344,7 +344,7 @@ impl TermRecords {
     }
 }
 
-/// Multiplies each value. Not inlined, as [`largest`]: what boot does with numbers in f64 costs flash at every place.
+/// Multiplies each value. Not inlined, as [`largest`]: arithmetic of f64 at boot costs flash at every place.
 #[inline(never)]
 pub(crate) fn scale(values: &mut [f64], factor: f64) {
     for value in values {

@@ -1,4 +1,4 @@
-//! Corrects delays and bandwidths: gyros and accelerometers that show motion late or smoothed.
+//! Corrects delays and bandwidths: gyros and accelerometers whose output is late or smoothed.
 //!
 //! It takes increments about the sensing axes (velocity increments of the accelerometers) of every sample. It gives
 //! corrected increments for products of samples and, once per output period, corrected angles \[fine units\].
@@ -10,12 +10,13 @@
 //! E_k = A(k + L) − A(k) = L D_k + L(L+1)/2 ∇D_k + L(L+1)(L+2)/6 ∇²D_k + L(L+1)(L+2)(L+3)/24 ∇³D_k
 //! ```
 //!
-//! A path of variance v senses ω + (v/2) ω″; what it senses too much is the angle (v/2) ω′ at a sample's end,
+//! A path of variance v senses ω + (v/2) ω″; its excess is the angle (v/2) ω′ at a sample's end,
 //! T² ω′_k = (∇D + ∇²D + 11/12 ∇³D)_k by backward differentiation of A.
 //!
-//! Both have the form E_k = Σ e_p D_{k−p}, and [`ends`](crate::chain::terms::ends) says what becomes of it.
+//! Both have the form E_k = Σ e_p D_{k−p}, and [`ends`](crate::chain::terms::ends) applies it.
 //!
-//! What one sample's increment gains is held within ±[`RESPONSE_LIMIT_RAD`]: steps of an acceleration beyond the chain's
+//! The correction of one sample's increment is held within ±[`RESPONSE_LIMIT_RAD`]: steps of an acceleration beyond the
+//! chain's
 //! range must not reach its products.
 
 use crate::chain::design_parameters::{
@@ -29,7 +30,7 @@ use crate::chain::terms::ends::{Ends, LARGEST_AHEAD};
 use crate::chain::terms::{PeriodSums, Term, TermKind, TermKinds};
 use crate::chain::triad::Triad;
 
-/// What scale errors and misalignments of 1/128 make of a velocity within its limit, at most \[1\].
+/// Largest growth of a velocity within its limit by scale errors and misalignments of 1/128 \[1\].
 const LARGEST_OF_MISALIGNMENT: f64 = 1.03;
 
 /// Coefficients e_p by axis.
@@ -174,10 +175,10 @@ impl<N: NumberSystem> Term<N> for GyroResponse<N> {
             let (delay, variance) = (of_delay(delay[axis]), of_variance(variance[axis]));
             [0, 1, 2, 3].map(|p| delay[p] + variance[p])
         });
-        // Terms before this one may have corrected what is left of the dither.
+        // Terms before this one may have corrected the residual of the dither.
         let largest = parameters.largest_increment_rad() / parameters.increment_unit_rad()
             + DITHER_ERROR_LIMIT_RAD;
-        // What E cannot hold is laid to the variance where there is one: 0.66 T² may fill it alone.
+        // An E beyond its format is attributed to the variance if there is one: 0.66 T² may fill it alone.
         let kind = if variance == [0.0; 3] {
             TermKind::GyroDelay
         } else {

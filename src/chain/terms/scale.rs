@@ -7,11 +7,11 @@
 //! D + a |D| + (q/T) D² + (c/T²) D³
 //! ```
 //!
-//! The quadratic and cubic parts are taken off every sample's increment, and summed like tilts: rounded products of
-//! small numbers. They are taken of the case's rate, not of the block's, as the catalogue has it.
+//! The quadratic and cubic parts are subtracted from every sample's increment, and summed like tilts: rounded products
+//! of small numbers. They are taken of the case's rate, not of the block's, as the catalogue has it.
 //!
-//! The asymmetry is taken off the period's angle: of one sample it would rectify the pulse's quantisation, σ a √(2/π)/T,
-//! 0.008 °/h for 10 ppm and 0.8″. Where the rate changes its sign within an output period T_o, the mean lacks
+//! The asymmetry is subtracted from the period's angle: of one sample it would rectify the pulse's quantisation, σ a
+//! √(2/π)/T, 0.008 °/h for 10 ppm and 0.8″. Where the rate changes its sign within an output period T_o, the mean lacks
 //! (Ω T_o)²/24 of an oscillation's asymmetry: 0.2 % at 15 Hz and 2.5 ms.
 
 use crate::chain::design_parameters::{SCALE_ERROR_LIMIT, SENSED_LIMIT_RAD, SLOPE_LIMIT};
@@ -31,18 +31,18 @@ pub struct ScaleByRate<N: NumberSystem> {
     cubic: [N::Slope; 3],
     /// −a.
     asymmetry: [ExactCoefficient; 3],
-    /// Largest of what one increment gains.
+    /// Largest correction of one increment.
     largest: f64,
 }
 
-/// Sum of what the increments of the output period gained.
+/// Sum of the corrections of the output period's increments.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct ScaleByRateState<N: NumberSystem> {
     gained: Triad<N::Tilted>,
 }
 
-/// Largest increment at which the correction must stay within [`SCALE_ERROR_LIMIT`] \[increment units\]: what the
-/// counts alone can reach, with a margin for what is stripped.
+/// Largest increment at which the correction must stay within [`SCALE_ERROR_LIMIT`] \[increment units\]: the reach of
+/// the counts alone, with a margin for the strip.
 const LARGEST_INCREMENT: f64 = 2.0 * SENSED_LIMIT_RAD;
 
 impl<N: NumberSystem> Term<N> for ScaleByRate<N> {

@@ -1,4 +1,4 @@
-//! Chooses one term of a list, for builds that show what each costs alone.
+//! Chooses one term of a list, for builds that measure the cost of each alone.
 
 /// A list of terms of which one can be chosen by its place; [`EVERY_TERM`] stands for all.
 pub trait Select<const PLACE: usize> {
@@ -9,7 +9,7 @@ pub trait Select<const PLACE: usize> {
 /// The place that stands for the whole list.
 pub const EVERY_TERM: usize = usize::MAX;
 
-/// The place that a build is asked for by a decimal number; [`EVERY_TERM`] without one.
+/// Parses the place of a build, a decimal number; [`EVERY_TERM`] without one.
 ///
 /// # Panics
 /// At compile time, where it is no number.

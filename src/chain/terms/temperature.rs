@@ -10,7 +10,7 @@
 //! The angles are linear in all of these, so the output period's exact sums take them: a sample costs nothing, and
 //! nothing is rounded per sample. Products of samples see neither: a scale error of 1e-4 changes coning by 2e-4 of it.
 //!
-//! Tilts act on the sensed angles, before Eq. (7): what is left is ε0 δ, 1e-3 of the correction.
+//! Tilts act on the sensed angles, before Eq. (7): the residual is ε0 δ, 1e-3 of the correction.
 //!
 //! Numbers are f32 here: a bias of 1e-6 rad/s is right to 1e-13.
 
@@ -51,7 +51,7 @@ pub struct TemperatureState {
     bias: [i64; 3],
     /// −s.
     scale: [ExactCoefficient; 3],
-    /// What multiplies the angle about the third axis and about j, in the pattern of Eq. (7).
+    /// Factors of the angle about the third axis and about j, in the pattern of Eq. (7).
     installation: CrossAxis<ExactCoefficient>,
 }
 
@@ -62,7 +62,7 @@ impl<const COUNT: usize> Polynomial<COUNT> {
     /// From three reference temperatures and twice `COUNT` factors.
     ///
     /// # Errors
-    /// A reference that is neither 0 nor a temperature, or factors with which 100 K make more than `limit`.
+    /// A reference that is neither 0 nor a temperature, or factors whose effect at 100 K is more than `limit`.
     fn new(values: &[f64], kind: TermKind, limit: f64) -> Result<Self, ParameterError> {
         let (references, factors) = values.split_at_checked(3).unwrap_or((values, &[]));
         let (low, high) = TEMPERATURE_RANGE_K;

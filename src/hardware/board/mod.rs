@@ -136,7 +136,7 @@ fn main() -> ! {
     }
 }
 
-/// Logs how this boot came about and what ended the run before; clears the reset's cause.
+/// Logs how this boot came about and the end of the run before; clears the reset's cause.
 fn report_so_far(rcc: &RCC, clocks: &Clocks, failure: Option<(FailureKind, u32)>) -> BootReport {
     let reset = rcc.csr().read();
     defmt::info!(

@@ -33,7 +33,7 @@ pub struct RawPort {
 }
 
 impl RawPort {
-    /// Configures pin, rate and stream; `None` where the clock is too slow for the rate, as the internal oscillator alone is.
+    /// Configures pin, rate and stream; `None` if the clock is too slow for the rate, as the internal oscillator alone is.
     pub fn new(
         usart: &USART6,
         dma: DMA2,
@@ -67,8 +67,8 @@ impl RawPort {
         Some(Self { dma, buffer })
     }
 
-    /// Begins to send `batch`, of at most [`BATCH_BYTES`], if the last one is out; returns whether it did. A transfer error
-    /// ends a batch, and what was left of it is lost: the frames' numbers show it.
+    /// Begins to send `batch`, of at most [`BATCH_BYTES`], if the last one is out; returns whether it did. A transfer
+    /// error ends a batch, and the rest of it is lost: the frames' numbers show it.
     pub fn send(&mut self, batch: &[u8]) -> bool {
         // The hardware clears the bit at the end of a transfer and after an error of the bus (RM0090 10.3.18).
         if self.dma.st(STREAM).cr().read().en().is_enabled() {

@@ -161,8 +161,8 @@ impl SpiDevice for SpiBus {
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), BusFault> {
         let Ok(()) = self.select.set_low();
         cortex_m::asm::delay(SELECT_CYCLES);
-        // What a transfer that failed may have left behind would shift this one by a byte: reading data and
-        // then status clears both the byte and an overrun (RM0090 28.3.10).
+        // A byte left by a failed transfer would shift this one by a byte: reading data and then status clears both the
+        // byte and an overrun (RM0090 28.3.10).
         let _ = self.spi.dr().read();
         let _ = self.spi.sr().read();
         let outcome = operations

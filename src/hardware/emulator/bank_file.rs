@@ -23,7 +23,7 @@ const BLOCK_RECORDS: usize = 60;
 
 const _: () = assert!(RECORD_QUEUE > 2 * BLOCK_RECORDS);
 
-/// Whether the serial link is to stand still.
+/// True while the serial link is to stand still.
 pub static LINK_HELD: AtomicBool = AtomicBool::new(false);
 
 /// Queue of records from the main loop to the interrupt.
@@ -64,9 +64,8 @@ impl SpiDevice for BankFile {
     #[inline]
     fn transaction(&mut self, operations: &mut [Operation<'_, u8>]) -> Result<(), NoFrame> {
         let begin = ticks();
-        // The queue's end knows its length only at run time; told it, the compiler needs neither a
-        // division nor the panic of a division by zero.
-        // SAFETY: the queue has RECORD_QUEUE slots, and a queue's length never changes.
+        // The queue's end knows its length only at run time; with it, the compiler needs neither a division nor the
+        // panic of a division by zero. SAFETY: the queue has RECORD_QUEUE slots, and a queue's length never changes.
         unsafe { assert_unchecked(self.records.capacity() == RECORD_QUEUE - 1) };
         let record = self.records.dequeue().ok_or(NoFrame)?;
         LINK_HELD.store(record.link_held, Ordering::Relaxed);
@@ -120,7 +119,7 @@ pub fn read_ahead(input: &mut File, queue: &mut Producer<'static, BankRecord>) -
     Ok(())
 }
 
-/// Reads until `buffer` is full or the file ends; the bytes read.
+/// Reads until `buffer` is full or the file ends; returns the number of bytes read.
 fn read_up_to(input: &mut File, buffer: &mut [u8]) -> io::Result<usize> {
     let mut length = 0;
     while length < buffer.len() {

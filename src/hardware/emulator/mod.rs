@@ -5,11 +5,11 @@
 //! `raw`) to USART6, and events and
 //! `report.bin` ([`trueaxis::run_report`]) by semihosting.
 //!
-//! Virtual time stands still during a semihosting call, so reading ahead delays nothing. Under
-//! `-icount shift=0` one instruction is one nanosecond of it, and the emulator's timers count at 1 GHz
-//! whatever the clock tree says: so TIM5 counts instructions, exactly and repeatably, and a period of 250 µs
-//! has 250 000 (between interrupts 249 999: the emulator's TIM2 leaves out the tick at 0). The loop sleeps
-//! between interrupts; a busy one would cost the emulator all of them.
+//! Virtual time stands still during a semihosting call, so reading ahead delays nothing. Under `-icount shift=0` one
+//! instruction is one nanosecond of it, and the emulator's timers count at 1 GHz independent of the clock tree: so TIM5
+//! counts instructions, exactly and repeatably, and a period of 250 µs has 250 000 (between interrupts 249 999: the
+//! emulator's TIM2 leaves out the tick at 0). The loop sleeps between interrupts; a busy one would cost the emulator
+//! all of them.
 
 mod bank_file;
 
@@ -196,7 +196,7 @@ fn sleep_unless_served(seen: u32) {
     });
 }
 
-/// Serves requests as the board does after its reset, and writes what the slots then hold to `slots.bin`.
+/// Serves requests as the board does after its reset, and writes the content of the slots to `slots.bin`.
 #[inline(never)]
 fn serve(link: Link, core_hz: u32) -> io::Result<()> {
     let mut serial = link.stop();
@@ -212,8 +212,8 @@ fn serve(link: Link, core_hz: u32) -> io::Result<()> {
     File::create(c"slots.bin")?.write_all(memory.bytes())
 }
 
-/// Masks the interrupt for good and reports what it measured. Not inlined: what it takes back is large, and would lie on
-/// the stack during all of the run.
+/// Masks the interrupt for good and reports its measurements. Not inlined: the value it takes back is large, and would
+/// lie on the stack during all of the run.
 #[inline(never)]
 fn stop_sampling() -> RunReport {
     let mut report = RunReport::empty(RunOutcome::Complete);

@@ -1,6 +1,6 @@
 //! Stands in for the board's `RawPort`: the emulator has USART6 but no DMA, so the processor writes the bytes itself.
 //!
-//! What the interrupt and the main loop do is the board's own; only the moving of a batch from memory to the data register is not.
+//! Interrupt and main loop are the board's own; only the moving of a batch from memory to the data register is not.
 
 use stm32f4::stm32f405::USART6;
 

@@ -1,7 +1,8 @@
 //! Stands in for the flash of the parameter slots while the emulated unit is stopped: the emulator's own flash is read-only.
 //!
-//! It keeps NOR's rules in memory (erasing sets whole sectors, programming clears bits), begins with what flash holds and is written to
-//! `slots.bin` at the end of the run. A slot is its first [`SLOT_BYTES`] only, which is more than the firmware writes.
+//! It keeps NOR's rules in memory (erasing sets whole sectors, programming clears bits), begins with the content of
+//! flash and is written to `slots.bin` at the end of the run. A slot is its first [`SLOT_BYTES`] only, which is more
+//! than the firmware writes.
 
 use embedded_storage::nor_flash::{ErrorType, NorFlash, NorFlashErrorKind, ReadNorFlash};
 
@@ -28,7 +29,7 @@ impl SlotMemory {
         Self { bytes }
     }
 
-    /// What the slots hold.
+    /// Content of the slots.
     pub fn bytes(&self) -> &SlotBytes {
         self.bytes
     }

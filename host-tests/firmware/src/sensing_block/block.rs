@@ -1,4 +1,4 @@
-//! Counts what three gyros with tilting axes sense, and reads their pickoffs.
+//! Computes the pulse counts of three gyros with tilting axes, and their pickoff codes.
 //!
 //! Gyro x senses M⁻¹ω + δ_xz ω_y − δ_xy ω_z + bias (y: δ_yx ω_z − δ_yz ω_x, z: δ_zy ω_x − δ_zx ω_y), over one less the scale
 //! error, plus the motion of its own block. The pulses of a period are the change of the whole part of that angle over the
@@ -41,7 +41,7 @@ impl BlockDither {
 /// A triad as built.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Unit {
-    /// How its axes tilt.
+    /// Response of its axes' tilts.
     pub flexure: Flexure,
     /// ε_ij0 of M = \[\[1, xz, xy\], \[yz, 1, yx\], \[zy, zx, 1\]\], Eq. (7) at rest \[rad\].
     pub installation_rad: CrossAxis<f64>,

@@ -1,4 +1,4 @@
-//! Writes down the parameters of the chain for a unit, with what is known of its flexure.
+//! Writes down the parameters of the chain for a unit, with its known flexure.
 
 use trueaxis::{FlexureResponse, Parameters};
 

@@ -1,4 +1,4 @@
-//! Measures how an attitude composed of the chain's output frames drifts from the true one.
+//! Measures the drift of an attitude composed of the chain's output frames from the true one.
 
 use std::f64::consts::TAU;
 
@@ -24,8 +24,7 @@ pub struct Drift {
     /// Rate of the error, averaged with the weight 1 − cos(2πt/D) over the duration D. Oscillations do not leak into it: an
     /// oscillation of amplitude a at ω leaves 4π²a/(ω²D³), a straight line 12a/(ωD²).
     pub mean_deg_h: Vector,
-    /// Standard error of `mean_deg_h` if all that the error shows besides a straight line were white noise: too large
-    /// where it oscillates.
+    /// Standard error of `mean_deg_h` if the residual of the straight line were white noise: too large if it oscillates.
     pub sigma_deg_h: Vector,
     /// Slope of the straight line of least squares.
     pub line_deg_h: Vector,
@@ -35,7 +34,7 @@ pub struct Drift {
 
 /// Runs a chain over the samples of unit `unit` and compares its attitude with the true one.
 ///
-/// The error is composed of the differences of frames, not of attitudes: what rounding adds is some 1e-19 rad a frame.
+/// The error is composed of the differences of frames, not of attitudes: rounding adds some 1e-19 rad a frame.
 pub fn attitude_error<N: NumberSystem>(
     parameters: &Parameters,
     recording: &Recording,

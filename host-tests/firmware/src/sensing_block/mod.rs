@@ -1,5 +1,5 @@
 //! Simulates the sensing block of a dithered triad whose sensing axes tilt under angular acceleration, with the true
-//! attitude: the truth that the chain's flexure compensation is measured against.
+//! attitude: the reference for the chain's flexure compensation.
 //!
 //! The motion is known in closed form ([`Motion`]: sums of sines, a steady rate, a smooth start). Every sampling period is
 //! cut into [`SUBSTEPS`] substeps with three Gauss–Legendre nodes each. On them

@@ -48,7 +48,7 @@ pub enum Phases {
 pub struct Motion {
     /// Steady rate about body axes \[rad/s\].
     pub steady_rad_s: Vector,
-    /// What oscillates.
+    /// The oscillations.
     pub tones: Vec<Tone>,
     /// Time over which all of it rises from zero, as (1 − cos πt/ramp)/2 \[s\]; 0: at once.
     pub ramp_s: f64,

@@ -3,9 +3,9 @@
 //! δ'' + 2ζΩ₀δ' + Ω₀²δ = −Ω₀² K α, or δ = −K α where the suspension is stiff.
 //!
 //! The free motion is propagated exactly. The driven part follows the parabola through α at the substep's nodes, for
-//! which a second-degree polynomial solves the equation. What α differs from its parabola is orthogonal to parabolas at
-//! Gauss–Legendre nodes, so that δ at a substep's end is off by order six. At 400 Hz with a mode at 593 Hz the tilt at
-//! the nodes is off by some 2e-9 of itself.
+//! which a second-degree polynomial solves the equation. The difference of α from its parabola is orthogonal to
+//! parabolas at Gauss–Legendre nodes, so that δ at a substep's end is off by order six. At 400 Hz with a mode at 593 Hz
+//! the tilt at the nodes is off by some 2e-9 of itself.
 
 use std::f64::consts::TAU;
 
@@ -22,7 +22,7 @@ pub struct Mode {
     pub damping: f64,
 }
 
-/// How the six tilts follow the angular acceleration.
+/// Response of the six tilts to the angular acceleration.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
 pub struct Flexure {
     /// K_ij \[s²\]: gyro i's tilt about body axis j is −K_ij α_j at low frequencies.

@@ -1,4 +1,4 @@
-//! Dither faults: what is said, what is switched off, and when it is over.
+//! Dither faults: status, terms switched off, and end of both.
 
 use trueaxis::{CrossAxis, F32, Faults, Fixed, NumberSystem, Parameters, Sample, Status};
 
@@ -8,7 +8,7 @@ use crate::triad::Triad;
 /// Samples 4000 to 7999 are faulty in this way, given the sample and one from the fault's beginning.
 type Fault = fn(&mut Sample, &Sample);
 
-/// Two windows of 120 samples and an output period: when a fault is said at the latest \[frames\].
+/// Two windows of 120 samples and an output period: latest report of a fault \[frames\].
 const LATEST: usize = 25;
 
 fn parameters() -> Parameters {
@@ -59,7 +59,7 @@ fn assert_seen<N: NumberSystem>(
     );
     assert!(!any(800 + LATEST..1200, findings), "{}: after", N::NAME);
     assert!(counter(state.faults()) >= 400 - LATEST as u32);
-    // The switch itself may be a step beyond the acceleration limit: that is the first of what is seen then.
+    // The switch itself may be a step beyond the acceleration limit: that is then the first fault seen.
     let first = state.faults().first;
     assert!(
         (4000..4000 + 10 * LATEST as u32).contains(&first.sample),

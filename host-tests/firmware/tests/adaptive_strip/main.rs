@@ -1,4 +1,4 @@
-//! The dither strip that follows its pickoff, and what it says of the dither's health.
+//! The dither strip that follows its pickoff, and its status of the dither's health.
 
 mod health;
 mod start;

@@ -1,4 +1,4 @@
-//! When windows close, and dithers that are still starting.
+//! End of windows, and dithers that are still starting.
 
 use trueaxis::sample_source::Reading;
 use trueaxis::{BootReport, F32, Fixed, NumberSystem, Processor, Status, Timing};
@@ -6,7 +6,7 @@ use trueaxis::{BootReport, F32, Fixed, NumberSystem, Processor, Status, Timing};
 use crate::frames;
 use crate::triad::Triad;
 
-/// 30 ms are 120 samples, twelve frames of ten: what a window finds stands in the frame that ends it.
+/// 30 ms are 120 samples, twelve frames of ten: the result of a window is in the frame that ends it.
 #[test]
 fn a_window_closes_with_its_twelfth_frame() {
     fn first_finding<N: NumberSystem>() -> Option<usize> {
@@ -62,7 +62,7 @@ fn a_dither_that_is_still_starting_is_counted_and_not_the_first_fault() {
         let slow = started::<N>(4000);
         assert!(slow.faults().dither_stopped > 300, "{:?}", slow.faults());
         assert_eq!(slow.health().first.stages, Status::default(), "{}", N::NAME);
-        // 2 s are what a start may take.
+        // A start may take 2 s.
         let dead = started::<N>(10_000);
         let first = dead.health().first;
         assert!(

@@ -1,4 +1,4 @@
-//! Tracking of pickoff gain and delay against the strip that knows them.
+//! Tracking of pickoff gain and delay against the strip with the true values.
 
 use trueaxis::{F32, Fixed, NumberSystem, OUTPUT_RAD_PER_CODE, OutputFrame, Sample};
 
@@ -41,7 +41,7 @@ fn mean(angles: &[[f64; 3]]) -> [f64; 3] {
     [0, 1, 2].map(|axis| angles.iter().map(|a| a[axis]).sum::<f64>() / angles.len() as f64)
 }
 
-/// Slope of the line that fits best, per frame.
+/// Slope of the line of least squares, per frame.
 fn slope(angles: &[[f64; 3]]) -> [f64; 3] {
     let middle = (angles.len() - 1) as f64 / 2.0;
     let mean = mean(angles);
@@ -53,7 +53,7 @@ fn slope(angles: &[[f64; 3]]) -> [f64; 3] {
     })
 }
 
-/// Amplitude of what oscillates about the mean.
+/// Amplitude of the oscillation about the mean.
 fn amplitude(angles: &[[f64; 3]]) -> [f64; 3] {
     let mean = mean(angles);
     [0, 1, 2].map(|axis| {
@@ -65,7 +65,7 @@ fn amplitude(angles: &[[f64; 3]]) -> [f64; 3] {
     })
 }
 
-/// `settled`: whether the drift is judged from the tenth second on alone.
+/// `settled`: the drift is tested from the tenth second on alone.
 fn assert_follows<N: NumberSystem>(triad: Triad, settled: bool) {
     const SECONDS: usize = 600;
     let adaptive = triad
@@ -83,7 +83,7 @@ fn assert_follows<N: NumberSystem>(triad: Triad, settled: bool) {
         N::NAME
     );
     println!("{}: {residue:?} after 10 s", N::NAME);
-    // What is left is bounded and wanders: its drift is a line's slope, not the difference of two readings.
+    // The residual is bounded and wanders: its drift is a line's slope, not the difference of two readings.
     let drift = slope(&apart[4000..]).map(|per_frame| per_frame * 400.0 / DEG_H);
     // And the angle itself, from the start on, over the last minute.
     let with_start =
@@ -101,7 +101,7 @@ fn assert_follows<N: NumberSystem>(triad: Triad, settled: bool) {
             settled || with_start[axis].abs() < DRIFT_DEG_H,
             "axis {axis}: {with_start:?}"
         );
-        // What the pickoff really does: gain and the quadrature of its delay.
+        // The true pickoff: gain and the quadrature of its delay.
         let lag = std::f64::consts::TAU * triad.frequency_hz[axis] * triad.delay_s[axis];
         let truth = [
             triad.gain[axis] * lag.cos() - 1.0,
@@ -126,8 +126,8 @@ fn five_per_cent_and_twenty_microseconds_are_gone_after_ten_seconds_and_add_no_d
     assert_follows::<Fixed>(still, false);
 }
 
-/// While the body moves, the strip's error of the first seconds turns with it: 7″ of dither on 0.4° of coning
-/// leave some 0.05″, once, whatever is done later. The drift is judged after them.
+/// While the body moves, the strip's error of the first seconds turns with it: 7″ of dither on 0.4° of coning leave
+/// some 0.05″, once, independent of later taps. The drift is tested after them.
 #[test]
 fn nor_do_they_add_drift_under_coning() {
     assert_follows::<F32>(off(), true);
@@ -151,7 +151,7 @@ fn an_adaptation_time_of_zero_freezes_the_strip() {
     assert_frozen::<Fixed>();
 }
 
-/// The strip's own error with a known delay: what the two taps leave of a pure dither.
+/// The strip's own error with a known delay: the two taps' residual of a pure dither.
 fn assert_delay_known<N: NumberSystem>() {
     let triad = Triad {
         delay_s: [20e-6, -35e-6, 50e-6],
@@ -183,7 +183,7 @@ fn a_known_delay_is_stripped_by_two_taps() {
     assert_delay_known::<Fixed>();
 }
 
-/// A strip that only grows by so much in a window cannot be torn away by one.
+/// A strip that only grows by so much in a window cannot be displaced far by one.
 #[test]
 fn a_disturbed_second_moves_the_taps_by_no_more_than_their_steps() {
     let triad = Triad::default();
@@ -228,14 +228,14 @@ fn assert_rests<N: NumberSystem>() {
     }
 }
 
-/// Three neighbours each, because the gyros take turns.
+/// Tests three neighbours each, because the gyros take turns.
 #[test]
 fn a_count_beyond_the_rate_moves_no_tap_wherever_in_its_window_it_comes() {
     assert_rests::<F32>();
     assert_rests::<Fixed>();
 }
 
-/// Coning at 400 Hz with the y dither this far beside it \[Hz\]: what following takes off the coning's drift.
+/// Coning at 400 Hz with the y dither at this offset from it \[Hz\]: tests the loss of the coning's drift by adaptation.
 fn assert_leaves_motion_beside<N: NumberSystem>(beside_hz: f64, adaptation_time_s: f64) {
     const CONE_HZ: f64 = 400.0;
     const CONE_RAD: f64 = 1.745e-4;
@@ -305,7 +305,7 @@ fn assert_follows_anew<N: NumberSystem>() {
     }
 }
 
-/// With the share of a settled strip, 60 % of the change would still be left.
+/// With the share of a settled strip, 60 % of the change would remain.
 #[test]
 fn a_pickoff_that_failed_is_followed_as_at_the_start_when_it_returns() {
     assert_follows_anew::<F32>();

@@ -1,4 +1,4 @@
-//! A dithered triad in closed form: what it counts and what its pickoffs show, sample by sample.
+//! A dithered triad in closed form: its counts and pickoff codes, sample by sample.
 //!
 //! From the real motion of blocks and pickoffs it makes samples. Units are rad and s, axes those of the body; nothing
 //! is copied from the chain.
@@ -16,14 +16,14 @@ pub const DEG_H: f64 = ARCSEC;
 /// Pickoff codes of 2⁻³² rad.
 const CODES_PER_RAD: f64 = (1u64 << 32) as f64;
 
-/// What is really there.
+/// The true triad.
 #[derive(Debug, Clone, Copy)]
 pub struct Triad {
     /// Block angle over pickoff angle.
     pub gain: [f64; 3],
     /// The pickoff shows the block this late \[s\].
     pub delay_s: [f64; 3],
-    /// What the pickoffs show at rest \[rad\].
+    /// Pickoff angles at rest \[rad\].
     pub offset_rad: [f64; 3],
     pub frequency_hz: [f64; 3],
     pub amplitude_rad: [f64; 3],
@@ -79,7 +79,7 @@ impl Triad {
         ]
     }
 
-    /// What it gives, without end.
+    /// Its samples, without end.
     pub fn stream(self) -> Stream {
         Stream {
             triad: self,
@@ -98,7 +98,7 @@ pub struct Stream {
     triad: Triad,
     period: u64,
     random: u64,
-    /// Amplitude modulation: a slow random walk and where it was a period before.
+    /// Amplitude modulation: a slow random walk and its value a period before.
     wander: [[f64; 2]; 3],
     pulses: [i64; 3],
 }

@@ -8,15 +8,15 @@ use crate::equations::CENTRAL;
 use crate::motion::{Coning, TABLE_3_S2, fine, stream};
 use crate::{mean_rate_rad_s, run};
 
-/// The estimate's product over the true one, less one, from its definition:
-/// 2 Σ a_p sin(p x) 2 (1 − cos x)/x³ − 1 is what oscillations in quadrature rectify too little or much.
+/// The estimate's product over the true one, less one, from its definition: 2 Σ a_p sin(p x) 2 (1 − cos x)/x³ − 1 is
+/// the relative error of the rectification of oscillations in quadrature.
 fn product_error(x: f64) -> f64 {
     let terms = CENTRAL.iter().zip(1..);
     let sum: f64 = terms.map(|(a, p)| 2.0 * a * (f64::from(p) * x).sin()).sum();
     sum * 2.0 * (1.0 - x.cos()) / x.powi(3) - 1.0
 }
 
-/// How far the measured share may be from the formula \[1\]: the ends of 10 s are known to a pulse and a code,
+/// Largest difference of the measured share from the formula \[1\]: the ends of 10 s are known to a pulse and a code,
 /// 9e-11 rad or 2e-6 °/h, against drifts of 0.9 °/h and more; the tilts' second order is 4e-6 at 1e-3 rad.
 const SHARE_TOLERANCE: f64 = 1e-5;
 

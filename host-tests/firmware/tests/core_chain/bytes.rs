@@ -1,4 +1,4 @@
-//! Bytes out and in again, and what is refused.
+//! Bytes out and in again, and refusals.
 
 use proptest::prelude::*;
 use trueaxis::{

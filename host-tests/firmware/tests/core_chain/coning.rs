@@ -80,7 +80,7 @@ fn with_long_periods_only_the_third_order_is_left_out() {
     }
 }
 
-/// What navigation at 200 to 1000 Hz may see of coning at 0.1°: at 50 Hz and at 200 Hz \[°/h\].
+/// Largest coning drift in navigation at 200 to 1000 Hz, at 0.1°: at 50 Hz and at 200 Hz \[°/h\].
 const MARKS: [(f64, f64); 2] = [(50.0, 1e-4), (200.0, 1e-2)];
 
 #[test]
@@ -105,7 +105,7 @@ fn coning_at_50_and_200_hz_leaves_less_than_its_marks_at_output_rates_of_200_to_
 }
 
 /// Increments are counted in 1, 2, 4 and 8 rad from 4 kHz down; products of one increment with a tilt and of two scale
-/// each in their own way. The motion is slower by as much as the samples, so that what a sample turns by is the same.
+/// each in their own way. The motion is slower by as much as the samples, so that the rotation in a sample is the same.
 #[test]
 fn coning_and_flexure_are_right_at_every_sample_rate() {
     for (rate_hz, samples_per_output) in [

@@ -87,7 +87,7 @@ impl Equations {
         }
         self.history.rotate_right(1);
         self.history[0] = now;
-        // The sample three before has both its sides: what its tilts let the gyros sense more is taken off now.
+        // The sample three before has both its sides: the gyros' excess angle by its tilts is subtracted now.
         let mut a = [0.0; 3];
         for (c, pair) in CENTRAL.iter().zip(1..) {
             let (after, before) = (self.history[3 - pair], self.history[3 + pair]);

@@ -10,8 +10,8 @@ use trueaxis::{
 use crate::motion::{Both, Slew, Turning, fine, stream};
 use crate::{CODE_RAD, run};
 
-/// How far an f32 frame near the range's end may be from the fixed-point one \[codes\]: 40 roundings of
-/// the increment's strip (1e-3 rad, half an LSB 1.2e-10 rad is 4 codes) at random, three sigma.
+/// Largest difference of an f32 frame near the range's end from the fixed-point one \[codes\]: 40 roundings of the
+/// increment's strip (1e-3 rad, half an LSB 1.2e-10 rad is 4 codes) at random, three sigma.
 const F32_FRAME_CODES: i64 = 80;
 
 /// Every parameter at the end of its range, where formats are fullest.
@@ -72,7 +72,7 @@ proptest! {
 
     #[test]
     fn after_any_stream_the_chain_follows_again(samples in vec(any_sample(), 40..80)) {
-        // What an extreme leaves behind is bounded memory: four samples of history, one code of carry.
+        // An extreme leaves only bounded memory: four samples of history, one code of carry.
         let parameters = Parameters::default().with(|p| p.samples_per_output = 10);
         let calm = Sample { pulse_counts: [3, -2, 1], pickoff_codes: [0; 3], accelerometer_codes: [0; 3] };
         assert_recovers::<F32>(&parameters, &samples, calm);

@@ -1,4 +1,4 @@
-//! The dither monitor, and what its square root costs in accuracy.
+//! The dither monitor, and the accuracy of its square root.
 
 use micromath::F32Ext;
 use trueaxis::DitherMonitor;
@@ -50,8 +50,8 @@ fn micromath_stays_within_the_limit_and_libm_is_exact() {
     assert!(libm_worst <= 1.0 / (1 << 24) as f64);
 }
 
-/// What health items of the dither's frequency and of the pickoff's phase would ask of a library, against what
-/// micromath's functions give: why it serves the amplitude alone.
+/// Accuracy needed of a library by health items of the dither's frequency and of the pickoff's phase, against that of
+/// micromath's functions: it suffices for the amplitude alone.
 #[test]
 fn micromath_has_no_frequency_and_no_phase_that_a_health_item_could_show() {
     // A suspension's resonance moves by parts of a per cent.

@@ -1,4 +1,4 @@
-//! Motions known in closed form, and what a dithered triad counts under them.
+//! Motions known in closed form, and the counts of a dithered triad under them.
 
 use trueaxis::{CrossAxis, FlexureResponse, Parameters, Sample};
 
@@ -186,7 +186,7 @@ pub fn stream(
     samples
 }
 
-/// What the gyros sense of rate ω under acceleration α.
+/// Sensed rates of the gyros at rate ω under acceleration α.
 fn flexed(k: &CrossAxis<f64>, w: [f64; 3], a: [f64; 3]) -> [f64; 3] {
     let (xy, xz) = (-k.xy * a[1], -k.xz * a[2]);
     let (yx, yz) = (-k.yx * a[0], -k.yz * a[2]);

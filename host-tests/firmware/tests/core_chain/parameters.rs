@@ -1,4 +1,4 @@
-//! What a configuration may ask for.
+//! Ranges of a configuration.
 
 use trueaxis::{
     AccelerometerParameters, Chain, CrossAxis, F32, Fixed, FlexureResponse, ParameterError,

@@ -1,4 +1,4 @@
-//! What rounding takes is carried: constant input, where nothing averages out by itself.
+//! The rounding residual is carried: constant input, where nothing averages out by itself.
 
 use trueaxis::{F32, Fixed, NumberSystem, OutputFrame, Parameters, Sample};
 
@@ -59,7 +59,7 @@ fn assert_no_drift<N: NumberSystem>(counts: [i32; 3]) {
 
 #[test]
 fn a_million_equal_samples_do_not_drift() {
-    // At rest only the bias is left; one pulse; 50 °/s; 100 °/s with both signs.
+    // At rest only the bias remains; one pulse; 50 °/s; 100 °/s with both signs.
     for counts in [[0, 0, 0], [1, -1, 1], [57, 56, 59], [113, -112, 1]] {
         assert_no_drift::<F32>(counts);
         assert_no_drift::<Fixed>(counts);

@@ -11,8 +11,8 @@ use crate::{DEG_H, mean_rate_rad_s, run};
 /// The figures are stated to 0.001 °/h, the digits after it cut.
 const PRINTED_DIGIT_DEG_H: f64 = 1e-3;
 
-/// What may stay of a drift that is followed: the tilts' second order, K α = 2e-5 at 15 Hz, and the part
-/// of a frame, 3e-11 rad over 12 s \[°/h\].
+/// Largest residual of a compensated drift: the tilts' second order, K α = 2e-5 at 15 Hz, and the part of a frame,
+/// 3e-11 rad over 12 s \[°/h\].
 const LEFT_DEG_H: f64 = 1e-4;
 
 const SAMPLES: usize = 48_000;

@@ -8,7 +8,8 @@ fn stiff(s2: [f64; 6]) -> Unit {
     Unit::fine().with(|u| u.flexure = Flexure::rigid(s2))
 }
 
-/// Coning with 0.6 rad/s and 70e-9 s² at these frequencies \[Hz\] may leave this much \[°/h\]. At 15 Hz 1e-8 was asked, 2e-8 of
+/// Coning with 0.6 rad/s and 70e-9 s² at these frequencies \[Hz\] have this residual at most \[°/h\]. At 15 Hz 1e-8 was
+/// asked, 2e-8 of
 /// the drift: K as a number of single precision is known to 3e-8 of itself, and words of fixed point round more.
 const MARKS: [(f64, f64); 4] = [(15.0, 1e-7), (50.0, 1e-7), (100.0, 2e-6), (200.0, 2e-4)];
 
@@ -67,7 +68,7 @@ fn coning_with_unequal_k_leaves_a_thousandth_at_most() {
     }
 }
 
-/// An ellipse is part coning, part in phase: what is left is the share of the coning part.
+/// An ellipse is part coning, part in phase: the residual is the share of the coning part.
 #[test]
 fn ellipses_leave_a_share_of_their_coning_part() {
     let unit = stiff(UNEQUAL_S2);

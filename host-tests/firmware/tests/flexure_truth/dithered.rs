@@ -45,7 +45,7 @@ fn nothing_is_created_in_phase_with_dither_and_pulses_in_full() {
     assert_in_phase(&[20.0, 50.0, 100.0, 200.0, 400.0], 60.0);
 }
 
-/// Coning: 1e-3 °/h, or 2e-4 of the drift where that is more, to three standard errors of the pulses.
+/// Tests coning: 1e-3 °/h, or 2e-4 of the drift where that is more, to three standard errors of the pulses.
 #[test]
 fn coning_with_dither_and_pulses_leaves_what_the_pulses_do_not_resolve() {
     let unit = as_built(EQUAL_S2, 12);

@@ -42,16 +42,16 @@ fn nothing_is_created_in_phase_on_a_slew_or_with_installation_errors() {
         let both = trial.both(&unit.flexure, &name);
         outcomes.extend(both.map(|outcome| (name.clone(), outcome)));
     }
-    // On the slew the tilts' oscillation multiplies the slew's rate. In coning's products that correction is some samples
-    // late: a tenth of what it rectifies may stay.
+    // On the slew the tilts' oscillation multiplies the slew's rate. In coning's products that correction is some
+    // samples late: a tenth of its rectified part may stay.
     for (name, outcome) in &outcomes {
         let share = 0.1 * outcome.uncompensated.largest_deg_h();
         outcome.assert_left(name, MARK_DEG_H.max(share));
     }
 }
 
-/// Damping of a mode makes the tilt lag, and a lag rectifies in phase too: a compensation that knows the mode takes it
-/// off, to a part of the drift.
+/// Damping of a mode makes the tilt lag, and a lag rectifies in phase too: a compensation that knows the mode removes
+/// it, to a part of the drift.
 #[test]
 fn a_ringing_block_rectifies_little_in_phase() {
     let rigid = Flexure::rigid(UNEQUAL_S2);

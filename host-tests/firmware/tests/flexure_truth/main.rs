@@ -20,7 +20,7 @@ use trueaxis::{F32, Fixed, NumberSystem};
 /// Sample rate \[Hz\].
 const RATE_HZ: f64 = 4000.0;
 
-/// Time from which drifts are measured \[s\]: the motion has risen to its full size, and what rang has decayed.
+/// Time from which drifts are measured \[s\]: the motion has risen to its full size, and the ringing has decayed.
 const FROM_S: f64 = 1.0;
 
 /// K of every pair alike \[s²\].
@@ -40,7 +40,7 @@ fn near(frequency_hz: f64) -> f64 {
     frequency_hz * 1.000_618_034
 }
 
-/// A unit in motion beside a stiff one that is otherwise the same.
+/// A unit in motion, with a stiff one that is otherwise the same.
 struct Trial {
     unit: Unit,
     recording: Recording,
@@ -84,7 +84,7 @@ impl Trial {
         attitude_error::<N>(&parameters, &self.recording, of).drift(FROM_S, self.period_s)
     }
 
-    /// What a chain that knows this flexure leaves and creates.
+    /// Residual and created drift of a chain that knows this flexure.
     fn outcome<N: NumberSystem>(&self, known: &Flexure) -> Outcome {
         let none = Flexure::default();
         let absolute = self.drift::<N>(known, 0);
@@ -127,12 +127,12 @@ impl Outcome {
         );
     }
 
-    /// At most `mark_deg_h` is left, or what three standard errors resolve.
+    /// Asserts a residual drift of at most `mark_deg_h`, or of the resolution of three standard errors.
     fn assert_left(&self, name: &str, mark_deg_h: f64) {
         self.assert_within(name, "left", &self.left, mark_deg_h);
     }
 
-    /// At most `mark_deg_h` from the truth, or what three standard errors resolve.
+    /// Asserts a drift from the truth of at most `mark_deg_h`, or of the resolution of three standard errors.
     fn assert_true(&self, name: &str, mark_deg_h: f64) {
         self.assert_within(name, "from the truth", &self.absolute, mark_deg_h);
     }

@@ -12,7 +12,7 @@ fn product(a: Complex, b: Complex) -> Complex {
     [a[0] * b[0] - a[1] * b[1], a[0] * b[1] + a[1] * b[0]]
 }
 
-/// Mean rate that the tilts add to each gyro under the motion's oscillations \[°/h\].
+/// Excess mean rate of each gyro by the tilts under the motion's oscillations \[°/h\].
 ///
 /// A rate Re W e^{iΩt} gives the tilt Re −K G iΩ W_j e^{iΩt} with G = 1/(1 − r² + 2iζr), r = f/f0, and the mean
 /// ½ Re tilt · conj W_k.

@@ -15,12 +15,12 @@ use crate::{EQUAL_S2, FROM_S, MODE_DAMPING, MODE_HZ, MODE_S2, RATE_HZ, UNEQUAL_S
 /// The paper's Table 3 \[s²\], xy, xz, yx, yz, zx, zy.
 const TABLE_3_S2: [f64; 6] = [6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8];
 
-/// Angle that one sample's pulses are \[rad\].
+/// Angle of one sample's pulses \[rad\].
 fn angle(unit: &Unit, pulses: [i32; 3]) -> Vector {
     [0, 1, 2].map(|i| unit.pulse_weight_rad[i] * f64::from(pulses[i]))
 }
 
-/// Drift of what a flexing unit counts beyond a stiff one, without any chain.
+/// Drift of a flexing unit's counts beyond a stiff one's, without any chain.
 fn counted(flexure: &Flexure, motion: &Motion, seconds: f64) -> Drift {
     let flexing = Unit::fine().with(|u| u.flexure = *flexure);
     let count = ((FROM_S + seconds) * RATE_HZ) as usize;
@@ -174,7 +174,7 @@ fn random_vibration_has_its_power_and_its_drift() {
                 .sum();
             assert!((power.sqrt() - 0.3).abs() < 1e-9);
         }
-        // Two frequencies beat at 2.5 Hz or faster: what the weight leaves of it after 4 s is 1e-4 of the drift.
+        // Two frequencies beat at 2.5 Hz or faster: its residual after weighting over 4 s is 1e-4 of the drift.
         assert_counted(
             &format!("{phases:?}"),
             &Flexure::rigid(EQUAL_S2),

@@ -30,7 +30,7 @@ fn long_span(limit: i64) -> impl Strategy<Value = (Span, i64)> {
     })
 }
 
-/// An increment, within the largest that the chain knows.
+/// An increment, within the chain's largest.
 fn increment() -> impl Strategy<Value = (Span, i32)> {
     span(1 << 30)
 }
@@ -131,7 +131,7 @@ proptest! {
             );
         }
 
-        // What leaves the words returns nothing and is recorded.
+        // Values that leave the words return nothing and are recorded.
         take_bounds();
         I::fine(tilts, long);
         I::at_end(a, b);
@@ -146,7 +146,7 @@ proptest! {
         }
     }
 
-    /// The same of what boot converts: weights with their counts, taps with their steps.
+    /// The same for conversions at boot: weights with their counts, taps with their steps.
     #[test]
     fn an_interval_holds_what_boot_makes_of_a_weight(
         limit in 1..i32::MAX,
@@ -185,7 +185,7 @@ proptest! {
 }
 
 proptest! {
-    /// The products of the exact sums are those that the bounds take them for, at the ends of their words too.
+    /// Tests that the products of the exact sums are those assumed by the bounds, at the ends of their words too.
     #[test]
     fn exact_products_are_those_of_whole_numbers(
         exponent in -34.0..-13.3f64,

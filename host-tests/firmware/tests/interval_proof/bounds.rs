@@ -12,7 +12,7 @@ use crate::corners::{Corner, corners};
 /// The bounds of every word over every stream of samples.
 ///
 /// # Panics
-/// If what the chain remembers does not come to a fixed point.
+/// If the chain's state does not come to a fixed point.
 pub fn prove(parameters: &Parameters, sample: impl Fn(u32) -> Sample) -> Vec<Bound> {
     prove_with::<()>(parameters, sample)
 }
@@ -24,8 +24,8 @@ pub fn prove_with<T: Term<Interval>>(
 ) -> Vec<Bound> {
     let chain = Chain::<Interval, T>::with_terms(parameters).expect("parameters in range");
     let mut state = ChainState::new();
-    // Whole windows, so that blocks end alike; thrice, because windows look at one gyro a sample; and longer
-    // than the chain's memory of samples.
+    // Whole windows, so that blocks end alike; thrice, because windows observe one gyro a sample; and longer than the
+    // chain's memory of samples.
     let block = 3 * chain.samples_per_window();
     let block = block * 12u32.div_ceil(block);
     let mut bounds = Vec::new();
@@ -68,15 +68,15 @@ fn merge(bounds: &mut Vec<Bound>, others: Vec<Bound>) {
     }
 }
 
-/// A sample of zeros: counts and steps stand for all values within their limits, whatever the sample says.
+/// A sample of zeros: counts and steps stand for all values within their limits, independent of the sample.
 pub fn still(_: u32) -> Sample {
     Sample::default()
 }
 
-/// The stage whose source file asked for the bounded operation.
+/// The stage whose source file has the bounded operation.
 pub fn stage(bound: &Bound) -> &'static str {
     let stem = Path::new(bound.file).file_stem().and_then(|s| s.to_str());
-    // What `map` calls is called from the core library.
+    // Closures of `map` are called from the core library.
     stem.filter(|_| bound.file.starts_with("src"))
         .unwrap_or("-")
 }

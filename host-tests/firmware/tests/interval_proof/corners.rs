@@ -116,7 +116,7 @@ impl Corner {
     }
 }
 
-/// Sum of the two coordinates by which an accelerometer may stand beside its axis \[m\].
+/// Sum of the two coordinates by which an accelerometer may be off its axis \[m\].
 pub fn farthest_arms_m(parameters: &Parameters) -> f64 {
     let fastest_rad_s = 2.0 * parameters.largest_increment_rad() * parameters.sample_rate_hz;
     (2.0 * LEVER_ARM_LIMIT_M).min(SWING_LIMIT_M_S / fastest_rad_s)
@@ -132,7 +132,7 @@ pub const WEIGHTS: [(f64, f64, f64); 3] = [
 /// Sample rates at both ends of every increment unit \[Hz\].
 const RATES_HZ: [f64; 8] = [500.0, 999.0, 1000.0, 1999.0, 2000.0, 3999.0, 4000.0, 8000.0];
 
-/// All lengths of the output period at the corners of what sums depend on.
+/// All lengths of the output period at the corners of the parameters that sums depend on.
 pub fn corners() -> Vec<Corner> {
     let base = Corner {
         samples_per_output: 1,

@@ -83,7 +83,7 @@ fn up(value: f64, exponent: i32) -> i128 {
     (value.abs() * 2f64.powi(exponent)).ceil() as i128
 }
 
-/// What an output period holds beside its ordinary samples.
+/// Readings of an output period in addition to its ordinary samples.
 #[derive(Debug, Clone, Copy)]
 enum Readings {
     /// Ordinary samples alone.
@@ -133,7 +133,7 @@ fn exact_sums_of(
         Readings::Ordinary => (n, 0, 0),
         Readings::AfterLost { later } => (n - 1 - later, later, 1),
     };
-    // More than BIAS_PERIODS at once are settled beside the sums; an output period may have begun before.
+    // More than BIAS_PERIODS at once are settled outside the sums; an output period may have begun before.
     let periods = n + gaps * (i128::from(BIAS_PERIODS) - 1);
     let leaving = |operation: Operation, file: &str| {
         let same = |b: &&Bound| b.operation == operation && stage(b) == file;
@@ -141,7 +141,7 @@ fn exact_sums_of(
     };
     let word = 1i128 << 32;
 
-    // counts.rs: what a gap's reading may add leaves room for a whole period's ordinary samples.
+    // counts.rs: a gap's reading leaves room for a whole period's ordinary samples.
     let scaled = axes.map(|i| parameters.pulse_weight_rad[i] * (1.0 - parameters.scale_error[i]));
     let one =
         axes.map(|i| i128::from((SENSED_LIMIT_RAD * unit / parameters.pulse_weight_rad[i]) as i32));
@@ -195,7 +195,7 @@ fn exact_sums_of(
 
     // adaptation.rs: one step of gain and quadrature over the farthest that the block may be, and a sample's step.
     let moved = most(axes.map(|i| {
-        // What is no dithered axis does not move.
+        // An axis without dither does not move.
         let reach = ((PICKOFF_REACH_RAD / gain[i]) as u32).min(1 << 30);
         let travelled = i128::from(reach) + limit(gain[i]);
         sums.keep(
@@ -238,7 +238,7 @@ fn exact_sums_of(
     let beside = sums.angle("coning: beside the sum", crossed);
     let rotation = sums.angle("chain: rotation", at_rest + beside);
 
-    // gap.rs: before × reading, less half of what gaps have with each other; the period's at its end.
+    // gap.rs: before × reading, less half of the gaps' products with each other; the period's at its end.
     sums.keep("gap: angle word", gap / word + 1, 32, (-32, "rad"));
     let crossed = |a: i128, b: i128| 2 * (a / word + 1) * (b / word + 1);
     let of_gaps = crossed(before, gap_path) + crossed(gap, gap_path) / 2 + n * word;
@@ -334,12 +334,12 @@ fn exact_sums_of(
     let swing = sums.velocity("size effect: swing", times(lever(arms_m), at_end));
     let square = leaving(Operation::FineCross, "size_effect") << (2 * unit_log2);
     sums.angle("size effect: squares", square);
-    // The four differences together: two coordinates beside its axis of each accelerometer, and twice the one along it.
+    // The four differences together: two coordinates across the axis of each accelerometer, and twice the one along it.
     let differences_m = 3.0 * arms_m + 2.0 * LEVER_ARM_LIMIT_M;
     let gathered = times(lever(2.0 * differences_m) + 3, square);
     let gathered = sums.velocity("size effect: gathered", gathered);
 
-    // turning.rs: what gathered evenly, and the swing at the end; then the difference of both.
+    // turning.rs: the part that gathered evenly, and the swing at the end; then the difference of both.
     let evenly = sums.velocity("chain: gathered evenly", felt + rectified + gathered);
     let third = sums.crossed(rotation, evenly) >> 2;
     let second = sums.crossed(rotation, evenly + third) / 3 + word;

@@ -1,16 +1,15 @@
-//! Proves by interval arithmetic that no word of the fixed-point chain wraps, whatever samples enter.
+//! Proves by interval arithmetic that no word of the fixed-point chain wraps, for any samples.
 //!
-//! [`Interval`] runs the chain's own text on the intervals of all values that a word of `Fixed` can hold:
-//! counts and pickoff steps stand for all within their limits, taps for all that adaptation can reach. What
-//! the chain remembers from sample to sample grows to a fixed point, and [`bounds::prove`] shows that it has reached
-//! it: so the bounds hold for a stream of any length. Held samples and lost ones only leave words at zero that
-//! are otherwise intervals around it.
+//! [`Interval`] runs the chain's own text on the intervals of all values that a word of `Fixed` can hold: counts and
+//! pickoff steps stand for all within their limits, taps for all that adaptation can reach. The chain's state from
+//! sample to sample grows to a fixed point, and [`bounds::prove`] shows that it has reached it: so the bounds hold for
+//! a stream of any length. Held samples and lost ones only leave words at zero that are otherwise intervals around it.
 //!
 //! # Parameters
-//! Every interval grows with the magnitude of a parameter. So the corners of the ranges bound what is inside
-//! them; where `Parameters::check` refuses a corner, the point of its boundary on the way to the corner stands
-//! for it. Rates on both sides of every change of the increment unit, all lengths of the output period and both
-//! responses of the flexure are gone through.
+//! Every interval grows with the magnitude of a parameter. So the corners of the ranges bound their inside; if
+//! `Parameters::check` refuses a corner, the point of its boundary on the way to the corner stands for it. Rates on
+//! both sides of every change of the increment unit, all lengths of the output period and both responses of the flexure
+//! are gone through.
 //!
 //! The exact sums (`i64` of fine units) are not behind the number system. `exact_sums.rs` derives their bounds from the
 //! same limits, for output periods of ordinary samples alone and for periods with readings that cover several periods.
@@ -63,7 +62,7 @@ fn no_word_of_the_fixed_point_chain_wraps() {
     assert!(wraps.is_empty(), "{wraps:?}");
 }
 
-/// Bounds are those of all samples: the sample at hand does not matter, nor what was held or lost.
+/// Bounds are those of all samples: they do not depend on the sample, nor on held or lost ones.
 #[test]
 fn the_bounds_do_not_depend_on_the_samples() {
     let corner = Corner {
@@ -268,7 +267,7 @@ fn parameters() -> impl Strategy<Value = Parameters> {
 proptest! {
     #![proptest_config(ProptestConfig::with_cases(500))]
 
-    /// The corners bound what is inside them.
+    /// Tests that the corners bound the inside of the ranges.
     #[test]
     fn no_word_wraps_inside_the_corners(parameters in parameters()) {
         prop_assume!(parameters.check().is_ok());

@@ -1,4 +1,4 @@
-//! The proof for chains with optional terms: their own words, and the chain's with what they add.
+//! The proof for chains with optional terms: their own words, and the chain's with their additions.
 
 use std::collections::BTreeMap;
 
@@ -227,7 +227,7 @@ proptest! {
     ) {
         let response = response(factors);
         let norm: f64 = response.iter().map(|h| h.abs()).sum();
-        // The output's word holds 1/8; an input of at least 2^16 LSB, so that rounding is small beside it.
+        // The output's word holds 1/8; an input of at least 2^16 LSB, so that rounding is small against it.
         let largest = ((1u64 << 30) as f64 / norm) as i32;
         prop_assume!(largest > 1 << 16);
         let input = Span::within(largest);

@@ -179,7 +179,7 @@ fn a_dither_frequency_that_is_used_ends_at_its_share_of_the_sample_rate() {
     }
 }
 
-/// S + D without matrix: 2⁻⁸·5/8 + 2⁻¹⁰ rad at 4 kHz, in the unit of the rate; and what gains leave of it.
+/// S + D without matrix: 2⁻⁸·5/8 + 2⁻¹⁰ rad at 4 kHz, in the unit of the rate; and its part by the gains.
 #[test]
 fn the_largest_increment_is_counts_and_pickoff_at_their_limits() {
     let of =
@@ -198,8 +198,8 @@ fn the_largest_increment_is_counts_and_pickoff_at_their_limits() {
     );
 }
 
-/// Each element of the matrix at rest turns the angle of its axis into its gyro: gyro i with e_ij takes that of the axis
-/// that is neither i nor j. Flexure adds what it may add in products at most.
+/// Each element of the matrix at rest turns the angle of its axis into its gyro: gyro i with e_ij takes that of the
+/// axis that is neither i nor j. Flexure adds its largest part in products.
 #[test]
 fn each_element_of_the_matrix_adds_its_axis_to_the_largest_increment() {
     // Counts of the axes x, y, z as scale errors leave them; all different.
@@ -208,7 +208,7 @@ fn each_element_of_the_matrix_adds_its_axis_to_the_largest_increment() {
     let places = [(0, 2), (0, 1), (1, 2), (1, 0), (2, 1), (2, 0)];
     let names = ["xy", "xz", "yx", "yz", "zx", "zy"];
     for (element, (gyro, from)) in places.into_iter().enumerate() {
-        // ½ is no installation; what is asked is the formula, and this gyro must be the largest.
+        // ½ is no installation; the test is of the formula, and this gyro must be the largest.
         for sign in [1.0, -1.0] {
             let expected = axis[gyro] + 0.5 * axis[from];
             let mut six = [0.0; 6];

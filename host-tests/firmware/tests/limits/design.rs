@@ -1,8 +1,8 @@
-//! Design parameters against the figures beside them and the equations that they solve.
+//! Design parameters against their documented figures and the equations that they solve.
 
 use trueaxis::design_parameters as design;
 
-/// A limit and what its documentation says of it, as a decimal or as the power of two that is exact.
+/// A limit and its documented value, as a decimal or as the power of two that is exact.
 #[test]
 fn limits_are_the_documented_ones() {
     for (name, value, documented) in [
@@ -148,7 +148,7 @@ fn the_increment_unit_doubles_with_every_halving_of_the_rate() {
     }
 }
 
-/// The mean of α̂ × D is right to the sixth power of ΩT: what is left at 400 Hz is documented.
+/// The mean of α̂ × D is right to the sixth power of ΩT: the residual at 400 Hz is documented.
 #[test]
 fn the_central_coefficients_leave_what_is_documented() {
     let x = std::f64::consts::TAU * 400.0 / 4000.0;
@@ -159,12 +159,12 @@ fn the_central_coefficients_leave_what_is_documented() {
     };
     let left = (product(x) - 1.0).abs();
     assert!((left - 7.5e-4).abs() <= 0.5e-5, "{left:e}");
-    // Halving x divides what is left by 2⁶.
+    // Halving x divides the residual by 2⁶.
     let order = ((product(0.4) - 1.0) / (product(0.2) - 1.0)).log2();
     assert!((order - 6.0).abs() < 0.05, "{order}");
 }
 
-/// Σ c_j 2(1 − cos x) sin jx = ½(x − sin x) to x⁵: what is left falls with x⁷, and its factor is 1/20 − … by series.
+/// Σ c_j 2(1 − cos x) sin jx = ½(x − sin x) to x⁵: the residual falls with x⁷, and its factor is 1/20 − … by series.
 #[test]
 fn the_coning_coefficients_match_the_sample_to_the_fifth_power() {
     let [one, two] = design::CONING_COEFFICIENTS;
@@ -172,12 +172,12 @@ fn the_coning_coefficients_match_the_sample_to_the_fifth_power() {
         let sum = one * x.sin() + two * (2.0 * x).sin();
         2.0 * (1.0 - x.cos()) * sum - 0.5 * (x - x.sin())
     };
-    // At an angle where rounding is far below, halving x must divide what is left by 2⁷.
+    // At an angle where rounding is far below, halving x must divide the residual by 2⁷.
     let order = (left(0.4) / left(0.2)).log2();
     assert!((order - 7.0).abs() < 0.05, "{order}");
 }
 
-/// κ² = 1/12: the mean of (ΔD)² is x² of that of D², and D² lacks x²/12 of T² ω²; left is x⁴/90, 0.17 % at 400 Hz.
+/// κ² = 1/12: the mean of (ΔD)² is x² of that of D², and D² lacks x²/12 of T² ω²; the residual is x⁴/90, 0.17 % at 400 Hz.
 #[test]
 fn products_within_a_sample_lack_a_sixth_of_a_per_cent() {
     let x = std::f64::consts::TAU * 400.0 / 4000.0;

@@ -75,7 +75,7 @@ fn words_of_health_have_the_documented_bits() {
     }
 }
 
-/// The fault in the lowest four bits, then whether there is a sample, then whether the interrupt was late.
+/// The fault in the lowest four bits, then the presence of a sample, then the lateness of the interrupt.
 #[test]
 fn a_raw_periods_source_is_its_fault_its_sample_and_its_lateness() {
     use SourceFault as F;

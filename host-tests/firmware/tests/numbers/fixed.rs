@@ -1,4 +1,4 @@
-//! The fixed-point operations: exact integers, rounded as the table of formats says.
+//! The fixed-point operations: exact integers, rounded as in the table of formats.
 
 use trueaxis::{Fixed, NumberSystem};
 
@@ -150,7 +150,7 @@ fn products_are_rounded_down_to_their_formats() {
             i128::from(to) + expected
         );
 
-        // What a slope makes of an increment fits one.
+        // A slope times an increment fits an increment.
         let factor = word(&mut rng, 24);
         let expected = down(times(factor, increment), SLOPE + INCREMENT, INCREMENT);
         assert_eq!(

@@ -7,7 +7,7 @@ use crate::{DRAWS, draws, word};
 /// Half a unit in the last place, relative.
 const ROUNDING: f64 = 1.0 / (1 << 24) as f64;
 
-/// That `found` is the sum of `terms` to as many roundings as so many products and sums have.
+/// Asserts that `found` is the sum of `terms` to the roundings of as many products and sums.
 #[track_caller]
 fn is_sum(found: f32, terms: &[f64]) {
     let (sum, magnitude) = terms.iter().fold((0.0, 0.0), |(sum, all), term| {

@@ -9,7 +9,7 @@ mod float;
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 
-/// How often each operation is asked.
+/// Number of tests of each operation.
 const DRAWS: usize = 2000;
 
 /// The same draws on every machine.

@@ -1,4 +1,4 @@
-//! Each error at a realistic size, as the catalogue writes it: what a gyro shows more, from the motion itself.
+//! Each error at a realistic size, as the catalogue writes it: the gyro's excess, from the motion itself.
 
 use trueaxis::TermKind as K;
 
@@ -75,7 +75,7 @@ fn late(t: f64, delays: [f64; 3]) -> [f64; 3] {
     [0, 1, 2].map(|axis| true_rates(t - delays[axis])[axis])
 }
 
-/// What tilts \[xy, xz, yx, yz, zx, zy\] add to the true rates.
+/// Adds the effect of tilts \[xy, xz, yx, yz, zx, zy\] to the true rates.
 fn tilted(t: f64, [xy, xz, yx, yz, zx, zy]: [f64; 6]) -> [f64; 3] {
     let [x, y, z] = true_rates(t);
     [

@@ -1,4 +1,4 @@
-//! Optional terms of the chain: what they leave of an error, their records, their ranges.
+//! Optional terms of the chain: their residual errors, their records, their ranges.
 
 mod errors;
 mod ranges;

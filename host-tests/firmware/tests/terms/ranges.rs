@@ -1,4 +1,4 @@
-//! The range of every number in a record ends where its term says, at 4 kHz with fine codes.
+//! The range of every number in a record ends at its term's limit, at 4 kHz with fine codes.
 
 use trueaxis::terms::AllTerms;
 use trueaxis::{Chain, CrossAxis, F32, Fixed, ParameterError, Parameters, TermKind as K};
@@ -20,7 +20,7 @@ fn ends_at(kind: K, at: usize, limit: f64) {
             values[at] = sign * value;
             checked(&parameters(&[(kind, values)]))
         };
-        // Factors of a limit are rounded; what is asked is the limit.
+        // Factors of a limit are rounded; the test is of the limit.
         let (inside, outside) = (limit * (1.0 - 1e-12), limit * (1.0 + 1e-12));
         assert_eq!(of(inside), Ok(()), "{kind} {at}: {inside:e}");
         assert_eq!(
@@ -36,12 +36,12 @@ const PERIOD_S: f64 = 1.0 / 4000.0;
 const RATE_SQUARED: f64 = 16e6;
 /// A velocity increment of 1: 256 m/s over a period.
 const FORCE_M_S2: f64 = 256.0 * 4000.0;
-/// Largest velocity increment of a term: a quarter m/s with 4 % of errors, and what a delay adds.
+/// Largest velocity increment of a term: a quarter m/s with 4 % of errors, and the addition of a delay.
 const LARGEST_VELOCITY: f64 = 1.04 * 0.25 / 256.0 + 1.0 / 2048.0;
 
 #[test]
 fn each_value_of_a_record_ends_at_its_terms_limit() {
-    // 100 K make what a constant may be; 1e4 K² of the squares.
+    // 100 K make the limit of a constant; 1e4 K² of the squares.
     for gyro in 3..6 {
         ends_at(K::GyroBiasTemperature, gyro, 1e-4);
         ends_at(K::GyroBiasTemperature, gyro + 3, 1e-6);
@@ -57,7 +57,7 @@ fn each_value_of_a_record_ends_at_its_terms_limit() {
         ends_at(K::GyroBiasTemperatureRate, axis, 0.1);
         ends_at(K::GyroDelay, axis, 0.4 * PERIOD_S);
         ends_at(K::AccelDelay, axis, 0.4 * PERIOD_S);
-        // E, at most 20/3 ½ v of the largest increment and of what is left of the dither, is within 0.0155.
+        // E, at most 20/3 ½ v of the largest increment and of the dither's residual, is within 0.0155.
         let largest = 0.003_417_968_75 + 1.0 / 8192.0;
         ends_at(
             K::GyroBandwidth,

@@ -31,7 +31,7 @@ fn a_block_with_records_comes_back_the_same() {
     let known = full();
     let block = known.to_block(7);
     assert_eq!(Parameters::from_block(&block), Ok((known, 7)));
-    // What follows a block in flash is not part of it.
+    // Bytes behind a block in flash are not part of it.
     let mut longer = block.to_vec();
     longer.extend([0xFF; 300]);
     assert_eq!(Parameters::from_block(&longer), Ok((known, 7)));
@@ -145,7 +145,7 @@ fn every_value_that_is_not_finite_or_far_beyond_its_range_is_refused_by_its_kind
                 let known = parameters(&[(*kind, values)]);
                 let refused = Chain::<F32, AllTerms<F32>>::with_terms(&known).err();
                 let expected = match kind {
-                    // A mode without a frequency is none, whatever its other numbers are.
+                    // A mode without a frequency is no mode, for any other numbers.
                     TermKind::AxisFlexureMode => ParameterError::ModeFrequency,
                     _ => ParameterError::Term(*kind),
                 };

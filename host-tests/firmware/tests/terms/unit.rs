@@ -11,7 +11,7 @@ const PULSE_RAD: f64 = 1.0 / (1u64 << 34) as f64;
 const PICKOFF_RAD: f64 = 1.0 / (1u64 << 35) as f64;
 const CODE_M_S: f64 = 1.0 / (1u64 << 29) as f64;
 
-/// What the unit does at an instant: rates and their second derivatives, forces, temperatures.
+/// Motion of the unit at an instant: rates and their second derivatives, forces, temperatures.
 #[derive(Clone, Copy)]
 pub struct Motion {
     pub rate_rad_s: [f64; 3],
@@ -80,7 +80,7 @@ pub fn motion(t: f64) -> Motion {
     }
 }
 
-/// One error: records that describe it, and what the gyros and accelerometers show.
+/// One error: records that describe it, and the outputs of gyros and accelerometers.
 pub struct Error {
     pub name: &'static str,
     pub records: Vec<(TermKind, Vec<f64>)>,
@@ -88,7 +88,7 @@ pub struct Error {
     pub gyros: fn(f64) -> [f64; 3],
     /// Forces that the accelerometers show.
     pub accelerometers: fn(f64) -> [f64; 3],
-    /// Angles that the gyros show of their blocks, given what the pickoffs say.
+    /// Angles that the gyros show of their blocks, given the pickoffs' angles.
     pub blocks: fn([f64; 3]) -> [f64; 3],
 }
 
@@ -127,7 +127,7 @@ pub fn parameters(records: &[(TermKind, Vec<f64>)]) -> Parameters {
     })
 }
 
-/// Samples of what the sensors show, in whole codes of the running integrals.
+/// Samples of the sensors, in whole codes of the running integrals.
 pub struct Stream {
     gyros: fn(f64) -> [f64; 3],
     accelerometers: fn(f64) -> [f64; 3],
@@ -220,7 +220,7 @@ pub fn field_t(t: f64) -> [f64; 3] {
     [2e-5 + 1e-4 * t, -1e-5, 4e-5 - 5e-5 * t]
 }
 
-/// The slow readings at a time, told twice an output period.
+/// The slow readings at a time, given twice an output period.
 pub fn slow(t: f64) -> SlowReadings {
     let now = motion(t);
     SlowReadings {

@@ -1,4 +1,4 @@
-//! What must be exact: sums, carries, zeros, the calibration.
+//! Exactness of sums, carries, zeros, the calibration.
 
 use trueaxis::parameters::AccelerometerParameters;
 use trueaxis::{

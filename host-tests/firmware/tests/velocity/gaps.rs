@@ -101,8 +101,8 @@ fn a_steady_turn_goes_on<N: NumberSystem>() {
         "{}: gap of 4 samples under 35 °/s costs {error:.2e} m/s",
         N::NAME
     );
-    // What a gap leaves out: Q of five samples, ω² times 0.1 m; and sculling within it, which a steady turn has
-    // none of.
+    // Parts that a gap leaves out: Q of five samples, ω² times 0.1 m; and sculling within it, of which a steady turn
+    // has none.
     let bound = 5.0 / 4000.0 * rate.norm_squared() * 0.1 + 1e-6;
     assert!(error < bound, "{}: {error:e} over {bound:e} m/s", N::NAME);
 }
@@ -146,7 +146,7 @@ fn order_counts_across_a_gap<N: NumberSystem>() {
     };
     let angle_rad = 6e-3f64;
     let velocity_m_s = 0.05;
-    // The steady turn's term of second order stands for whatever the order was: θ²/3 of the velocity at most.
+    // The steady turn's term of second order bounds any order of the two: θ²/3 of the velocity at most.
     let bound = velocity_m_s * angle_rad.powi(2) / 3.0 + 2.0 * OUTPUT_M_S_PER_CODE;
     let [_, y, z] = frame_across::<N>(turn(TURN), push(PUSH));
     assert!(

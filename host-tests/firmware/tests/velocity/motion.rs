@@ -1,4 +1,4 @@
-//! Bodies that move in closed form, what their sensors read, and where a navigation computer takes them.
+//! Bodies that move in closed form, the readings of their sensors, and their velocity by a navigation computer.
 //!
 //! From attitude, rate, angular acceleration and force as functions of time it makes the samples of a chain with
 //! negligible quantisation, and from frames the velocity in space. Units are rad, m and s; nothing is copied from the
@@ -139,7 +139,7 @@ impl Motion {
     }
 }
 
-/// Of a unit that knows its arms and has no other error.
+/// Parameters of a unit with these arms and no other error.
 pub fn parameters(arms_m: [[f64; 3]; 3]) -> Parameters {
     Parameters::default().with(|p| {
         p.pulse_weight_rad = [PULSE_RAD; 3];
@@ -155,8 +155,8 @@ pub fn parameters(arms_m: [[f64; 3]; 3]) -> Parameters {
     })
 }
 
-/// A navigation computer that is given the attitude (space from body, at time t), so that velocity alone is
-/// judged: velocity in space at each frame's end.
+/// A navigation computer that is given the attitude (space from body, at time t), so that velocity alone is tested:
+/// velocity in space at each frame's end.
 pub fn navigate(attitude: impl Fn(f64) -> Rotation3<f64>, frames: &[OutputFrame]) -> Vec<Vector> {
     navigate_at(RATE_HZ, 10, attitude, frames)
 }

@@ -8,13 +8,12 @@ use trueaxis::{F32, Fixed, NumberSystem};
 use crate::frames;
 use crate::motion::{Cone, G, Motion, Vector, navigate, parameters};
 
-/// What the chain may add to a force \[m/s²\]: 0.1 µg, a hundredth of what a navigation accelerometer repeats to.
+/// Largest error of a force by the chain \[m/s²\]: 0.1 µg, a hundredth of a navigation accelerometer's repeatability.
 const FORCE_M_S2: f64 = 1e-7 * G;
 
 const NO_ARMS: [[f64; 3]; 3] = [[0.0; 3]; 3];
 
-/// The first frame's nine, and 2 s: whole periods of all frequencies here, so that an oscillation ends where
-/// it began.
+/// The first frame's nine, and 2 s: whole periods of all frequencies here, so that an oscillation ends at its initial phase.
 const SAMPLES: i64 = 8009;
 
 /// Mean force in space that frames show, from the first frame's end to the last one's \[m/s²\].
@@ -64,7 +63,7 @@ fn rocking_in_step_with_a_vibration_across_it_rectifies_as_bessel_says() {
     }
 }
 
-/// A force that stands still in space, felt by a body that turns at ω.
+/// A force constant in space, sensed by a body that turns at ω.
 fn turning(rate: Vector, force: Vector) -> Motion {
     Motion {
         attitude: Box::new(move |t| Rotation3::new(rate * t)),

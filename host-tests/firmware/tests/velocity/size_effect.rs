@@ -8,7 +8,7 @@ use trueaxis::{F32, Fixed, NumberSystem};
 use crate::frames;
 use crate::motion::{Cone, G, Motion, Vector, navigate, navigate_at, parameters};
 
-/// What the chain may leave of the size effect as a steady force \[m/s²\]: 0.1 µg.
+/// Largest residual of the size effect as a steady force \[m/s²\]: 0.1 µg.
 const FORCE_M_S2: f64 = 1e-7 * G;
 
 /// Centimetres, all different.
@@ -66,9 +66,9 @@ fn nothing_rectifies<N: NumberSystem>(frequency_hz: f64, angle_deg: f64) {
         "{} {frequency_hz} Hz, {angle_deg}°: {before:.2e} -> {left:.2e} m/s², velocity within {bounded:.1e} m/s",
         N::NAME
     );
-    // Else there would be nothing to take out.
+    // Else there would be nothing to correct.
     assert!(before > 100.0 * FORCE_M_S2, "only {before:e} without arms");
-    // Two stated leftovers: third order in the angle that a period turns by, and x⁴/90 of the squares; and a
+    // Two documented residuals: third order in the angle that a period turns by, and x⁴/90 of the squares; and a
     // hundredth of a µg for numbers.
     let x = TAU * frequency_hz / 4000.0;
     let turned = angle_deg.to_radians() * 10.0 * x;

@@ -92,7 +92,7 @@ fn velocity_m_s(
         - Vector3::z() * (E2 * (across_m * normal_rate.z + across_m_s * normal.z))
 }
 
-/// What turns north, east, down into Earth-fixed axes.
+/// Rotation of north, east, down into Earth-fixed axes.
 pub fn earth_from_ned(normal: &Vector3<f64>) -> UnitQuaternion<f64> {
     let down = -normal;
     let east = Vector3::z().cross(normal).normalize();
@@ -137,7 +137,7 @@ pub fn increments(path: &impl Trajectory, period_s: f64) -> impl Iterator<Item =
         let end_s = count as f64 * period_s;
         let end = inertial(path, end_s);
         let end_attraction = attraction_m_s2(&end.position_m);
-        // the middle by Hermite's cubic through both ends, T⁴/384 times the snap beside the true one
+        // the middle by Hermite's cubic through both ends, T⁴/384 times the snap off the true one
         let middle_m = 0.5 * (begin.position_m + end.position_m)
             + (begin.velocity_m_s - end.velocity_m_s) * (period_s / 8.0);
         let attracted_m_s = (begin_attraction + 4.0 * attraction_m_s2(&middle_m) + end_attraction)
