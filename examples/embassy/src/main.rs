@@ -44,7 +44,7 @@ static PERIODS: AtomicU32 = AtomicU32::new(0);
 /// Wakes the sampling task.
 static PERIOD_ENDED: Signal<CriticalSectionRawMutex, ()> = Signal::new();
 
-/// Frames that wait for the serial port.
+/// Frames queued for the serial port.
 static FRAMES: Channel<CriticalSectionRawMutex, TelemetryFrame, 16> = Channel::new();
 
 bind_interrupts!(struct Irqs {
@@ -59,7 +59,7 @@ struct PeriodEnd;
 
 impl typelevel::Handler<typelevel::TIM2> for PeriodEnd {
     unsafe fn on_interrupt() {
-        // The flags clear where 0 is written.
+        // The flags clear on writing 0.
         pac::TIM2.sr().write(|w| {
             w.0 = u32::MAX;
             w.set_uif(false);
@@ -69,7 +69,7 @@ impl typelevel::Handler<typelevel::TIM2> for PeriodEnd {
     }
 }
 
-/// The bank's bus: nobody else is on it.
+/// The bank's bus, used by the bank alone.
 type Bus = ExclusiveDevice<Spi<'static, Async, Master>, Output<'static>, NoDelay>;
 
 #[embassy_executor::main]
@@ -90,7 +90,7 @@ async fn main(spawner: Spawner) {
         panic!("USART1 cannot have this rate");
     };
 
-    // High at the beginning of each period, for a sixteenth of it: there the bank latches.
+    // High at the beginning of each period, for a sixteenth of it: the bank latches then.
     let latch = PwmPin::new(p.PA0, OutputType::PushPull);
     let mut timer = SimplePwm::new(
         p.TIM2,
@@ -121,14 +121,14 @@ async fn main(spawner: Spawner) {
     unsafe { typelevel::TIM2::enable() };
 }
 
-/// Takes each period's frame through the chain.
+/// Processes each period's frame in the chain.
 #[embassy_executor::task]
 async fn sampling(mut bank: CounterBank<Bus>, mut processor: Processor<F32>) {
     let mut served = PERIODS.load(Ordering::Relaxed);
     loop {
         PERIOD_ENDED.wait().await;
         let now = PERIODS.load(Ordering::Relaxed);
-        // A signal of a period that was already served: the interrupt came between wait and load.
+        // A signal of a period already served: the interrupt came between wait and load.
         let elapsed = now.wrapping_sub(served);
         if elapsed == 0 {
             continue;
@@ -147,12 +147,12 @@ async fn sampling(mut bank: CounterBank<Bus>, mut processor: Processor<F32>) {
     }
 }
 
-/// Sends what is queued.
+/// Sends the queued frames.
 #[embassy_executor::task]
 async fn telemetry(mut serial: UartTx<'static, Async>) {
     loop {
         let frame = FRAMES.receive().await;
-        // The line is one way: whoever listens sees a gap in the sequence.
+        // The line is one way: a receiver detects a gap in the sequence.
         let _ = serial.write(&frame.to_bytes()).await;
     }
 }

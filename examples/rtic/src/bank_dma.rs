@@ -1,7 +1,7 @@
 //! Transfers frames of the counter bank by DMA: SPI1 on PA5 to PA7, chip select on PA4, DMA2 streams 0 and 3.
 //!
-//! A frame is 40 bytes: 40 µs on the wire at 8 MHz, in which the processor does something else. [`BankDma::start`]
-//! begins a transfer, the interrupt of stream 0 ends it.
+//! A frame is 40 bytes: 40 µs on the wire at 8 MHz, during which the processor is free. [`BankDma::start`] begins a
+//! transfer, the interrupt of stream 0 ends it.
 
 use core::sync::atomic::{Ordering, compiler_fence};
 
@@ -14,7 +14,7 @@ const RECEIVE: usize = 0;
 /// Stream of SPI1's transmitter, channel 3.
 const SEND: usize = 3;
 
-/// What the master sends to clock a frame in.
+/// Byte sent by the master to clock a frame in.
 static ZERO: u8 = 0;
 
 /// The bank's bus with its two streams.
@@ -22,7 +22,7 @@ pub struct BankDma {
     spi: SPI1,
     dma: DMA2,
     gpioa: GPIOA,
-    /// The hardware's between [`start`](Self::start) and [`finish`](Self::finish) or [`give_up`](Self::give_up).
+    /// Owned by the hardware between [`start`](Self::start) and [`finish`](Self::finish) or [`give_up`](Self::give_up).
     buffer: &'static mut [u8; FRAME_BYTES],
     busy: bool,
 }
@@ -52,7 +52,7 @@ impl BankDma {
             (RECEIVE, buffer.as_mut_ptr() as u32),
             (SEND, &raw const ZERO as u32),
         ] {
-            // SAFETY: addresses of the data register and of memory that lives for ever; the streams write to the buffer
+            // SAFETY: addresses of the data register and of memory with static lifetime; the streams write to the buffer
             // alone, and FRAME_BYTES of it.
             dma.st(stream).par().write(|w| unsafe { w.bits(data) });
             dma.st(stream).m0ar().write(|w| unsafe { w.bits(memory) });
@@ -66,7 +66,7 @@ impl BankDma {
         }
     }
 
-    /// Whether a transfer is under way.
+    /// True if a transfer is under way.
     pub fn is_busy(&self) -> bool {
         self.busy
     }
@@ -75,7 +75,7 @@ impl BankDma {
     pub fn start(&mut self) {
         self.busy = true;
         self.gpioa.bsrr().write(|w| w.br4().reset());
-        // What a transfer that was given up left behind would shift this one by a byte.
+        // Data remaining from an abandoned transfer would shift this one by a byte.
         let _ = self.spi.dr().read();
         let _ = self.spi.sr().read();
         self.clear_flags();
@@ -85,7 +85,7 @@ impl BankDma {
                 .ndtr()
                 .write(|w| w.ndt().set(FRAME_BYTES as u16));
         }
-        // The buffer is the hardware's from here.
+        // The buffer is owned by the hardware from here.
         compiler_fence(Ordering::Release);
         self.dma.st(RECEIVE).cr().write(|w| {
             w.chsel().set(3).dir().peripheral_to_memory();
@@ -98,12 +98,12 @@ impl BankDma {
         });
     }
 
-    /// Ends a transfer whose interrupt has come.
+    /// Ends a transfer after its interrupt.
     pub fn finish(&mut self) -> Result<[u8; FRAME_BYTES], BusFault> {
         let failed = self.dma.lisr().read().teif0().bit();
         let whole = self.dma.st(RECEIVE).ndtr().read().ndt().bits() == 0;
         self.give_up();
-        // The hardware has written, and no longer does.
+        // The hardware has finished writing.
         compiler_fence(Ordering::Acquire);
         if failed || !whole {
             return Err(BusFault);

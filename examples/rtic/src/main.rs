@@ -21,19 +21,19 @@ mod app {
 
     use crate::bank_dma::BankDma;
 
-    /// The internal oscillator, and every bus at its speed \[Hz\].
+    /// Frequency of the internal oscillator and of every bus \[Hz\].
     const CLOCK_HZ: u32 = 16_000_000;
 
     /// Length of a sampling period at 4 kHz \[cycles\].
     const PERIOD_CYCLES: u32 = CLOCK_HZ / 4_000;
 
-    /// An interrupt that comes later than this is counted as late \[cycles\].
+    /// Delay above which an interrupt counts as late \[cycles\].
     const LATE_CYCLES: u32 = PERIOD_CYCLES / 4;
 
     /// Telemetry \[bits/s\].
     const BAUD: u32 = 1_000_000;
 
-    /// Frames that wait for the serial port, one slot of which stays empty.
+    /// Frames queued for the serial port, one slot of which stays empty.
     const QUEUE: usize = 16;
 
     // The library's table of sizes, here on the target.
@@ -47,24 +47,24 @@ mod app {
     #[local]
     struct Local {
         timer: TIM2,
-        /// End of the period that the next interrupt is for \[cycles\]; `None` before the first.
+        /// End of the period of the next interrupt \[cycles\]; `None` before the first.
         due: Option<u32>,
         queued: Consumer<'static, TelemetryFrame>,
         serial: USART1,
     }
 
-    /// What both interrupts work on.
+    /// State shared by both interrupts.
     pub struct Sampling {
         bank: BankDma,
         decoder: BankDecoder,
         processor: Processor<F32>,
         frames: Producer<'static, TelemetryFrame>,
-        /// Of the period whose transfer is under way.
+        /// Timing of the period whose transfer is under way.
         timing: Timing,
     }
 
     impl Sampling {
-        /// Takes one period through the chain.
+        /// Processes one period in the chain.
         fn advance(&mut self, transfer: Result<&[u8; FRAME_BYTES], BusFault>) {
             let periods = self.timing.missed.saturating_add(1);
             let reading = self.decoder.reading(transfer, periods);
@@ -99,7 +99,7 @@ mod app {
         };
         let (frames, queued) = context.local.queue.split();
         let bank = BankDma::new(device.SPI1, device.DMA2, device.GPIOA, context.local.buffer);
-        // From here periods pass.
+        // Periods are counted from here.
         device.TIM2.cr1().modify(|_, w| w.cen().enabled());
         (
             Shared {
@@ -120,7 +120,7 @@ mod app {
         )
     }
 
-    /// PA9 sends: 8 data bits, no parity, 1 stop bit.
+    /// Sets up PA9 for sending: 8 data bits, no parity, 1 stop bit.
     fn set_up_telemetry(gpioa: &GPIOA, serial: &USART1) {
         gpioa.afrh().modify(|_, w| w.afrh9().af7());
         gpioa.moder().modify(|_, w| w.moder9().alternate());
@@ -131,7 +131,8 @@ mod app {
         serial.cr1().write(|w| w.ue().enabled().te().enabled());
     }
 
-    /// TIM2 requests an interrupt each period and shows the bank its beginning on PA0, for a sixteenth of it.
+    /// Sets up TIM2: it requests an interrupt each period and signals its beginning to the bank on PA0, for a sixteenth of
+    /// it.
     fn set_up_timer(gpioa: &GPIOA, timer: &TIM2) {
         gpioa.afrl().modify(|_, w| w.afrl0().af1());
         gpioa.moder().modify(|_, w| w.moder0().alternate());
@@ -142,20 +143,20 @@ mod app {
         timer.dier().write(|w| w.uie().enabled());
     }
 
-    /// A period ended, the bank has latched: starts the transfer of its frame.
+    /// At a period's end, after the bank has latched, starts the transfer of its frame.
     #[task(binds = TIM2, priority = 2, local = [timer, due], shared = [sampling])]
     fn period(mut context: period::Context) {
         let now = DWT::cycle_count();
         context.local.timer.sr().write(|w| w.uif().clear());
         let due = context.local.due.unwrap_or(now);
-        // An entry may seem a few cycles early: half a period on, whole periods are the missed ones.
+        // An entry may seem a few cycles early: with half a period added, whole periods are the missed ones.
         let missed = now.wrapping_sub(due).wrapping_add(PERIOD_CYCLES / 2) / PERIOD_CYCLES;
         let ended = due.wrapping_add(missed.wrapping_mul(PERIOD_CYCLES));
         let latency = now.wrapping_sub(ended) as i32;
         *context.local.due = Some(ended.wrapping_add(PERIOD_CYCLES));
         context.shared.sampling.lock(|sampling| {
             if sampling.bank.is_busy() {
-                // The frame of the period before has not come within a whole one.
+                // The previous period's frame has not arrived within a whole one.
                 sampling.bank.give_up();
                 sampling.advance(Err(BusFault));
             }
@@ -167,7 +168,7 @@ mod app {
         });
     }
 
-    /// The frame is there, or the DMA reports an error.
+    /// Handles a received frame, or an error reported by the DMA.
     #[task(binds = DMA2_STREAM0, priority = 2, shared = [sampling])]
     fn transferred(mut context: transferred::Context) {
         context.shared.sampling.lock(|sampling| {
@@ -176,7 +177,7 @@ mod app {
         });
     }
 
-    /// Sends what is queued; nothing else waits for it.
+    /// Sends the queued frames; nothing else depends on it.
     #[idle(local = [queued, serial])]
     fn idle(context: idle::Context) -> ! {
         loop {

@@ -1,7 +1,6 @@
-//! Any frames, errors and check sums from the bus of the counter bank, into the processor.
+//! Feeds any frames, errors and check sums from the bus of the counter bank into the processor.
 //!
-//! Holds: no panic; a sample comes only from a frame whose check sum fits; a frame that is read encodes to
-//! the bytes it came from.
+//! Checks: no panic; a sample comes only from a frame with a valid check sum; a decoded frame encodes to the same bytes.
 #![no_main]
 
 use std::collections::VecDeque;
@@ -44,7 +43,7 @@ fuzz_target!(|data: &[u8]| {
     }
 });
 
-/// What the first byte makes of the others: a bus error, the bytes as they are, or a whole frame of them.
+/// Returns the transfer selected by the first byte: a bus error, the other bytes unchanged, or a whole frame of them.
 fn on_wire(transfer: &[u8]) -> Option<[u8; FRAME_BYTES]> {
     let mut bytes = [0; FRAME_BYTES];
     bytes.copy_from_slice(&transfer[1..]);
@@ -59,7 +58,7 @@ fn on_wire(transfer: &[u8]) -> Option<[u8; FRAME_BYTES]> {
     Some(bytes)
 }
 
-/// Yields one transfer after the other, or an error where there is none.
+/// Yields one transfer after the other, or an error for a missing one.
 struct Bus(VecDeque<Option<[u8; FRAME_BYTES]>>);
 
 impl ErrorType for Bus {

@@ -1,7 +1,7 @@
-//! Any bytes as a parameter block, with the check sum that belongs to them and without.
+//! Parses any bytes as a parameter block, with and without their valid check sum.
 //!
-//! Holds: no panic; what is accepted builds the chains of both number systems, takes a sample, and comes
-//! back the same from its own block.
+//! Checks: no panic; an accepted block builds the chains of both number systems, processes a sample, and is unchanged by a
+//! round trip through its own block.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
@@ -17,7 +17,7 @@ fuzz_target!(|data: &[u8]| {
     };
     match mode % 3 {
         0 => read(data),
-        // Over a good block, the header kept: the fields are reached whatever the fuzzer knows of it.
+        // Over a valid block, the header kept: the fields are reached without knowledge of the header.
         1 => {
             let mut block = Parameters::default().to_block(1).to_vec();
             for (byte, given) in block[8..].iter_mut().zip(data) {
@@ -25,14 +25,14 @@ fuzz_target!(|data: &[u8]| {
             }
             read(&sealed(block));
         }
-        // Numbers of a good block replaced, each by its place and its bits.
+        // Numbers of a valid block replaced, each by its place and its bits.
         _ => {
             let mut block = Parameters::default().to_block(1).to_vec();
             for patch in data.chunks_exact(9) {
                 let numbers = (CRC_AT - 16) / 8;
                 let at = 16 + 8 * (usize::from(patch[0]) % numbers);
                 block[at..at + 8].copy_from_slice(&patch[1..]);
-                // Accelerometers are read where the header says that there are any.
+                // Accelerometers are read if the header declares them.
                 block[11] = patch[0] >> 7;
             }
             read(&sealed(block));
@@ -66,7 +66,7 @@ fn takes_a_sample<N: NumberSystem>(parameters: &Parameters) {
         pickoff_codes: [i32::MIN, 1, i32::MAX],
         accelerometer_codes: [i32::MAX, i32::MIN, 1],
     };
-    // Twice, as the first one only primes the strip.
+    // Twice, because the first one only primes the strip.
     for sample in [Sample::default(), sample] {
         chain.process(&mut state, &sample);
     }

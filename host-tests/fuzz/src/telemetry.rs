@@ -1,14 +1,13 @@
-//! Any bytes into the telemetry decoder, whole frames and damaged ones among them.
+//! Feeds any bytes into the telemetry decoder, whole frames and damaged ones among them.
 //!
-//! Holds: no panic; every byte is in a frame, skipped or pending; a decoded frame encodes to the bytes it
-//! came from.
+//! Checks: no panic; every byte is in a frame, skipped or pending; a decoded frame encodes to the same bytes.
 #![no_main]
 
 use libfuzzer_sys::fuzz_target;
 use trueaxis::telemetry::{Decoder, TELEMETRY_BYTES};
 use trueaxis::telemetry_frame::TelemetryFrame;
 
-/// Bytes of a frame that the fuzzer chooses: the header and the check sum are put around them.
+/// Bytes of a frame chosen by the fuzzer: the header and the check sum are put around them.
 const CONTENT_BYTES: usize = TELEMETRY_BYTES - 6;
 
 fuzz_target!(|data: &[u8]| {
@@ -27,8 +26,8 @@ fuzz_target!(|data: &[u8]| {
     );
 });
 
-/// The fuzzer's bytes as they are, and where one says so, a frame with the following bytes as content and
-/// the right check sum, damaged or not.
+/// Returns the fuzzer's bytes unchanged, and for a marker byte a frame with the following bytes as content and the right
+/// check sum, damaged or not.
 fn stream(data: &[u8]) -> Vec<u8> {
     let mut stream = Vec::new();
     let mut rest = data;
@@ -49,7 +48,7 @@ fn stream(data: &[u8]) -> Vec<u8> {
     stream
 }
 
-/// A frame with this content.
+/// Makes a frame with this content.
 fn whole(content: &[u8; CONTENT_BYTES]) -> [u8; TELEMETRY_BYTES] {
     let mut bytes = TelemetryFrame::default().to_bytes();
     bytes[4..4 + CONTENT_BYTES].copy_from_slice(content);

@@ -1,4 +1,4 @@
-//! A diagnosis as Python holds it.
+//! Diagnosis as a Python object.
 
 use std::path::PathBuf;
 

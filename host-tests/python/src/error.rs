@@ -1,4 +1,4 @@
-//! The one exception of the package.
+//! Exception of the package, the only one.
 
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
@@ -11,7 +11,7 @@ create_exception!(
     "An input cannot be used. Its text is the command's sentence; file, problem, channel, row, value, expected are its parts."
 );
 
-/// The exception with the parts of the error.
+/// Makes the exception with the parts of the error.
 pub(crate) fn raised(py: Python<'_>, error: &rlg::error::InputError) -> PyErr {
     let raised = InputError::new_err(error.to_string());
     let exception = raised.value(py);

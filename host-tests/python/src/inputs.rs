@@ -1,4 +1,4 @@
-//! Recordings and models as Python reads them.
+//! Reads recordings and models for Python.
 
 use std::path::PathBuf;
 

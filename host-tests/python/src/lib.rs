@@ -1,5 +1,5 @@
 //! The native half of the Python package `rlg`: calls of the command's own code, typed and documented in Python
-//! (`python/rlg`). Numbers are those of the command, since the code that makes them is.
+//! (`python/rlg`). The numbers are those of the command, computed by the same code.
 
 use std::ffi::OsString;
 
@@ -64,7 +64,7 @@ fn diagnose(
     arguments: Vec<OsString>,
     progress: Option<Py<PyAny>>,
 ) -> PyResult<diagnosed::Diagnosed> {
-    // Nothing is on disk before the result is, so nobody has to wait for the work to stop.
+    // Nothing is on disk before the result is, so there is no need to wait for the work to stop.
     let (diagnosed, heard) = work(py, progress, AtInterrupt::Leave, move |terminal| {
         command::diagnose_in_process(arguments, terminal)
     })?;

@@ -1,4 +1,4 @@
-//! Runs work on a thread of its own, while Python's other threads run and Ctrl-C is heard.
+//! Runs work on a thread of its own, while Python's other threads run and Ctrl-C is handled.
 
 use std::any::Any;
 use std::panic::{AssertUnwindSafe, catch_unwind, resume_unwind};
@@ -16,25 +16,25 @@ use rlg::terminal::{Heard, Listener, Terminal};
 
 use crate::error::raised;
 
-/// Time between two looks at Python's signals: a person does not notice it.
+/// Time between two checks of Python's signals: not noticeable.
 const LOOK: Duration = Duration::from_millis(50);
 
-/// The stack of a process's first thread on Linux, which the command's work has.
+/// Stack of a process's first thread on Linux, used by the command's work.
 const STACK_BYTES: usize = 8 << 20;
 
-/// What Ctrl-C does to work that is under way. It stops at its next step.
+/// Reaction to Ctrl-C during work, which stops at its next step.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(crate) enum AtInterrupt {
-    /// Wait until it has stopped: it removes what it has half written. A second Ctrl-C does not wait.
+    /// Wait until it has stopped: it removes half-written files. A second Ctrl-C does not wait.
     Wait,
     /// Leave at once: it has written nothing.
     Leave,
 }
 
-/// What unwinds through work that is to stop.
+/// Payload that unwinds through work to be stopped.
 struct Stopped;
 
-/// What the thread of the work says.
+/// Message of the work's thread.
 enum Said<T> {
     Step(String),
     Done(thread::Result<Result<T, InputError>>),
@@ -53,7 +53,7 @@ pub(crate) fn work<T: Send + 'static>(
     let terminal = Terminal::heard_by(Arc::clone(&listener));
     let run = move || {
         let done = catch_unwind(AssertUnwindSafe(|| of(&terminal)));
-        // Where nobody waits any more, nobody needs to know.
+        // A receiver that no longer waits is ignored.
         let _ = sender.send(Said::Done(done));
     };
     thread::Builder::new()
@@ -78,12 +78,12 @@ pub(crate) fn work<T: Send + 'static>(
     }
 }
 
-/// Passes steps on, and unwinds the work once it is to stop.
+/// Forwards steps, and unwinds the work once it is to stop.
 fn listener<T: Send + 'static>(stop: &Arc<AtomicBool>, sender: Sender<Said<T>>) -> Arc<Listener> {
     let stop = Arc::clone(stop);
     Listener::new(move |step| {
         if stop.load(Ordering::Relaxed) {
-            // Not a panic: nothing is printed, and what is half written is removed on the way.
+            // Not a panic: nothing is printed, and half-written files are removed on the way.
             resume_unwind(Box::new(Stopped));
         }
         let _ = sender.send(Said::Step(step.to_owned()));
@@ -97,7 +97,7 @@ fn wait<T: Send>(
     progress: Option<&Py<PyAny>>,
 ) -> PyResult<thread::Result<Result<T, InputError>>> {
     loop {
-        // Moved in, for a shared one may not leave its thread.
+        // Moved in, because a shared one may not leave its thread.
         let alone = &mut *receiver;
         match py.detach(move || alone.recv_timeout(LOOK)) {
             Ok(Said::Done(done)) => return Ok(done),
@@ -115,7 +115,7 @@ fn wait<T: Send>(
     }
 }
 
-/// What a panic said.
+/// Returns the message of a panic.
 fn words(panic: &(dyn Any + Send)) -> String {
     let text = panic.downcast_ref::<String>().map(String::as_str);
     let text = text.or_else(|| panic.downcast_ref::<&str>().copied());

@@ -5,7 +5,7 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
-/// A folder with the package as pip would install it.
+/// Makes a folder with the package as installed by pip.
 fn installed(libraries: &Path) -> PathBuf {
     let site = Path::new(env!("CARGO_TARGET_TMPDIR")).join("python-site");
     let package = site.join("rlg");
@@ -39,7 +39,7 @@ fn the_package_passes_pytest() {
         .with_extension(env::consts::EXE_EXTENSION);
     let status = Command::new(python)
         .args(["-m", "pytest", "-p", "no:cacheprovider", "--durations=5"])
-        // A file at a time, so that what its tests share is made once.
+        // A file at a time, so that data shared by its tests are made once.
         .args(["--numprocesses=2", "--dist=loadfile"])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .env("PYTHONPATH", installed(libraries))

@@ -1,17 +1,17 @@
 //! Closes the loop over every kind of effect that a build of the chain can compensate: simulate, diagnose, correct.
 //!
-//! For each [`Case`] the scenario of its [`Setting`] is simulated with the effect concealed; the diagnosis sees that
-//! recording and the model without the effect. What the chain leaves is judged on two more recordings of the same seed, so
-//! of the same motion and noise: with the effect and without it, read in steps of `Fine`, for a unit's own steps
-//! round both differently, and rounding errors walk. An error is the distance between the chain's summed outputs of these two,
-//! rms over output periods, of the axis that is farthest off \[rad\], and \[m/s\] where the accelerometers err. Errors of
-//! the dither swing: theirs is about the mean. (Before the first pickoff reading there is none, which is one
-//! constant angle where a pickoff is late.)
+//! For each [`Case`] the scenario of its [`Setting`] is simulated with the effect concealed; the diagnosis reads that
+//! recording and the model without the effect. The residual error of the chain is computed on two more recordings of the
+//! same seed, hence of the same motion and noise: with the effect and without it, both quantised in the steps of `Fine`,
+//! because a unit's own steps round the two differently and rounding errors walk. An error is the rms difference of the
+//! chain's summed outputs for the two over output periods, for the axis with the largest \[rad\], or \[m/s\] if the
+//! accelerometers err. Errors of the dither oscillate: their mean is subtracted. (Before the first pickoff sample there is
+//! no dither, a constant angle if a pickoff is late.)
 //!
 //! Sizes are those of a unit before its calibration, so that a minute's random walk is a hundredth of most.
 //!
-//! What is left has two parts: what the diagnosis could not tell, and what the chain leaves. A last column has the
-//! chain with the true size, without the first of them.
+//! The residual error has two parts: the error of the diagnosis' estimates, and the error of the chain itself. A last column
+//! has the chain with the true size, without the first of them.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ use crate::replay::{Core, replay};
 use crate::simulate::scenario::Scenario;
 use crate::simulate::{Simulation, simulate};
 
-/// The scenarios without an effect.
+/// Scenarios without an effect.
 const BENCH: &str = include_str!("../../scenarios/close-loop.toml");
 const DITHERED: &str = include_str!("../../scenarios/close-loop-dither.toml");
 
@@ -62,16 +62,16 @@ kind = \"still\"
 duration_s = 4.0
 ";
 
-/// Where a unit is, and what is around it.
+/// Place and surroundings of a unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Setting {
-    /// On the bench: at rest, turned, shaken, vibrated, coned, warming up.
+    /// On the bench: at rest, rotated, shaken, vibrated, coned, warming up.
     Bench,
-    /// On the bench, its motion three times: for kinds whose σ is too large after one.
+    /// On the bench, its motion three times: for kinds with too large a σ after one.
     LongBench,
     /// The same in a coil's magnetic field.
     InCoil,
-    /// Vibrated for a minute, across the reach of a suspension's mode.
+    /// Vibrated for a minute, over the range of a suspension's mode.
     Vibrated,
     /// Vibrated and at rest, its pulses resampled.
     Dithered,
@@ -89,7 +89,7 @@ impl Setting {
     }
 }
 
-/// The bench's unit without its motion.
+/// Unit of the bench scenario without its motion.
 fn unit() -> &'static str {
     BENCH.split("[[motion]]").next().unwrap_or(BENCH)
 }
@@ -97,13 +97,13 @@ fn unit() -> &'static str {
 /// A kind at a realistic size.
 #[derive(Debug, Clone, Copy)]
 pub struct Case {
-    /// Its name.
+    /// Name of the kind.
     pub kind: &'static str,
-    /// The effect's parameters as a scenario has them.
+    /// Parameters of the effect, as in a scenario.
     parameters: &'static str,
-    /// Whether the error is one of velocity.
+    /// True if the error is one of velocity.
     of_velocity: bool,
-    /// Where it shows.
+    /// Setting in which the effect is observable.
     pub setting: Setting,
 }
 
@@ -176,7 +176,7 @@ pub const CASES: &[Case] = &[
     gyros("gyro_scale", "x = 200e-6\ny = -150e-6\nz = 250e-6"),
     gyros("gyro_scale_asymmetry", "x = 100e-6\ny = -80e-6\nz = 90e-6"),
     gyros("gyro_scale_quadratic", "x = 100e-6\ny = -80e-6\nz = 90e-6"),
-    // The largest that the chain's format holds at 4 kHz is 3.9e-6.
+    // The chain's format holds at most 3.9e-6 at 4 kHz.
     gyros("gyro_scale_cubic", "x = 3.5e-6\ny = 3e-6\nz = -3.5e-6"),
     gyros(
         "installation",
@@ -190,7 +190,7 @@ pub const CASES: &[Case] = &[
         "axis_flexure",
         "xy = 6.9e-8\nxz = 7.1e-8\nyx = 7.5e-8\nyz = 7.3e-8\nzx = 6.7e-8\nzy = 7.6e-8",
     ),
-    // The largest that the chain's format holds at 4 kHz is 5.2e-13.
+    // The chain's format holds at most 5.2e-13 at 4 kHz.
     vibrated(
         "axis_flexure_cubic",
         "xy = 3e-13\nxz = 3.8e-13\nyx = 3.4e-13\nyz = 3.8e-13\nzx = 3e-13\nzy = 3e-13",
@@ -240,7 +240,7 @@ pub const CASES: &[Case] = &[
 /// One line of the table.
 #[derive(Debug, Clone, Serialize)]
 pub struct Row {
-    /// What was concealed.
+    /// Concealed kind.
     pub kind: &'static str,
     /// Kinds that the diagnosis found.
     pub found: Vec<String>,
@@ -248,7 +248,7 @@ pub struct Row {
     pub unit: &'static str,
     /// Error with the model's parameters, in f32.
     pub before: f64,
-    /// Error with those of the diagnosis.
+    /// Error with the parameters of the diagnosis, in f32.
     pub after_f32: f64,
     /// The same in fixed point.
     pub after_fixed: f64,
@@ -257,7 +257,7 @@ pub struct Row {
 }
 
 impl Row {
-    /// The larger of both number systems' errors over that before \[1\].
+    /// Returns the larger of both number systems' errors, relative to the error before \[1\].
     pub fn left(&self) -> f64 {
         self.after_f32.max(self.after_fixed) / self.before
     }
@@ -303,7 +303,7 @@ fn sums(
         .collect())
 }
 
-/// rms of the difference, of the axis that is farthest off.
+/// Computes the rms difference, for the axis with the largest.
 fn apart(one: &Sums, other: &Sums, case: &Case) -> f64 {
     let first = if case.of_velocity { 3 } else { 0 };
     let count = one.len().min(other.len()).max(1) as f64;
@@ -320,7 +320,7 @@ fn apart(one: &Sums, other: &Sums, case: &Case) -> f64 {
     (first..first + 3).map(of_axis).fold(0.0, f64::max)
 }
 
-/// Steps in which the compared recordings are read: their rounding is far below what is left.
+/// Quantisation steps of the compared recordings: their rounding is far below the residual errors.
 struct Fine;
 
 impl Fine {
@@ -339,18 +339,18 @@ impl Fine {
     }
 }
 
-/// A setting's scenario with an effect.
+/// Parses a setting's scenario with an effect.
 fn scenario_with(setting: Setting, effect: &str, place: &Path) -> Result<Scenario, InputError> {
     Scenario::parse(&format!("{}\n{effect}", setting.scenario()), place)
 }
 
-/// The same motion, noise and effect, finely read.
+/// Simulates the scenario with fine quantisation.
 fn finely_read(mut scenario: Scenario, seed: u64) -> Simulation {
     Fine::read(&mut scenario);
     simulate(&scenario, seed, |_| {})
 }
 
-/// A setting's scenario without an effect, through the chain: once for all its cases.
+/// Output of the chain for a setting's scenario without an effect: once for all its cases.
 pub struct Twin {
     setting: Setting,
     seed: u64,
@@ -359,7 +359,7 @@ pub struct Twin {
 }
 
 impl Twin {
-    /// Simulates it.
+    /// Simulates the scenario and runs it through the chain.
     pub fn new(setting: Setting, seed: u64) -> Result<Self, InputError> {
         let place = Path::new("close-loop.toml");
         let clean = finely_read(scenario_with(setting, "", place)?, seed);
@@ -375,12 +375,12 @@ impl Twin {
         })
     }
 
-    /// The setting that it is the twin of.
+    /// Returns the setting.
     pub fn setting(&self) -> Setting {
         self.setting
     }
 
-    /// Closes the loop over one case of the setting; `stage` is told what the diagnosis does.
+    /// Closes the loop over one case of the setting; `stage` is called with the name of each stage of the diagnosis.
     pub fn close(&self, case: &Case, stage: &(dyn Fn(&str) + Sync)) -> Result<Row, InputError> {
         let place = Path::new("close-loop.toml");
         let effect = format!(
@@ -396,7 +396,7 @@ impl Twin {
             place,
         };
         let model = &compared.model;
-        // A simulated flexure follows the acceleration at once, without the mode that its K implies.
+        // A simulated flexure follows the acceleration at once, without the mode implied by its K.
         let with = |effects: &[ModelEffect]| {
             let mut model = model.clone();
             model.effects = effects.to_vec();

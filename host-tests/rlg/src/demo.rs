@@ -1,14 +1,13 @@
-//! Tells the whole story once: simulate, replay, diagnose, correct, replay.
+//! Runs the whole sequence once: simulate, replay, diagnose, correct, replay.
 //!
-//! From a seed and a length \[s\] it makes a [`Demo`]: the simulated recording with its model, the diagnosis, the
-//! parameters that the firmware would be flashed with, and [`Figures`], the drifts of the chain before and after
-//! \[°/h\], body axes.
+//! From a seed and a length \[s\] it makes a [`Demo`]: the simulated recording with its model, the diagnosis, the parameters
+//! to flash into the firmware, and [`Figures`], the drifts of the chain before and after \[°/h\], body axes.
 //!
 //! Data flow: scenario → recording → chain with Eq. (7) alone → diagnosis → the found effects as the
 //! chain's parameters → chain in f32 and in fixed point, each against the f64 reference chain.
 //!
-//! What is concealed reaches [`Figures`] from the simulator directly, to be shown beside what was found;
-//! neither the diagnosis nor the chain sees it. Out of scope: words and files; the command has them.
+//! The concealed effect reaches [`Figures`] from the simulator directly, for comparison with the finding; neither the
+//! diagnosis nor the chain reads it. Out of scope: words and files; the command has them.
 
 use std::path::Path;
 
@@ -51,21 +50,21 @@ pub struct Figures {
     pub seed: u64,
     /// Length of the recording \[s\].
     pub seconds: f64,
-    /// Kinds that were found.
+    /// Kinds found.
     pub found: Vec<String>,
-    /// What the recording fixes best, beside what was concealed.
+    /// Best-determined combinations of the parameters, with the concealed values.
     pub fixed: Vec<Fixed>,
     /// Drift while the case cones.
     pub segments: Vec<SegmentDrift>,
-    /// Largest drift before over the largest after, the worse of both number systems.
+    /// Ratio of the largest drift before to the largest after, the worse of both number systems.
     pub times_less: f64,
-    /// Kinds among them that the chain has no term for.
+    /// Found kinds without a term in the chain.
     pub uncompensated: Vec<String>,
     /// Largest mean difference to the f64 reference chain, any axis and segment \[°/h\].
     pub against_reference_deg_h: ByCore,
 }
 
-/// A combination of parameters, found and concealed.
+/// Combination of parameters, found and concealed.
 #[derive(Debug, Clone, Serialize)]
 pub struct Fixed {
     /// Kind of the effect.
@@ -75,7 +74,7 @@ pub struct Fixed {
     pub found: Identifiable,
     /// Unit of the values.
     pub unit: String,
-    /// The same combination of what the simulator concealed.
+    /// Value of the same combination in the simulator.
     pub concealed: f64,
 }
 
@@ -84,13 +83,13 @@ pub struct Fixed {
 pub struct SegmentDrift {
     /// Name of the segment.
     pub segment: String,
-    /// The gyro that drifts most there.
+    /// Gyro with the largest drift in the segment.
     pub axis: &'static str,
     /// Drift by Eq. (7) alone, in f32.
     pub before_deg_h: f64,
     /// Drift with the found effects.
     pub after_deg_h: ByCore,
-    /// Standard deviation that the random walk of gyro and reference alone gives such a mean.
+    /// Standard deviation of such a mean due to the random walk of gyro and reference alone.
     pub noise_deg_h: f64,
 }
 
@@ -104,16 +103,16 @@ pub struct ByCore {
 }
 
 impl ByCore {
-    /// The value that is farther from 0.
+    /// Returns the value with the larger magnitude.
     pub fn worst(self) -> f64 {
         self.f32.abs().max(self.fixed.abs())
     }
 }
 
-/// Called with the present step and its progress: rows done, of rows.
+/// Callback with the present step and its progress: rows done, of rows.
 pub type Progress<'a> = dyn FnMut(&str, Option<(usize, usize)>) + 'a;
 
-/// The demo's scenario, every segment shortened or lengthened alike to `seconds` in all.
+/// Returns the demo's scenario, every segment scaled alike to `seconds` in all.
 pub fn scenario(seconds: f64) -> Result<Scenario, InputError> {
     let mut scenario = demo_scenario()?;
     let share = seconds * scenario.rate_hz / scenario.rows() as f64;
@@ -123,7 +122,7 @@ pub fn scenario(seconds: f64) -> Result<Scenario, InputError> {
     Ok(scenario)
 }
 
-/// Runs the demonstration; `model_file` is where the model will be, for messages.
+/// Runs the demonstration; `model_file` is the future path of the model, for messages.
 pub fn tell(
     seed: u64,
     seconds: f64,
@@ -149,7 +148,7 @@ pub fn tell(
     let before = run(&as_modelled, Core::F32)?;
 
     let outcome = {
-        // The diagnosis takes a shared function; the display behind it is one.
+        // The diagnosis takes a shared function; the display is a mutable one.
         let shown = std::cell::RefCell::new(&mut *progress);
         let stage = |stage: &str| (shown.borrow_mut())(stage, None);
         diagnose(recording, &simulation.model, model_file, seed, &stage)?
@@ -197,7 +196,7 @@ pub fn tell(
     })
 }
 
-/// The chain with what was found, in every arithmetic.
+/// Outputs of the chain with the found effects, in every arithmetic.
 struct Cores {
     f32: Replay,
     fixed: Replay,
@@ -205,7 +204,7 @@ struct Cores {
 }
 
 impl Cores {
-    /// Over the recording and each of its segments.
+    /// Computes it over the recording and each of its segments.
     fn against_reference(&self, recording: &Recording, input: &ReplayInput) -> ByCore {
         let periods = self.f64_chain.rotations_rad.len();
         let parts = segments(recording, input);
@@ -231,7 +230,7 @@ impl Cores {
     }
 }
 
-/// The drifts of the segments in which the case cones, each of the gyro that suffers most.
+/// Computes the drifts of the segments in which the case cones, each of the gyro with the largest.
 fn segment_drifts(
     recording: &Recording,
     input: &ReplayInput,
@@ -276,10 +275,10 @@ fn segment_drifts(
     coning.filter_map(one).collect()
 }
 
-/// Combinations that are shown: as many as gyros.
+/// Number of combinations shown: one for each gyro.
 const SHOWN: usize = 3;
 
-/// The combinations that stand farthest from 0, each beside what was concealed.
+/// Selects the combinations with the largest ratio of value to standard deviation, each with the concealed value.
 fn fixed(outcome: &Outcome, truth: &Truth) -> Vec<Fixed> {
     let concealed = |kind: &str, found: &Identifiable| {
         let effects = truth.effects.iter().filter(|effect| effect.kind == kind);
@@ -311,7 +310,7 @@ fn fixed(outcome: &Outcome, truth: &Truth) -> Vec<Fixed> {
     all
 }
 
-/// The unit of the first number.
+/// Returns the unit of the first number.
 fn unit(parameters: &[ParameterEntry]) -> String {
     let number = parameters.iter().find_map(|parameter| match parameter {
         ParameterEntry::Number { unit, .. } => Some(unit.clone()),

@@ -1,4 +1,4 @@
-//! The command `rlg`, its demonstration and the paper's experiments, over the packages of the host half:
+//! The command `rlg`, its demonstration and the paper's experiments, on top of the packages of the host half:
 //!
 //! recording → replay or prediction → residual → locate → hypothesise → fit → select → validate → report
 

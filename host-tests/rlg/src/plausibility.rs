@@ -1,10 +1,10 @@
-//! Asks of a recording what physics asks of any, before a model is fitted: rows at a rate at which units are read, 1 g where it
-//! hardly turns, and no motion where the model says that there is none.
+//! Checks the physical plausibility of a recording before a model is fitted: plausible row rates, 1 g at small angular
+//! rates, and no motion if the model is at rest.
 //!
-//! Enters: the recording and its model. Leaves: one sentence with the likely cause, as an error that `--anyway` turns into a
-//! warning. What gyros and reference say of each other (axes, signs, factors) is judged in rlg-diagnosis, on aligned rows.
+//! Inputs: the recording and its model. Output: one sentence with the likely cause, as an error that `--anyway` turns into a
+//! warning. Mutual consistency of gyros and reference (axes, signs, factors) is tested in rlg-diagnosis, on aligned rows.
 //!
-//! A ratio that no usual mistake makes is no mistake: a rocket at 3 g passes.
+//! A ratio not explained by a usual mistake is accepted: a rocket at 3 g passes.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -15,32 +15,32 @@ use crate::error::InputError;
 use crate::model::{Model, MotionSource};
 use crate::recording::{AXES, Quantity, Recording, Table};
 
-/// What is asked.
+/// Thresholds of the checks.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Bounds {
-    /// Rows a second of gyros \[Hz\]: below, stamps are in milliseconds or microseconds; the slowest logs of units at rest are
-    /// means over a second.
+    /// Smallest rows a second of gyros \[Hz\]: below, stamps are in milliseconds or microseconds; the slowest logs of units
+    /// at rest are means over a second.
     pub slowest_hz: f64,
-    /// Above, stamps are in other units: digital gyros sample at some 100 kHz at most \[Hz\].
+    /// Largest rows a second \[Hz\]: above, stamps are in other units, because digital gyros sample at some 100 kHz at most.
     pub fastest_hz: f64,
-    /// Length of the stretches that are compared \[s\]: dither and vibration average out.
+    /// Length of the compared stretches \[s\]: dither and vibration average out.
     pub window_s: f64,
-    /// Change of the mean rate from one stretch to the next below which a unit is still \[rad/s\]: a gyro of a phone
-    /// wanders by a tenth.
+    /// Change of the mean rate from one stretch to the next below which a unit is still \[rad/s\]: a phone's gyro drifts by
+    /// a tenth of it.
     pub still_rad_s: f64,
-    /// Mean rate, and its change, below which a mean over a stretch shows gravity within a hundredth \[rad/s\]: half a
-    /// radian of turn.
+    /// Mean rate, and its change, below which a mean over a stretch gives gravity within a hundredth \[rad/s\]: half a
+    /// radian of rotation.
     pub slow_rad_s: f64,
-    /// Still stretches that a judgement on gravity needs.
+    /// Still stretches required for the check of gravity.
     pub fewest_windows: usize,
-    /// Share of stretches with motion above which a unit is not at rest: a knock is no motion.
+    /// Share of stretches with motion above which a unit is not at rest: a knock does not count.
     pub moving_share: f64,
-    /// How far the ratio to gravity may be from that of a cause, relative: bias and scale errors of cheap accelerometers.
+    /// Tolerance of the ratio to gravity about that of a cause, relative: bias and scale errors of cheap accelerometers.
     pub near: f64,
-    /// Share of gravity below which there is none.
+    /// Ratio to gravity below which gravity counts as absent.
     pub none_share: f64,
-    /// How far the ratio of a mean rate to the Earth's may be from that of a wrong unit, and how well it must be known,
-    /// relative: a bias comes as near by chance in two of a hundred units.
+    /// Tolerance of the ratio of a mean rate to the Earth's about that of a wrong unit, and largest standard deviation of
+    /// it, relative: by chance a bias comes as near in two of a hundred units.
     pub near_earth: f64,
 }
 
@@ -61,13 +61,13 @@ impl Default for Bounds {
     }
 }
 
-/// Gravity where no site is stated \[m/s²\].
+/// Gravity without a stated site \[m/s²\].
 const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
-/// Means of three channels over stretches, by the number of the stretch.
+/// Means of three channels over stretches, by index of the stretch.
 type Windows = BTreeMap<i64, [f64; 3]>;
 
-/// Refuses a recording that cannot be what it is said to be; `file` is named in the sentence.
+/// Refuses an implausible recording; `file` is named in the sentence.
 pub fn check(
     file: &Path,
     recording: &Recording,
@@ -83,7 +83,8 @@ pub fn check(
     gravity(file, recording, &turning, bounds)
 }
 
-/// Says of a unit at rest that its mean rate is the Earth's in another unit: a doubt and no refusal, for a bias may be as large.
+/// Returns a warning if the mean rate of a unit at rest is the Earth's in another unit: no refusal, because a bias may be as
+/// large.
 pub fn doubt(recording: &Recording, model: &Model, bounds: &Bounds) -> Option<String> {
     let is_rest = model.motion == MotionSource::Static && model.gyro.bias_rad_s == [0.0; 3];
     let (table, quantity) = gyros(recording).filter(|_| is_rest)?;
@@ -110,7 +111,7 @@ pub fn doubt(recording: &Recording, model: &Model, bounds: &Bounds) -> Option<St
     })
 }
 
-/// By how much gyros are wrong whose unit is another than is said, and what happened.
+/// Error factors of gyros in a wrong unit, with their cause.
 const IN_OTHER_UNITS: [(f64, &str); 6] = [
     (
         57.295_780,
@@ -132,7 +133,7 @@ const IN_OTHER_UNITS: [(f64, &str); 6] = [
     ),
 ];
 
-/// What turns readings of the gyros into rates.
+/// Returns the factors that convert samples of the gyros to rates.
 fn to_rad_s(table: &Table, quantity: &Quantity, model: &Model) -> [f64; 3] {
     let period_s = table.clock.period_s(table.rows);
     match quantity {
@@ -142,7 +143,7 @@ fn to_rad_s(table: &Table, quantity: &Quantity, model: &Model) -> [f64; 3] {
     }
 }
 
-/// The first table with gyros about all axes.
+/// Returns the first table with gyros about all axes.
 fn gyros(recording: &Recording) -> Option<(&Table, &'static Quantity)> {
     Quantity::GYROS.iter().find_map(|quantity| {
         let has_all = |table: &&Table| {
@@ -153,7 +154,7 @@ fn gyros(recording: &Recording) -> Option<(&Table, &'static Quantity)> {
     })
 }
 
-/// Refuses rows whose rate says that their stamps are in other units than seconds.
+/// Refuses rows at a rate that implies stamps in other units than seconds.
 fn rows(file: &Path, table: &Table, bounds: &Bounds) -> Result<(), InputError> {
     let rate_hz = 1.0 / table.clock.period_s(table.rows);
     let cause = match rate_hz {
@@ -170,7 +171,7 @@ fn rows(file: &Path, table: &Table, bounds: &Bounds) -> Result<(), InputError> {
         )))
 }
 
-/// Refuses a unit that turns to and fro under a model that has it at rest.
+/// Refuses a unit that rotates to and fro under a model at rest.
 fn motion(
     file: &Path,
     model: &Model,
@@ -206,7 +207,8 @@ fn motion(
         ))
 }
 
-/// Refuses accelerometers that do not show gravity while the unit hardly turns, where a usual mistake explains what they show.
+/// Refuses accelerometers whose mean differs from gravity while the unit hardly rotates, if a usual mistake explains the
+/// ratio.
 fn gravity(
     file: &Path,
     recording: &Recording,
@@ -259,11 +261,11 @@ fn gravity(
     )))
 }
 
-/// The usual mistake that makes accelerometers read `ratio` of gravity.
+/// Returns the usual mistake for which accelerometers measure `ratio` of gravity.
 fn cause(ratio: f64, rate_hz: f64, bounds: &Bounds) -> Option<&'static str> {
     const G: f64 = STANDARD_GRAVITY_M_S2;
     if ratio < bounds.none_share.min((1.0 / G) * 0.5) && ratio * rate_hz < 0.5 {
-        // Below what any unit of the list makes, unless it is one of the small ones.
+        // Below any unit of the list, except the small ones.
         let small = [
             (1e-3, "is it in km/s^2, or in thousandths?"),
             (1e-3 / G, "is it in thousands of g?"),
@@ -300,7 +302,7 @@ fn size(of: &[f64; 3]) -> f64 {
     of.iter().map(|part| part * part).sum::<f64>().sqrt()
 }
 
-/// By how much the mean rate of each stretch differs from that of the one before.
+/// Computes the change of each stretch's mean rate from the one before.
 fn changes_rad_s(turning: &Windows) -> impl Iterator<Item = (i64, f64)> {
     turning.iter().filter_map(|(window, rate)| {
         let before = turning.get(&(window - 1))?;
@@ -311,7 +313,7 @@ fn changes_rad_s(turning: &Windows) -> impl Iterator<Item = (i64, f64)> {
     })
 }
 
-/// Means of a triad over stretches; those with less than half of their rows are left out.
+/// Computes means of a triad over stretches; those with less than half of their rows are left out.
 fn windows(table: &Table, quantity: &Quantity, factor: [f64; 3], bounds: &Bounds) -> Windows {
     let channels = AXES.map(|axis| table.channel(quantity, axis));
     let period_s = table.clock.period_s(table.rows);

@@ -1,7 +1,7 @@
-//! What a command says, and where: results on standard output, progress and warnings on standard error.
+//! Prints the output of a command: results on standard output, progress and warnings on standard error.
 //!
 //! A result is words, or JSON with `--json`; then the words go to standard error. Colour and progress appear on a terminal
-//! only; `--quiet` silences standard error but for errors. A reader that goes away (`rlg ... | head`) is no error.
+//! only; `--quiet` silences standard error but for errors. A closed reader (`rlg ... | head`) is no error.
 
 use std::fmt::{Display, Write};
 use std::io::{self, Write as _};
@@ -14,23 +14,23 @@ use serde::Serialize;
 
 use crate::error::InputError;
 
-/// Redraws of a progress bar a second: enough to look alive, too few to cost anything.
+/// Redraws of a progress bar a second: enough for a live display, at no cost.
 const REDRAW_HZ: u8 = 10;
 
-/// Between the steps of a spinner.
+/// Time between the steps of a spinner.
 const SPIN: Duration = Duration::from_millis(100);
 
-/// Work that takes longer says that it may take minutes.
+/// Time after which the spinner warns that the work may take minutes.
 const LONG: Duration = Duration::from_secs(15);
 
-/// The two streams and what may be said on them; or a program that listens instead.
+/// The two streams and their settings; or a program that listens instead.
 #[derive(Debug, Clone)]
 pub struct Terminal {
     results: Results,
     quiet: bool,
 }
 
-/// Where results go.
+/// Destination of results.
 #[derive(Debug, Clone)]
 enum Results {
     Words,
@@ -39,16 +39,16 @@ enum Results {
     Listener(Arc<Listener>),
 }
 
-/// Keeps what a command says for the program that runs it in its own process.
+/// Collects the output of a command for the program that runs it in its own process.
 pub struct Listener {
     step: Box<dyn Fn(&str) + Send + Sync>,
     heard: Mutex<Heard>,
 }
 
-/// What a command said.
+/// Output of a command.
 #[derive(Debug, Clone, Default)]
 pub struct Heard {
-    /// The result as JSON, as `--json` prints it.
+    /// Result as JSON, as printed with `--json`.
     pub json: Option<String>,
     /// Warnings, in order.
     pub warnings: Vec<String>,
@@ -69,13 +69,13 @@ impl Listener {
         })
     }
 
-    /// Takes what was said so far.
+    /// Takes the output so far.
     pub fn take(&self) -> Heard {
         std::mem::take(&mut *self.hear())
     }
 
     fn hear(&self) -> std::sync::MutexGuard<'_, Heard> {
-        // Whole between any two sentences, whoever panicked.
+        // Consistent between any two sentences, whoever panicked.
         self.heard.lock().unwrap_or_else(PoisonError::into_inner)
     }
 }
@@ -87,7 +87,7 @@ impl Terminal {
         Self { results, quiet }
     }
 
-    /// Says nothing but errors: for a command that another one runs.
+    /// Prints nothing but errors: for a command run by another one.
     pub fn silent() -> Self {
         Self {
             results: Results::None,
@@ -95,7 +95,7 @@ impl Terminal {
         }
     }
 
-    /// Says everything to `listener`, nothing to the process's own streams.
+    /// Sends everything to `listener`, nothing to the process's own streams.
     pub fn heard_by(listener: Arc<Listener>) -> Self {
         Self {
             results: Results::Listener(listener),
@@ -103,7 +103,7 @@ impl Terminal {
         }
     }
 
-    /// Shows a step of the work on `bar`, and to a program that listens.
+    /// Shows a step of the work on `bar`, and to a listening program.
     pub fn step(&self, bar: &ProgressBar, text: impl Into<String>) {
         let text = text.into();
         if let Results::Listener(listener) = &self.results {
@@ -112,23 +112,23 @@ impl Terminal {
         bar.set_message(text);
     }
 
-    /// A line of a result in words; where `--json` puts the result on standard output, beside it on standard error.
+    /// Prints a line of a result in words; on standard error if `--json` puts the result on standard output.
     pub fn say(&self, text: impl Display) {
         match self.results {
             Results::Json | Results::None | Results::Listener(_) => self.note(text),
-            // Where nothing can be written there is nobody to tell either.
+            // If standard output is closed, nothing can be reported either.
             Results::Words => drop(to_standard_output(&text)),
         }
     }
 
-    /// A line on standard error, as on how far the work is.
+    /// Prints a line on standard error, such as the progress of the work.
     pub fn note(&self, text: impl Display) {
         if !self.quiet {
             to_standard_error(&text);
         }
     }
 
-    /// A line on standard error that the reader should act on.
+    /// Prints a line on standard error that needs the reader's action.
     pub fn warn(&self, text: impl Display) {
         if let Results::Listener(listener) = &self.results {
             listener.hear().warnings.push(text.to_string());
@@ -141,7 +141,7 @@ impl Terminal {
         }
     }
 
-    /// The one line that ends a command whose input cannot be used; `--quiet` does not hide it.
+    /// Prints the one line that ends a command with an unusable input; `--quiet` does not hide it.
     pub fn error(&self, error: &InputError) {
         to_standard_error(&format!(
             "{}: {error}",
@@ -149,7 +149,7 @@ impl Terminal {
         ));
     }
 
-    /// A result, as JSON on standard output where `--json` asks for it.
+    /// Prints a result as JSON on standard output if `--json` is given.
     pub fn result(&self, result: &impl Serialize) -> Result<(), InputError> {
         let fault = |error: &dyn Display| {
             InputError::new("standard output", format!("cannot be written ({error})"))
@@ -163,7 +163,7 @@ impl Terminal {
         Ok(())
     }
 
-    /// A bar over `steps` steps of one kind; draws nothing where standard error is no terminal.
+    /// Creates a bar over `steps` steps of one kind; draws nothing if standard error is no terminal.
     pub fn bar(&self, steps: u64, label: &'static str) -> ProgressBar {
         let bar = ProgressBar::with_draw_target(Some(steps), self.target());
         let template = "{msg:24} {wide_bar} {human_pos}/{human_len} {eta:>5}";
@@ -173,7 +173,7 @@ impl Terminal {
         bar.with_message(label)
     }
 
-    /// A sign of life for work whose length is not known.
+    /// Creates a spinner for work of unknown length.
     pub fn spinner(&self, label: &'static str) -> ProgressBar {
         // Without a style of its own a bar of unknown length shows "0/0" and no words.
         let style = ProgressStyle::default_spinner();
@@ -182,7 +182,7 @@ impl Terminal {
             .unwrap_or_else(|_| ProgressStyle::default_spinner())
             .with_key("patience", |state: &ProgressState, to: &mut dyn Write| {
                 if state.elapsed() > LONG {
-                    // What cannot be drawn is not needed.
+                    // Failing to draw is ignored.
                     let _ = to.write_str("; a long or lively recording takes minutes");
                 }
             });
@@ -196,7 +196,7 @@ impl Terminal {
     }
 
     fn target(&self) -> ProgressDrawTarget {
-        // indicatif itself draws nothing where standard error is no terminal.
+        // indicatif itself draws nothing if standard error is no terminal.
         if self.quiet {
             ProgressDrawTarget::hidden()
         } else {
@@ -206,11 +206,11 @@ impl Terminal {
 }
 
 fn to_standard_error(text: &dyn Display) {
-    // eprintln! panics where standard error is closed; the message is then dropped.
+    // eprintln! panics if standard error is closed; the message is then dropped.
     let _ = writeln!(io::stderr().lock(), "{text}");
 }
 
-/// Writes a line; a reader that has gone away is no error.
+/// Writes a line; a closed reader is no error.
 pub(crate) fn to_standard_output(text: &dyn Display) -> io::Result<()> {
     let mut stdout = io::stdout().lock();
     match writeln!(stdout, "{text}").and_then(|()| stdout.flush()) {

@@ -1,7 +1,7 @@
-//! Speaks with a unit over its telemetry port: sends requests, and finds the answers among the telemetry.
+//! Communicates with a unit over its telemetry port: sends requests, and finds the answers among the telemetry.
 //!
-//! The port is a serial device that the caller has set up (`stty`), or a local socket, as serial servers and QEMU have. A
-//! request whose answer does not come is sent again; the unit takes every request twice.
+//! The port is a serial device set up by the caller (`stty`), or a local socket, as of serial servers and QEMU. A request
+//! without an answer is sent again; the unit accepts a repeated request.
 
 use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Write};
@@ -14,13 +14,13 @@ use trueaxis::service_frame::{Answer, AnswerFinder, Request};
 
 use crate::error::InputError;
 
-/// Pause after each byte to a unit that may be sampling, which looks at its receiver once a period, 2 ms at its slowest rate.
+/// Pause after each byte to a unit that may be sampling, which polls its receiver once a period, 2 ms at its slowest rate.
 const PACE: Duration = Duration::from_millis(2);
 
-/// Time that an answer may take: the unit's main loop comes round every period, and an event log may hold it for some.
+/// Time allowed for an answer: the unit's main loop runs every period, and an event log may delay it by some.
 const PATIENCE: Duration = Duration::from_millis(500);
 
-/// How often a request is sent.
+/// Largest number of times a request is sent.
 const TRIES: u32 = 5;
 
 /// A port to a unit.
@@ -62,7 +62,7 @@ impl UnitPort {
         Err(InputError::new(path, "is a socket").expected("a serial device"))
     }
 
-    /// Over two ends; a thread of its own reads until the other side is gone.
+    /// Opens it over two ends; a thread of its own reads until the other side closes.
     fn over(path: &Path, mut input: Box<dyn Read + Send>, out: Box<dyn Write>) -> Self {
         let (found, answers) = channel();
         thread::spawn(move || {
@@ -84,8 +84,8 @@ impl UnitPort {
         }
     }
 
-    /// Sends a request and waits for its answer, `patience` for each of some tries; `slowly`: at the pace of a unit that may be
-    /// sampling.
+    /// Sends a request and waits for its answer, `patience` for each of some tries; `slowly`: at the pace of a unit that may
+    /// be sampling.
     pub fn ask(
         &mut self,
         request: Request,

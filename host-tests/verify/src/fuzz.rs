@@ -1,11 +1,11 @@
 //! The fuzz targets of `host-tests/fuzz`, each for a bounded time.
 //!
-//! The fuzzer starts without a corpus, from a fixed seed. What is printed is how many inputs each target took, or the
-//! input that ended one.
+//! The fuzzer starts without a corpus, from a fixed seed. For each target the number of inputs is printed, or the input that
+//! ended it.
 //!
-//! LLVM's fuzzer follows which branches an input reaches. The pinned stable compiler puts in the counters
-//! for it by the flags below, which cargo-fuzz passes too; only the address sanitizer needs nightly, and
-//! the fuzzed code is safe Rust, with overflow checks and debug assertions (profile `checked`).
+//! LLVM's fuzzer tracks the branches reached by an input. The pinned stable compiler inserts the counters for it with the
+//! flags below, which cargo-fuzz passes too; only the address sanitizer needs nightly, and the fuzzed code is safe Rust,
+//! with overflow checks and debug assertions (profile `checked`).
 
 use std::fs;
 use std::io::{BufRead, BufReader};
@@ -18,22 +18,22 @@ use crate::step::{cargo_command, root, run};
 /// Each target.
 pub const TARGETS: [&str; 3] = ["fuzz-telemetry", "fuzz-parameter-block", "fuzz-bank-frame"];
 
-/// Time for each \[s\]: about a million inputs. New branches stop being found within the first five.
+/// Time for each \[s\]: about a million inputs. No new branches are found after the first five seconds.
 const SECONDS: u32 = 20;
 
 /// Longest input \[bytes\]: some hundred frames, four parameter blocks.
 const MOST_BYTES: u32 = 4096;
 
-/// One counter a branch, compared values shown to the fuzzer; one unit of code generation, as the counters
-/// need.
+/// Flags for one counter a branch, compared values passed to the fuzzer; one unit of code generation, as required by the
+/// counters.
 const FLAGS: &str = "-Cpasses=sancov-module -Cllvm-args=-sanitizer-coverage-level=4 \
                      -Cllvm-args=-sanitizer-coverage-inline-8bit-counters \
                      -Cllvm-args=-sanitizer-coverage-pc-table \
                      -Cllvm-args=-sanitizer-coverage-trace-compares \
                      -Ccodegen-units=1 --cfg fuzzing";
 
-/// Builds all targets; the folder they are in. Apart from the other builds, which know nothing of the
-/// flags; for a named target, so that build scripts are spared them.
+/// Builds all targets and returns their folder. Separate from the other builds, which do not use the flags; for a named
+/// target, so that build scripts are not compiled with them.
 pub fn build() -> Result<PathBuf, String> {
     let host = host()?;
     let folder = root().join("target").join("fuzz");
@@ -47,7 +47,7 @@ pub fn build() -> Result<PathBuf, String> {
     Ok(folder.join(host).join("checked"))
 }
 
-/// Runs every target for its time, side by side: each keeps one processor busy.
+/// Runs every target for its time, in parallel: each keeps one processor busy.
 pub fn targets(built: &Path) -> Vec<Result<(), String>> {
     thread::scope(|scope| {
         TARGETS
@@ -79,7 +79,7 @@ fn target(built: &Path, name: &str) -> Result<(), String> {
         if let Some(count) = line.strip_prefix("stat::number_of_executed_units:") {
             executed = Some(count.trim().to_owned());
         }
-        // Its progress is long; what it says last is what matters where it fails.
+        // Its progress is long; on a failure its last lines are the relevant ones.
         last.push(line);
         if last.len() > 40 {
             last.remove(0);
@@ -95,7 +95,7 @@ fn target(built: &Path, name: &str) -> Result<(), String> {
     }
 }
 
-/// The triple of this machine, as the compiler names it.
+/// Returns the compiler's triple of this machine.
 fn host() -> Result<String, String> {
     let output = Command::new("rustc")
         .current_dir(root())

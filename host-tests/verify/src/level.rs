@@ -1,23 +1,23 @@
-//! How much is verified.
+//! Level of verification.
 
 use std::time::{SystemTime, UNIX_EPOCH};
 
-/// How much is verified.
+/// Level of verification.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Level {
     /// Formatting, lints and tests of seconds.
     Quick,
-    /// Everything that a change could break.
+    /// Every check that a change could break.
     Full,
-    /// The same, and what looks for longer.
+    /// The same, and the longer searches.
     Nightly,
 }
 
 impl Level {
-    /// From the command's arguments; `full` where there are none.
+    /// Parses the command's arguments; `full` if there are none.
     ///
     /// # Errors
-    /// What was given instead.
+    /// The argument given instead.
     pub fn of(mut arguments: impl Iterator<Item = String>) -> Result<Self, String> {
         let level = match arguments.next().as_deref() {
             None | Some("full") => Self::Full,
@@ -32,7 +32,7 @@ impl Level {
     }
 }
 
-/// A seed that changes every day.
+/// Returns a seed that changes every day.
 pub fn days_since_1970() -> u64 {
     let since = SystemTime::now().duration_since(UNIX_EPOCH);
     since.map_or(0, |since| since.as_secs() / 86_400)

@@ -1,4 +1,4 @@
-//! The firmware library as others take it: the chain alone, the examples under `examples/`, and the package.
+//! The firmware library as used by others: the chain alone, the examples under `examples/`, and the package.
 
 use std::process::{Command, Stdio};
 
@@ -19,7 +19,7 @@ pub fn chain_alone() -> Result<(), String> {
     ])
 }
 
-/// Holds that `libm` is the only dependency of that build.
+/// Checks that `libm` is the only dependency of that build.
 pub fn its_dependencies() -> Result<(), String> {
     let mut command = cargo_command(&[
         "tree",
@@ -51,7 +51,7 @@ pub fn its_dependencies() -> Result<(), String> {
     }
 }
 
-/// Looks at the format of the examples, a workspace of their own, and builds them; their manifest denies warnings.
+/// Checks the format of the examples, a workspace of their own, and builds them; their manifest denies warnings.
 pub fn examples() -> [Result<(), String>; 2] {
     [
         &["fmt", "--all", "--check"][..],
@@ -60,14 +60,14 @@ pub fn examples() -> [Result<(), String>; 2] {
     .map(|arguments| run(of_examples(arguments)))
 }
 
-/// Cargo in the folder of the examples, whose settings it takes.
+/// Prepares cargo in the folder of the examples, with its settings.
 fn of_examples(arguments: &[&str]) -> Command {
     let mut command = cargo_command(arguments);
     command.current_dir(root().join("examples"));
     command
 }
 
-/// Packs the library as a registry would take it, and builds it from the archive.
+/// Packs the library for a registry, and builds it from the archive.
 pub fn package() -> Result<(), String> {
     cargo(&[
         "package",

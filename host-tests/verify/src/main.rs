@@ -1,17 +1,17 @@
-//! `cargo verify [quick|full|nightly]`: what must hold before a change is merged, on a machine that has only rustup.
+//! `cargo verify [quick|full|nightly]`: all checks required before a change is merged, on a machine with only rustup.
 //!
-//! `quick` is for while one works: formatting, lints and the tests of the packages that take seconds. `full`, which continuous
-//! integration runs, is everything that a change could break. `nightly` adds what only looks for longer: the fuzzer, the
-//! tests with `in_full` in their name, the images against register models where there is cmake, and marks of the diagnosis on
-//! a seed that nobody has seen.
+//! `quick` is for use during work: formatting, lints and the tests of the packages that take seconds. `full`, which
+//! continuous integration runs, is every check that a change could break. `nightly` adds longer searches: the fuzzer, the
+//! tests with `in_full` in their name, the images against register models if there is cmake, and marks of the diagnosis on a
+//! new seed.
 //!
-//! It takes the workspace, and recordings of others from `RLG_RECORDINGS` if that is set. It prints the output of each
-//! step, then the seconds of each and of the longest test programs, and as the last line `N passed, N failed`: the tests by
-//! their own count, every other step as one. The exit code is 0 only if nothing failed.
+//! Inputs: the workspace, and recordings of others from `RLG_RECORDINGS` if that is set. It prints the output of each step,
+//! then the seconds of each and of the longest test programs, and as the last line `N passed, N failed`: the tests by their
+//! own count, every other step as one. The exit code is 0 only if nothing failed.
 //!
 //! Host code is compiled once: every step that runs some of it names the whole workspace with its tests, because cargo
 //! compiles packages again for another selection of features. Only the crates with unit tests are compiled a second time, in
-//! packages without optimisation (`unit-tests`). Steps that share no artefacts run side by side.
+//! packages without optimisation (`unit-tests`). Steps that share no artefacts run in parallel.
 
 mod level;
 
@@ -32,16 +32,16 @@ use step::{Beside, Tally, cargo, cargo_command, root, run};
 /// The image's target.
 const TARGET: &str = "thumbv7em-none-eabihf";
 
-/// Features and the binaries that need them; the aliases that build them have the features' names.
+/// Features and the binaries that need them; their build aliases have the features' names.
 const IMAGES: [(&str, [&str; 2]); 2] = [
     ("board", ["firmware", "firmware-fixed"]),
     ("emulator", ["emulated", "emulated-fixed"]),
 ];
 
-/// What each test command begins with.
+/// First arguments of each test command.
 const TEST: [&str; 3] = ["test", "--release", "--workspace"];
 
-/// Packages whose tests take seconds.
+/// Packages with tests of a few seconds.
 const QUICK: [&str; 7] = [
     "firmware-tests",
     "strapdown",
@@ -84,7 +84,7 @@ fn main() -> ExitCode {
     }
 }
 
-/// Formatting, lints and tests of seconds.
+/// Runs formatting, lints and tests of seconds.
 fn quick(tally: &mut Tally) {
     tally.heading("compiler");
     tally.step(set_up::compiler());
@@ -99,7 +99,7 @@ fn quick(tally: &mut Tally) {
     tally.tests(&[&["test", "--release", "--no-fail-fast"], &packages[..]].concat());
 }
 
-/// What the machine needs.
+/// Installs the requirements on the machine.
 fn set_up(tally: &mut Tally) {
     tally.heading("target and components");
     tally.step(set_up::compiler());
@@ -111,7 +111,7 @@ fn set_up(tally: &mut Tally) {
     tally.step(set_up::cxx());
 }
 
-/// What shares nothing with the workspace's release build.
+/// Lists the steps that share nothing with the workspace's release build.
 fn apart() -> Vec<Beside> {
     vec![
         Beside::steps("Python", || vec![set_up::python()]),
@@ -149,7 +149,7 @@ fn dependencies() -> Vec<Result<(), String>> {
     }
 }
 
-/// What needs no program to run.
+/// Runs the checks that need no program to run.
 fn checks(tally: &mut Tally) {
     tally.heading("formatting");
     tally.step(cargo(&["fmt", "--all", "--check"]));
@@ -190,11 +190,11 @@ fn checks(tally: &mut Tally) {
     tally.step(run(documentation));
 }
 
-/// Images, and the chain alone.
+/// Builds the images, and the chain alone.
 fn firmware(tally: &mut Tally) {
     tally.heading("firmware images");
     for (feature, _) in IMAGES {
-        // Aliases of .cargo/config.toml: what the documents tell people to type.
+        // Aliases of .cargo/config.toml: the commands in the documents.
         tally.step(cargo(&[feature]));
     }
     tally.heading("the chain alone");
@@ -207,7 +207,7 @@ fn tests(tally: &mut Tally) {
     let others = vec![
         of(
             "tests on the emulated target",
-            // Those in full take half an hour.
+            // Tests in full take half an hour.
             &["--test", "target", "--", "--ignored", "--skip", "in_full"],
         ),
         of(
@@ -231,7 +231,7 @@ fn tests(tally: &mut Tally) {
     tally.step(run(built("examples/stages")));
 }
 
-/// What looks for longer.
+/// Runs the longer searches.
 fn nightly(tally: &mut Tally) {
     tally.heading("fuzzing");
     match fuzz::build() {
@@ -245,7 +245,7 @@ fn nightly(tally: &mut Tally) {
     tally.heading("tests in full");
     tally.tests(&[&TEST[..], &["--no-fail-fast", "--", "--ignored", "in_full"]].concat());
     tally.heading("images against register models");
-    // Unicorn is compiled from source, which wants more than rustup brings.
+    // Unicorn is compiled from source, which requires more than rustup installs.
     if Command::new("cmake").arg("--version").output().is_ok() {
         tally.tests(&["registers", "--no-fail-fast"]);
     } else {
@@ -267,7 +267,7 @@ fn nightly(tally: &mut Tally) {
     tally.step(run(marks));
 }
 
-/// A program that `cargo test` built beside the tests.
+/// Returns a program that `cargo test` built with the tests.
 fn built(name: &str) -> Command {
     let folder = std::env::var_os("CARGO_TARGET_DIR");
     let folder = folder.map_or_else(|| root().join("target"), PathBuf::from);

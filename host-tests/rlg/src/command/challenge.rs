@@ -1,4 +1,4 @@
-//! `rlg challenge`: concealed effects, nulls and scores, blind.
+//! `rlg challenge`: blind diagnoses of concealed effects and of null trials, and their scores.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -92,7 +92,7 @@ pub struct ChallengeCommand {
     golden: GoldenArguments,
 }
 
-/// "3/8".
+/// Parses "3/8".
 fn shard(text: &str) -> Result<(u64, u64), String> {
     let parsed = text
         .split_once('/')
@@ -119,7 +119,7 @@ impl ChallengeCommand {
             };
             return self.on_threads(|| self.golden.run(file, trials, terminal));
         }
-        // clap asks for it unless --check or --golden is there
+        // clap requires it unless --check or --golden is given
         let out = self.out.as_deref().unwrap_or(Path::new(""));
         if !self.recording.is_empty() && !self.ordinary.marks {
             return self.others(out, terminal);
@@ -146,7 +146,7 @@ impl ChallengeCommand {
         terminal.result(&scores)
     }
 
-    /// The trials that are run here.
+    /// Returns the trials to run here.
     fn share(&self) -> Share {
         match (self.trial, self.shard) {
             (Some(one), _) => Share::One(one),
@@ -155,7 +155,7 @@ impl ChallengeCommand {
         }
     }
 
-    /// Works with as many threads as were asked for.
+    /// Runs `work` on the requested number of threads.
     fn on_threads<T: Send>(
         &self,
         work: impl FnOnce() -> Result<T, InputError> + Send,
@@ -170,7 +170,7 @@ impl ChallengeCommand {
             .install(work)
     }
 
-    /// Recordings of others.
+    /// Diagnoses recordings of others.
     fn others(&self, out: &Path, terminal: &Terminal) -> Result<(), InputError> {
         if self.trial.is_some() {
             return Err(
@@ -288,7 +288,7 @@ impl ChallengeCommand {
     }
 }
 
-/// Writes everything but, as a rule, the commitments, which are there.
+/// Writes everything but the commitments, which as a rule are written before.
 fn write(
     out: &Path,
     plan: &Plan,
@@ -303,7 +303,7 @@ fn write(
             .collect::<String>()
     };
     let [answers, outcomes] = [text(answers), text(outcomes)];
-    // Scores are taken of what is on disk, so that a merge of shards is no different.
+    // Scores are computed from the files on disk, so that a merge of shards is no different.
     let read_answers: Vec<Answer> = lines_of(&answers, &out.join(ANSWERS))?;
     let read_outcomes: Vec<Outcome> = lines_of(&outcomes, &out.join(OUTCOMES))?;
     let scores = score(plan, &read_answers, &read_outcomes);
@@ -326,7 +326,7 @@ fn read(file: &Path) -> Result<String, InputError> {
     fs::read_to_string(file).map_err(|error| InputError::unreadable(file, &error))
 }
 
-/// How many answers of a folder are those that were committed to: all, or an error.
+/// Counts the answers of a folder; an error unless all equal their commitments.
 fn checked(folder: &Path) -> Result<usize, InputError> {
     check(
         &read(&folder.join(COMMITMENTS))?,
@@ -335,7 +335,7 @@ fn checked(folder: &Path) -> Result<usize, InputError> {
     )
 }
 
-/// The plan of a folder.
+/// Reads the plan of a folder.
 fn plan_of(folder: &Path) -> Result<Plan, InputError> {
     let file = folder.join(SCORES);
     let fault = |problem: String| {
@@ -454,5 +454,5 @@ fn say(scores: &Scores, terminal: &Terminal) {
     }
 }
 
-/// Most wrong trials that are listed on the terminal.
+/// Largest number of wrong trials listed on the terminal.
 const SHOWN: usize = 12;

@@ -21,16 +21,16 @@ use crate::terminal::Terminal;
 use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::plan::NUMBERS;
 
-/// The scores.
+/// File of the scores.
 const SCORES: &str = "challenge.json";
 
-/// Times, which are not the same bytes twice.
+/// File of the run times, which differ from run to run.
 const COSTS: &str = "costs.json";
 
-/// What other values of a number give.
+/// File of the scores for other values of a number of the plan.
 const CURVE: &str = "curve.json";
 
-/// Failures that are listed on the terminal.
+/// Largest number of failures listed on the terminal.
 const SHOWN: usize = 120;
 
 /// Options of `rlg challenge --marks`.
@@ -82,18 +82,18 @@ pub struct MarksOptions {
     vary: Option<String>,
 }
 
-/// What the options share with the challenge's own.
+/// Options shared with the challenge's own.
 #[derive(Debug, Clone, Copy)]
 pub struct Common<'a> {
-    /// Recording that trials are made of.
+    /// Recordings from which trials are made.
     pub recording: &'a [PathBuf],
     /// Folder for the results.
     pub out: &'a Path,
-    /// Seed of everything.
+    /// Seed of every random draw.
     pub seed: u64,
-    /// Trials.
+    /// Number of trials.
     pub trials: u64,
-    /// One trial alone.
+    /// Number of the only trial to run.
     pub only: Option<u64>,
 }
 
@@ -126,7 +126,7 @@ impl MarksOptions {
                 .value(unknown)
                 .expected(names.join(", ")));
         }
-        // The model of a recording of others explains what was there before, too.
+        // The model of a recording of others also explains effects that were there before.
         let is_twice = self.family.iter().any(is_alone) && !is_recorded;
         let is_undiagnosed = self.undiagnosed || self.export.is_some();
         let under_test = match &self.judge {
@@ -185,7 +185,7 @@ impl MarksOptions {
     }
 }
 
-/// What the families attitude, rest, force, positions and recorded plant.
+/// Returns the names of the effects planted by the families attitude, rest, force, positions and recorded.
 fn planted_names() -> Vec<String> {
     let mut names: Vec<String> = attitude::planted::CYCLE.map(|one| one.name()).to_vec();
     names.extend(rest::planted::CYCLE.map(|one| one.name()));
@@ -198,7 +198,7 @@ fn planted_names() -> Vec<String> {
     names
 }
 
-/// Reads what models declare.
+/// Parses the declaration of the models.
 fn declares(text: &str) -> Result<Declares, String> {
     if text == "nothing" {
         return Ok(Declares::Nothing);
@@ -209,7 +209,7 @@ fn declares(text: &str) -> Result<Declares, String> {
     }
 }
 
-/// Diagnoses all trials under several values of a number, and says what each gives.
+/// Diagnoses all trials with several values of a number of the plan, and prints the scores of each.
 fn vary(
     number: &str,
     out: &Path,
@@ -334,12 +334,12 @@ fn say(scores: &Scores, costs: &[Cost], spent_s: Option<f64>, terminal: &Termina
     }
 }
 
-/// Processor time of this process so far \[s\], where the system tells it.
+/// Returns the processor time of this process so far \[s\], if the system states it.
 fn processor_s() -> Option<f64> {
     /// Linux counts these in hundredths on every architecture.
     const TICKS_PER_S: f64 = 100.0;
     let text = std::fs::read_to_string("/proc/self/stat").ok()?;
-    // The name before ") " may hold spaces; utime and stime are the 12th and 13th after it.
+    // The name before ") " may hold spaces; utime and stime are fields 12 and 13 after it.
     let (_, fields) = text.rsplit_once(") ")?;
     let ticks: f64 = fields
         .split(' ')
@@ -350,7 +350,7 @@ fn processor_s() -> Option<f64> {
     Some(ticks / TICKS_PER_S)
 }
 
-/// Largest resident memory of this process so far \[MB\], where the system tells it.
+/// Returns the peak resident memory of this process so far \[MB\], if the system states it.
 fn peak_memory_mb() -> Option<f64> {
     let text = std::fs::read_to_string("/proc/self/status").ok()?;
     let line = text.lines().find_map(|line| line.strip_prefix("VmHWM:"))?;

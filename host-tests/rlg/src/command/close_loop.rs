@@ -1,4 +1,4 @@
-//! `rlg close-loop`: what the chain leaves of each kind of effect after a blind diagnosis.
+//! `rlg close-loop`: residual error of the chain for each kind of effect after a blind diagnosis.
 
 use clap::Args;
 use serde::Serialize;
@@ -56,7 +56,7 @@ impl CloseLoop {
                     terminal.say(words(&row));
                     rows.push(row);
                 }
-                // Minutes a kind: the others are not given up for one.
+                // Minutes a kind: one failure does not end the others.
                 Err(error) => {
                     terminal.say(format!("| {} | {error} | | | | | |", case.kind));
                     failed.get_or_insert(error);
@@ -92,7 +92,7 @@ impl CloseLoop {
     }
 }
 
-/// A line of the table; angles in arc seconds.
+/// Formats a line of the table; angles in arc seconds.
 fn words(row: &Row) -> String {
     let (unit, per) = match row.unit {
         "rad" => ("″", 180.0 / std::f64::consts::PI * 3600.0),

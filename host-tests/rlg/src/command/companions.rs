@@ -1,4 +1,4 @@
-//! `rlg completions` and `rlg man`: what a shell and a packager want of the command line.
+//! `rlg completions` and `rlg man`: completions for a shell, and pages for a packager, of the command line.
 
 use clap::{Args, Command};
 use clap_complete::Shell;

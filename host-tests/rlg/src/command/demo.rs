@@ -1,4 +1,4 @@
-//! `rlg demo`: the whole story in one run, without any input.
+//! `rlg demo`: the whole sequence in one run, without any input.
 
 use std::path::PathBuf;
 

@@ -1,4 +1,5 @@
-//! `rlg diagnose`: where a recording and its model differ, what physics was left out, and the proof.
+//! `rlg diagnose`: tests a recording against its model, identifies the effects missing from the model, and reports the
+//! evidence.
 
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
@@ -26,7 +27,7 @@ use crate::report::terminal::lines;
 use crate::report::{figure, page_beside};
 use crate::terminal::Terminal;
 
-/// Files that the command writes.
+/// Files written by the command.
 const RESULTS: &[&str] = &[
     "diagnosis.json",
     "model.toml",
@@ -35,10 +36,10 @@ const RESULTS: &[&str] = &[
     RUN_FILE,
 ];
 
-/// Part of a long recording whose plausibility is judged \[s\].
+/// Length of the part of a long recording that is checked for plausibility \[s\].
 const CHECKED_S: f64 = 60.0;
 
-/// Refuses what cannot be; the folder is named.
+/// Refuses an implausible recording of the named folder.
 type Check<'a> = &'a (dyn Fn(&Path, &Recording) -> Result<(), InputError> + Sync);
 
 /// Takes the kind of work and its rows, once they are known.
@@ -47,10 +48,10 @@ type Expect<'a> = &'a (dyn Fn(Work, usize) + Sync);
 /// Takes the name of each stage.
 type Progress<'a> = &'a (dyn Fn(&str) + Sync);
 
-/// Whom the work tells of itself.
+/// Callbacks of the work: plausibility check, expected work, progress.
 type Told<'a> = (Check<'a>, Expect<'a>, Progress<'a>);
 
-/// Exit code of a verdict that `--fail-on` names.
+/// Exit code of a verdict named by `--fail-on`.
 const FAILED: u8 = 1;
 
 /// Find what a model leaves out of a recording
@@ -98,16 +99,16 @@ pub struct Diagnose {
     threads: Option<std::num::NonZeroUsize>,
 }
 
-/// A diagnosis, and what it was of.
+/// Diagnosis with its inputs.
 pub struct Diagnosed {
-    /// What came of it.
+    /// Outcome of the diagnosis.
     pub outcome: Outcome,
-    /// The line that says which model was assumed, where none was given.
+    /// Line about the assumed model, if none was given.
     pub assumed: Option<String>,
     recordings: Vec<PathBuf>,
     model: Model,
     model_file: PathBuf,
-    /// Rates as recorded, where the rows were in memory.
+    /// Rates as recorded, if the rows were in memory.
     recorded: Vec<Rate>,
 }
 
@@ -122,7 +123,7 @@ impl Diagnosed {
         )
     }
 
-    /// What the page shows beside the diagnosis.
+    /// Gathers the page's content beyond the diagnosis.
     fn beside(&self) -> Result<Beside, InputError> {
         let of = (&self.model, self.model_file.as_path());
         let beside = gather(&self.recordings, of, self.assumed.as_deref())?;
@@ -132,7 +133,7 @@ impl Diagnosed {
         })
     }
 
-    /// The answer as the command prints it, a line each.
+    /// Returns the answer as the command prints it, a line each.
     pub fn lines(&self) -> Vec<String> {
         lines(&self.outcome.diagnosis, self.assumed.as_deref())
     }
@@ -161,7 +162,7 @@ impl FailOn {
 }
 
 impl Diagnose {
-    /// Which of the recordings are held out as a whole.
+    /// Returns for each recording true if it is held out as a whole.
     fn held_out(&self) -> Result<Vec<bool>, InputError> {
         let mut held_out = vec![false; self.recordings.len()];
         for folder in &self.hold_out {
@@ -186,9 +187,9 @@ impl Diagnose {
         Ok(held_out)
     }
 
-    /// Diagnoses, says the answer and writes the results.
+    /// Diagnoses, prints the answer and writes the results.
     pub fn run(&self, terminal: &Terminal) -> Result<ExitCode, InputError> {
-        // Before the work: where the results have no place there is nothing to do.
+        // Before the work: without a valid folder for the results there is nothing to do.
         let model_file = self.model.clone().unwrap_or_else(|| IDEAL.into());
         let out = self.out.as_deref();
         let out = out.map(|out| results(out, &self.recordings, &model_file));
@@ -221,7 +222,7 @@ impl Diagnose {
         })
     }
 
-    /// Writes down why an input cannot be used, for the summary of a fleet.
+    /// Writes the reason for which an input cannot be used, for the summary of a fleet.
     fn refused(
         &self,
         error: &InputError,
@@ -236,7 +237,7 @@ impl Diagnose {
         Ok(ExitCode::SUCCESS)
     }
 
-    /// Diagnoses; writes and says nothing but progress and warnings.
+    /// Diagnoses; writes nothing and prints only progress and warnings.
     pub(super) fn diagnosed(&self, terminal: &Terminal) -> Result<Diagnosed, InputError> {
         let (model, model_file, assumed) =
             given_or_ideal(self.model.as_deref(), &self.recordings[0], terminal)?;
@@ -272,7 +273,7 @@ impl Diagnose {
         })
     }
 
-    /// Reads and diagnoses one recording, or several together; `recorded` takes the rates of one that is in memory.
+    /// Reads and diagnoses one recording, or several together; `recorded` takes the rates of a recording in memory.
     fn outcome(
         &self,
         of: (&Model, &Path),
@@ -290,7 +291,7 @@ impl Diagnose {
             ..Settings::default()
         };
         if let Some(long) = LongRecording::of(folder, model, self.most_rows)? {
-            // A first part stands for the whole, which is never in memory at once.
+            // A first part represents the whole, which is never in memory at once.
             check(folder, &long.first(CHECKED_S)?)?;
             expect(Work::Dithered, self.most_rows);
             return long.diagnose(&settings, of, progress);
@@ -304,7 +305,7 @@ impl Diagnose {
         }
         progress("aligning the channels");
         let streams = Streams::align(&recording, model)?;
-        // The recording's own tables go; the rows live in the streams.
+        // The recording's own tables are dropped; the rows are in the streams.
         drop(recording);
         diagnose_streams(&settings, streams, of, progress)
     }
@@ -319,7 +320,7 @@ impl Diagnose {
         let mut aligned = Vec::with_capacity(self.recordings.len());
         let mut all_rows = 0;
         for (folder, held_out) in self.recordings.iter().zip(held_out) {
-            // The recording's own tables go before the next is read; the rows live in the streams.
+            // The recording's own tables are dropped before the next is read; the rows are in the streams.
             let recording = Recording::read(folder)?;
             check(folder, &recording)?;
             all_rows += rows(&recording);
@@ -353,7 +354,7 @@ impl Diagnose {
     }
 }
 
-/// Which work a recording is.
+/// Returns the kind of work for a recording.
 pub(super) fn work(recording: &Recording, model: &Model) -> Work {
     let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
     if is_slow(recording, model) {
@@ -367,13 +368,13 @@ pub(super) fn work(recording: &Recording, model: &Model) -> Work {
     }
 }
 
-/// Rows of the longest table.
+/// Returns the number of rows of the longest table.
 pub(super) fn rows(recording: &Recording) -> usize {
     let rows = recording.tables.iter().map(|table| table.rows);
     rows.max().unwrap_or(0)
 }
 
-/// The folder for the results, which is none of the recordings' and does not hold the model.
+/// Creates the folder for the results, which must differ from the recordings' and not hold the model.
 fn results(
     out: &Path,
     recordings: &[PathBuf],
@@ -410,7 +411,7 @@ fn write(
     let residual = figure::residuals(diagnosis, outcome.pictures.as_ref());
     out.write("residual.svg", residual.as_bytes())?;
     if let Some(about) = about {
-        // The last one, so that the others are there where it is.
+        // Written last: it implies that the others exist.
         RunFile::diagnosed(about).write_into(&mut out)?;
     }
     out.commit()

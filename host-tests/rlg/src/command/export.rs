@@ -1,4 +1,4 @@
-//! `rlg export`: a recording as a file of other programs.
+//! `rlg export`: writes a recording as a file for other programs.
 
 use std::io::{BufWriter, Write as _};
 use std::path::{Path, PathBuf};
@@ -181,7 +181,7 @@ impl Export {
     }
 }
 
-/// A file a table: `log.csv` for the first, `log-reference.csv` for others.
+/// Returns a file name a table: `log.csv` for the first, `log-reference.csv` for others.
 fn file_names<'a>(name: &Path, sheets: &'a [Sheet]) -> Vec<(PathBuf, &'a [Sheet])> {
     let stem = name.file_stem().unwrap_or_default().to_string_lossy();
     let extension = name

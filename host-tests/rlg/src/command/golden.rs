@@ -1,4 +1,4 @@
-//! `rlg challenge --golden`: the golden table is written, or made again and compared.
+//! `rlg challenge --golden`: writes the golden table, or recomputes and compares it.
 
 use std::fs;
 use std::ops::Range;
@@ -39,7 +39,7 @@ pub(super) struct GoldenArguments {
     rows: Option<Range<u64>>,
 }
 
-/// "0..20".
+/// Parses "0..20".
 fn rows(text: &str) -> Result<Range<u64>, String> {
     text.split_once("..")
         .and_then(|(first, end)| Some(first.parse().ok()?..end.parse().ok()?))
@@ -47,28 +47,28 @@ fn rows(text: &str) -> Result<Range<u64>, String> {
         .ok_or_else(|| "expected A..B with A not above B, such as 0..20".to_owned())
 }
 
-/// The simulated trials that the options name.
+/// Simulated trials selected by the options.
 #[derive(Clone, Copy)]
 pub(super) struct Trials {
     /// Seed of every random draw.
     pub(super) seed: u64,
     /// Trials of the whole table.
     pub(super) count: u64,
-    /// Those of which rows are made.
+    /// Trials for which rows are computed.
     pub(super) share: Share,
 }
 
-/// A recording that has a row.
+/// Recording with a row in the table.
 struct Shared {
     /// Name of its row.
     name: &'static str,
     /// Its file or folder in the folder of recordings.
     path: &'static str,
-    /// What the file holds; `None`: a folder in the project's own form.
+    /// Format of the file; `None`: a folder in the project's own form.
     format: Option<Format>,
 }
 
-/// The shared recordings.
+/// Shared recordings.
 const SHARED: [Shared; 5] = [
     Shared {
         name: "bench-coning",
@@ -98,7 +98,7 @@ const SHARED: [Shared; 5] = [
 ];
 
 impl Shared {
-    /// Makes its row. A foreign file is imported into a temporary folder first.
+    /// Computes its row. A foreign file is imported into a temporary folder first.
     fn row(&self, recordings: &Path) -> Result<Row, InputError> {
         let source = recordings.join(self.path);
         let Some(format) = self.format else {
@@ -150,7 +150,7 @@ impl GoldenArguments {
             .expected(format!("{} equal rows", made.rows.len())))
     }
 
-    /// Makes the rows that were asked for.
+    /// Computes the requested rows.
     fn make(&self, header: Header, share: Share, terminal: &Terminal) -> Result<Table, InputError> {
         let share = match &self.rows {
             Some(rows) => Share::Range(rows.start, rows.end),
@@ -193,7 +193,7 @@ fn read(file: &Path) -> Result<Table, InputError> {
     Table::parse(&text, file)
 }
 
-/// Refuses rows that are worse than those that they would replace.
+/// Refuses rows of a lower quality than those that they would replace.
 fn holds_floor(reviewed: &Table, made: &Table, file: &Path) -> Result<(), InputError> {
     let of = |rows: &Table, others: &Table| {
         let is_there = |row: &&Row| others.rows.iter().any(|one| one.name() == row.name());

@@ -1,4 +1,4 @@
-//! `rlg import`: a foreign stream becomes a recording.
+//! `rlg import`: writes a foreign stream as a recording.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -21,8 +21,8 @@ use crate::import::{f64x7, psins_imu};
 use crate::recording::{MANIFEST, Recording, Site};
 use crate::terminal::Terminal;
 
-/// Relative difference between the caller's rate and the unit's that is worth a word: a crystal is within
-/// 1e-4, an internal oscillator within 1e-2.
+/// Relative difference between the caller's rate and the unit's above which a warning is printed: a crystal is within 1e-4,
+/// an internal oscillator within 1e-2.
 const RATE_MISMATCH: f64 = 0.02;
 
 /// Import a table of numbers, a captured stream or a foreign file as a recording
@@ -63,11 +63,11 @@ pub struct Import {
     out: PathBuf,
 }
 
-/// The model of a unit at rest, beside the recording.
+/// Model of a unit at rest, in the recording's folder.
 const MODEL: &str = "model.toml";
 
 impl Import {
-    /// The import of a file whose source the project knows, or that names its own site.
+    /// Creates the import of a file whose source the project knows, or that states its own site.
     pub(super) fn file(file: &Path, format: Format, out: &Path) -> Self {
         Self {
             files: vec![file.to_path_buf()],
@@ -81,7 +81,7 @@ impl Import {
         }
     }
 
-    /// Makes a recording of columns in memory, as of those of a file; `FILE` is then their name.
+    /// Writes a recording of columns in memory, treated as those of a file; `FILE` is then their name.
     pub(super) fn run_on(
         &self,
         columns: Vec<Column>,
@@ -105,7 +105,7 @@ impl Import {
         Ok(())
     }
 
-    /// Imports the file, writes the recording and reports what was found.
+    /// Imports the file, writes the recording and reports its content.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let file = self.file_itself();
         self.check_rate()?;
@@ -137,7 +137,7 @@ impl Import {
         self.result(terminal, &imported)
     }
 
-    /// The file, or the first of several.
+    /// Returns the file, or the first of several.
     fn file_itself(&self) -> &Path {
         &self.files[0]
     }
@@ -196,7 +196,7 @@ impl Import {
         }
     }
 
-    /// Reads a file of others, row by row.
+    /// Reads a foreign file, row by row.
     fn foreign(&self, format: Format, terminal: &Terminal) -> Result<(), InputError> {
         let file = self.file_itself();
         let site = self.site()?;
@@ -239,7 +239,7 @@ impl Import {
         }))
     }
 
-    /// The caller's site.
+    /// Returns the caller's site.
     fn site(&self) -> Result<Option<Site>, InputError> {
         let (Some(latitude_deg), Some(gravity_m_s2)) = (self.latitude_deg, self.gravity) else {
             return Ok(None);
@@ -255,7 +255,7 @@ impl Import {
         if !(-90.0..=90.0).contains(&latitude_deg) {
             return fault("--latitude-deg", latitude_deg, "-90 to 90 degrees");
         }
-        // The strongest gravity on the ground is 9.83, the weakest 9.76 m/s^2.
+        // Gravity on the ground is 9.76 to 9.83 m/s^2.
         if !(9.7..=9.9).contains(&gravity_m_s2) {
             return fault("--gravity", gravity_m_s2, "9.7 to 9.9 m/s^2");
         }
@@ -354,7 +354,7 @@ impl Import {
     }
 }
 
-/// Names of the bits that any frame carries, with the number of those frames.
+/// Returns the names of the bits set in any frame, with the number of those frames.
 fn bits_seen(imported: &Imported) -> impl Iterator<Item = (&'static str, u64)> {
     let frames = imported.frames_with_bit.into_iter();
     (0_u8..)
@@ -363,7 +363,7 @@ fn bits_seen(imported: &Imported) -> impl Iterator<Item = (&'static str, u64)> {
         .filter_map(|(bit, frames)| Some((Status::name(bit)?, frames)))
 }
 
-/// Names of the bits set.
+/// Returns the names of the bits set.
 fn names(bits: u32) -> Vec<&'static str> {
     (0..32)
         .filter(|bit| bits >> bit & 1 == 1)

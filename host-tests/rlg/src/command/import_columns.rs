@@ -60,7 +60,7 @@ pub(super) struct ColumnOptions {
     anyway: bool,
 }
 
-/// The rest of the command line.
+/// Remaining arguments of the command line.
 pub(super) struct Request<'a> {
     pub(super) files: &'a [PathBuf],
     pub(super) format: Option<Format>,
@@ -71,7 +71,7 @@ pub(super) struct Request<'a> {
 }
 
 impl ColumnOptions {
-    /// Whether any is given.
+    /// True if no option is given.
     pub(super) fn is_empty(&self) -> bool {
         let lists = [&self.map, &self.unit, &self.time, &self.sampling];
         let texts = [&self.euler, &self.instrument, &self.start];
@@ -145,7 +145,7 @@ impl ColumnOptions {
         if ideal.motion == MotionSource::Static
             && plausibility::check(first, &recording, &moving, &Bounds::default()).is_ok()
         {
-            // One that moves without a reference may be wanted for something else than a diagnosis.
+            // A moving unit without a reference may serve another purpose than a diagnosis.
             check_plausible(first, &recording, &ideal, true, terminal)?;
         }
         described::write(
@@ -164,7 +164,7 @@ impl ColumnOptions {
         terminal.result(&result)
     }
 
-    /// Instrument and start as the caller states them.
+    /// Returns instrument and start as stated by the caller.
     fn labels(&self, file: &Path) -> Result<Head, InputError> {
         if let Some(start) = self.start.as_ref().filter(|start| !is_rfc3339(start)) {
             return Err(InputError::new(file, "cannot start at this time")
@@ -203,9 +203,9 @@ impl ColumnOptions {
     }
 }
 
-/// The quantities that are sampled at an instant, as `--sampling` says.
+/// Returns the quantities sampled at an instant according to `--sampling`.
 fn sampled_at_an_instant(file: &Path, said: &[String]) -> Result<Vec<Quantity>, InputError> {
-    // By the names that `--map` takes; a reference's rate is kept as its angle over the row.
+    // By the names of `--map`; a reference's rate is stored as its angle over the row.
     let known = [
         ("gyro_rate", Quantity::GyroRate),
         ("reference_rate", Quantity::ReferenceIncrement),
@@ -239,7 +239,7 @@ fn sampled_at_an_instant(file: &Path, said: &[String]) -> Result<Vec<Quantity>, 
     Ok(instants)
 }
 
-/// The columns of a file and its SHA-256.
+/// Reads the columns of a file and its SHA-256.
 fn read(file: &Path, request: &Request<'_>) -> Result<(Vec<Block>, String), InputError> {
     let format = match request.format {
         Some(format) => format,
@@ -273,7 +273,7 @@ fn read(file: &Path, request: &Request<'_>) -> Result<(Vec<Block>, String), Inpu
     Ok((read, sum))
 }
 
-/// Rows and clock of a table in words.
+/// Formats rows and clock of a table in words.
 fn clock(clock: &Clock) -> String {
     match clock {
         Clock::Uniform { rate_hz, start_s } => format!("at {rate_hz} Hz from {start_s} s"),

@@ -10,7 +10,7 @@ use trueaxis::Decoder;
 use crate::error::InputError;
 use crate::import::raw;
 
-/// Bytes at a file's beginning in which frames are looked for: a third of a second of the raw stream.
+/// Bytes at the beginning of a file searched for frames: a third of a second of the raw stream.
 const LOOKED_AT_BYTES: u64 = 65_536;
 
 /// What a file can hold.
@@ -35,7 +35,8 @@ pub(super) enum Format {
 }
 
 impl Format {
-    /// The format that files with this extension usually have; without one that says it, that of the unit's frames in it.
+    /// Returns the usual format of the file's extension; if the extension states none, the format of the unit's frames in
+    /// it.
     pub(super) fn of_file(file: &Path) -> Result<Self, InputError> {
         let extension = file.extension().unwrap_or_default().to_string_lossy();
         Ok(match extension.to_ascii_lowercase().as_str() {
@@ -57,7 +58,7 @@ impl Format {
         })
     }
 
-    /// The format of the unit's frames at the beginning of the file, if there are any; a file that cannot be read has none.
+    /// Detects the unit's frames at the beginning of the file; `None` if it holds none or cannot be read.
     fn of_frames(file: &Path) -> Option<Self> {
         let mut begin = Vec::new();
         let opened = File::open(file).ok()?;
@@ -72,7 +73,7 @@ impl Format {
         }
     }
 
-    /// Whether it holds columns with names.
+    /// True if it holds columns with names.
     pub(super) fn has_columns(self) -> bool {
         matches!(self, Self::Csv | Self::Mat | Self::Hdf5 | Self::Parquet)
     }

@@ -1,4 +1,4 @@
-//! What `rlg import` does with the unit's raw stream: writes the recording with a model beside it, and says every gap.
+//! Imports the unit's raw stream for `rlg import`: writes the recording with a model in its folder, and prints every gap.
 
 use std::path::Path;
 
@@ -11,17 +11,17 @@ use crate::output::OutputFolder;
 use crate::recording::{Quantity, Site};
 use crate::terminal::Terminal;
 
-/// Gaps that are said one by one; the result holds all.
+/// Largest number of gaps printed one by one; the result holds all.
 const GAPS_SAID: usize = 10;
 
-/// What the caller asked for.
+/// Request of the caller.
 pub(super) struct Request<'a> {
     pub file: &'a Path,
     pub rate_hz: Option<f64>,
     pub site: Option<Site>,
-    /// The recording's folder.
+    /// Folder of the recording.
     pub target: &'a Path,
-    /// The model's file in it.
+    /// Name of the model's file in it.
     pub model: &'a str,
 }
 
@@ -80,7 +80,7 @@ fn say(request: &Request<'_>, imported: &Imported, terminal: &Terminal) {
     ));
 }
 
-/// One gap in a sentence.
+/// Formats one gap as a sentence.
 fn words(gap: &Gap) -> String {
     let [x, y, z] = gap.counts;
     let rows = if gap.rows == 1 { "row" } else { "rows" };

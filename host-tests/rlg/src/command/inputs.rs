@@ -1,4 +1,4 @@
-//! Inputs that several sub-commands take, read once and the same way, and never written over.
+//! Reads the inputs shared by several sub-commands, once and the same way, and never writes over them.
 
 use std::path::{Path, PathBuf};
 
@@ -28,7 +28,7 @@ pub(super) fn results_folder(
 ) -> Result<OutputFolder, InputError> {
     let same = |one: &Path, other: &Path| match (one.canonicalize(), other.canonicalize()) {
         (Ok(one), Ok(other)) => one == other,
-        // what does not exist is nothing to overwrite
+        // a path that does not exist cannot be overwritten
         _ => false,
     };
     if same(out, recording) {
@@ -50,7 +50,7 @@ pub(super) fn results_folder(
     OutputFolder::create(out)
 }
 
-/// Refuses a folder with files in it, unless the JSON among `results` says that they are earlier results.
+/// Refuses a folder with files in it, unless a JSON file among `results` marks them as earlier results.
 pub(super) fn refuse_foreign(out: &Path, results: &[&str]) -> Result<(), InputError> {
     let mut earlier = results.iter().filter(|name| name.ends_with(".json"));
     if earlier.any(|name| out.join(name).is_file()) {
@@ -79,7 +79,7 @@ pub(super) fn refuse_foreign(out: &Path, results: &[&str]) -> Result<(), InputEr
     }
 }
 
-/// Refuses a recording that cannot be what it is said to be, or says so where the caller takes it `anyway`.
+/// Refuses an implausible recording, or prints a warning if the caller takes it `anyway`.
 pub(super) fn check_plausible(
     folder: &Path,
     recording: &Recording,
@@ -99,13 +99,13 @@ pub(super) fn check_plausible(
     }
 }
 
-/// What messages call the model where none is given.
+/// Name of the model in messages if none is given.
 pub(super) const IDEAL: &str = "the ideal model";
 
-/// The model of a recording: that of `path`, or where there is none an ideal unit of the recording's kind.
+/// Reads the model of a recording from `path`, or if none is given makes an ideal unit of the recording's kind.
 ///
 /// # Returns
-/// The model, the path that messages name, and the line that says what was assumed.
+/// The model, the path for messages, and the line about the assumed model.
 pub(super) fn given_or_ideal(
     path: Option<&Path>,
     recording: &Path,
@@ -125,7 +125,7 @@ pub(super) fn given_or_ideal(
     Ok((model, PathBuf::from(IDEAL), Some(note)))
 }
 
-/// An ideal unit of a recording's kind.
+/// Makes an ideal unit of a recording's kind.
 pub fn ideal(recording: &Path) -> Result<Model, InputError> {
     let quantities = Recording::quantities(recording)?;
     if quantities.contains(&Quantity::GyroCount) {

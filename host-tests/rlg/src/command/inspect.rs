@@ -1,4 +1,4 @@
-//! `rlg inspect`: what a recording holds, after every check that reading it makes.
+//! `rlg inspect`: lists the content of a recording, after every check made on reading it.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -37,7 +37,7 @@ struct SiteFacts {
 #[derive(Serialize)]
 struct TableFacts {
     file: String,
-    /// Rows per second; of stamped rows the mean.
+    /// Rows per second; for stamped rows the mean.
     rate_hz: f64,
     uniform: bool,
     start_s: f64,
@@ -54,7 +54,7 @@ struct ChannelFacts {
     unit: Option<&'static str>,
     /// Share of the rows without a value.
     missing: f64,
-    /// Least of the measured values; absent if there is none.
+    /// Smallest of the measured values; absent if nothing was measured.
     min: Option<f64>,
     mean: Option<f64>,
     max: Option<f64>,

@@ -2,8 +2,8 @@
 
 use crate::output;
 
-/// Watches for SIGINT and SIGTERM from now on: outputs that are not in their place are removed, then the signal does what
-/// it always does, so that the shell sees which one ended the process.
+/// Handles SIGINT and SIGTERM from now on: removes outputs that are not in their place, then runs the signal's default
+/// action, so that the shell sees which signal ended the process.
 #[cfg(unix)]
 pub(super) fn leave_nothing_behind() {
     use signal_hook::consts::{SIGINT, SIGTERM};
@@ -11,7 +11,7 @@ pub(super) fn leave_nothing_behind() {
     use signal_hook::low_level::emulate_default_handler;
 
     let Ok(mut signals) = Signals::new([SIGINT, SIGTERM]) else {
-        // Then a signal ends the process as it would have without this.
+        // Without a handler a signal ends the process as by default.
         return;
     };
     std::thread::spawn(move || {
@@ -23,6 +23,6 @@ pub(super) fn leave_nothing_behind() {
     });
 }
 
-/// Elsewhere the system ends the process at once.
+/// On other systems the process ends at once.
 #[cfg(not(unix))]
 pub(super) fn leave_nothing_behind() {}

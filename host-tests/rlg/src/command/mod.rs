@@ -2,7 +2,7 @@
 //!
 //! Exit code 0: the work was done. Exit code 1: it was, and the verdict is one that `--fail-on` names. Exit code 2: the
 //! input cannot be used (one sentence on standard error), or the command line is wrong. Results go to standard output,
-//! progress and warnings to standard error. A process that is told to end leaves no half-written output.
+//! progress and warnings to standard error. A process that is signalled to end leaves no half-written output.
 //!
 //! A new sub-command is a file with a struct of arguments and `fn run(&self, terminal: &Terminal)`, a
 //! variant of `Command` and its line in `Command::run`.
@@ -125,7 +125,7 @@ impl Command {
 /// Exit code of an input that cannot be used; clap ends with the same for a wrong command line.
 const UNUSABLE: u8 = 2;
 
-/// The same line of arguments, without the program's name, from a program that runs the command in its own process.
+/// Parses the same line of arguments, without the program's name, for a program that runs the command in its own process.
 fn parsed(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, InputError> {
     let line = iter::once(OsString::from("rlg")).chain(arguments);
     let parsed = CommandLine::try_parse_from(line).map_err(|error| {
@@ -137,7 +137,7 @@ fn parsed(arguments: impl IntoIterator<Item = OsString>) -> Result<Command, Inpu
     Ok(parsed.command)
 }
 
-/// Runs `rlg ARGUMENTS` in this process; what it says goes to `terminal`.
+/// Runs `rlg ARGUMENTS` in this process; its output goes to `terminal`.
 pub fn run_in_process(
     arguments: impl IntoIterator<Item = OsString>,
     terminal: &Terminal,

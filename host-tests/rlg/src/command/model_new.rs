@@ -1,4 +1,4 @@
-//! `rlg model new`: a model to start from.
+//! `rlg model new`: writes an initial model.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -54,7 +54,7 @@ enum Grade {
     Consumer,
 }
 
-/// The usual noise of a grade, in orders of magnitude as data sheets state it.
+/// Usual noise of a grade, in orders of magnitude as on data sheets.
 struct Usual {
     name: &'static str,
     angle_random_walk_deg_sqrt_h: f64,
@@ -102,7 +102,8 @@ impl ModelCommand {
     }
 }
 
-/// The model as text. Noise stands in comments, for a declared figure is taken at its word and an absent one is measured.
+/// Formats the model as text. Noise stands in comments, because a declared figure is taken as exact and an absent one is
+/// estimated.
 fn text(model: &Model, grade: Grade) -> String {
     let usual = grade.usual();
     let mut text = format!(

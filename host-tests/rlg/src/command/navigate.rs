@@ -1,8 +1,7 @@
-//! `rlg navigate`: a recording through the chain and a strapdown navigator, before and after the dynamic
-//! compensation.
+//! `rlg navigate`: runs a recording through the chain and a strapdown navigator, before and after the dynamic compensation.
 //!
-//! Leaves `navigation.json`, `navigation.html` and `navigation.parquet` (itself a recording): attitude \[rad\],
-//! velocity \[m/s\] and position at the end of each output period.
+//! Writes `navigation.json`, `navigation.html` and `navigation.parquet` (itself a recording): attitude \[rad\], velocity
+//! \[m/s\] and position at the end of each output period.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -22,13 +21,13 @@ use crate::replay::Core;
 use crate::report;
 use crate::terminal::Terminal;
 
-/// The table that it writes.
+/// Name of the written table.
 const TABLE: &str = "navigation.parquet";
 
-/// Longitude and its scale end at the poles: beyond this \[°\] there is no north to navigate by.
+/// Highest latitude \[°\]: at the poles longitude and its scale are undefined and there is no north to navigate by.
 const HIGHEST_LATITUDE_DEG: f64 = 89.0;
 
-/// Beyond this pitch \[°\] a change of heading and one of roll look alike, and both are magnified tenfold.
+/// Steepest pitch \[°\]: beyond it heading and roll are nearly degenerate, and both are magnified tenfold.
 const STEEPEST_PITCH_DEG: f64 = 85.0;
 
 /// Navigate on a recording: attitude and velocity before and after the dynamic compensation
@@ -80,12 +79,12 @@ struct Results {
     aligned_s: [f64; 2],
     heading_given: bool,
     navigated_s: [f64; 2],
-    /// `null` where the model has no dynamic term.
+    /// `null` if the model has no dynamic term.
     before: Option<TrajectoryFigures>,
     after: TrajectoryFigures,
-    /// Share by which the largest north and east velocity became smaller.
+    /// Relative reduction of the largest north and east velocity.
     velocity_reduction: Option<[f64; 2]>,
-    /// Kinds of the model's effects that the chain has no term for.
+    /// Kinds of the model's effects without a term in the chain.
     uncompensated: Vec<String>,
 }
 
@@ -157,7 +156,7 @@ impl NavigateCommand {
         terminal.result(&results)
     }
 
-    /// The folder for the results: not the input's, and not one that holds another recording.
+    /// Creates the folder for the results: not the input's, and not one that holds another recording.
     fn results_folder(&self, model_file: &std::path::Path) -> Result<OutputFolder, InputError> {
         let results = &[TABLE, MANIFEST, "navigation.json", "navigation.html"];
         let out = results_folder(&self.out, &self.recording, model_file, results)?;
@@ -217,7 +216,7 @@ impl NavigateCommand {
         }
     }
 
-    /// The periods to align on.
+    /// Returns the periods to align on.
     fn rest(
         &self,
         recording: &Recording,
@@ -294,7 +293,7 @@ impl NavigateCommand {
     }
 }
 
-/// Why the alignment failed, as a sentence about the recording.
+/// Formats the reason of a failed alignment as a sentence about the recording.
 fn not_at_rest(recording: &Recording, why: NotAtRest, heading_given: bool) -> InputError {
     let still = "a unit at rest on the turning Earth, with its biases in the model";
     let error = |problem: &str| InputError::new(&recording.folder, problem);
@@ -332,7 +331,7 @@ fn not_at_rest(recording: &Recording, why: NotAtRest, heading_given: bool) -> In
     }
 }
 
-/// The trajectories as a recording; a row holds what is at its end.
+/// Writes the trajectories as a recording; a row holds the values at its end.
 fn table(
     recording: &Recording,
     readings: &Readings,

@@ -1,4 +1,4 @@
-//! `rlg on-target`: a recording through the firmware image in the emulator, held against the host.
+//! `rlg on-target`: runs a recording through the firmware image in the emulator, and compares it with the host.
 
 use std::path::PathBuf;
 
@@ -15,10 +15,10 @@ use crate::target::{Image, OnTarget, Platform, TargetCore};
 use crate::terminal::Terminal;
 use rlg_parameters::SAMPLES_PER_OUTPUT;
 
-/// File that the command writes.
+/// File written by the command.
 const RESULT: &str = "on_target.json";
 
-/// File that the raw stream goes to.
+/// File of the raw stream.
 const RAW: &str = "raw.bin";
 
 /// Run a recording through the firmware image in QEMU and compare every output with the host's
@@ -73,7 +73,7 @@ struct Report<'a> {
     #[serde(flatten)]
     result: &'a OnTarget,
     samples_per_output: u16,
-    /// Kinds of the model's effects that the chain has no term for.
+    /// Kinds of the model's effects without a term in the chain.
     uncompensated: Vec<String>,
 }
 
@@ -146,7 +146,7 @@ impl OnTargetCommand {
     }
 }
 
-/// The result in lines for people.
+/// Formats the result as lines of text.
 fn words(result: &OnTarget) -> Vec<String> {
     let verdict = match &result.first_difference {
         None if result.bit_equal => "every frame equal to the host's, bit for bit".to_owned(),

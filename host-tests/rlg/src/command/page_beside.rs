@@ -1,4 +1,5 @@
-//! Gathers what the page of a diagnosis shows beside it: where recording and model come from, and what the model declares.
+//! Gathers the content of a diagnosis' page beyond the diagnosis: provenance of recording and model, and the noise declared
+//! by the model.
 
 use std::io;
 use std::path::{Path, PathBuf};
@@ -11,13 +12,13 @@ use crate::model::Model;
 use crate::recording::Recording;
 use crate::report::beside::{Beside, Declared};
 
-/// Hexadecimal digits of a sum on the page: enough to tell files apart.
+/// Hexadecimal digits of a sum on the page: enough to distinguish files.
 const DIGITS: usize = 16;
 
-/// Recordings whose files are summed one by one.
+/// Largest number of recordings with a sum for each file.
 const MOST_SUMMED: usize = 3;
 
-/// Provenance and declared noise; rates are for whoever has the rows.
+/// Gathers provenance and declared noise; rates are added by the caller that has the rows.
 pub(super) fn gather(
     recordings: &[PathBuf],
     (model, model_file): (&Model, &Path),
@@ -56,7 +57,7 @@ pub(super) fn gather(
     })
 }
 
-/// The noise that a model declares.
+/// Returns the noise declared by a model.
 pub(super) fn declared(model: &Model) -> Declared {
     Declared {
         angle_random_walk_rad_sqrt_s: model.gyro.angle_random_walk_rad_sqrt_s,
@@ -65,13 +66,13 @@ pub(super) fn declared(model: &Model) -> Declared {
     }
 }
 
-/// The last part of a path: folders of one machine say nothing on another.
+/// Returns the last part of a path: folders of one machine mean nothing on another.
 fn name(path: &Path) -> String {
     let name = path.file_name().unwrap_or(path.as_os_str());
     name.to_string_lossy().into_owned()
 }
 
-/// The first digits of a file's SHA-256, as `sha256sum` prints it.
+/// Computes the first digits of a file's SHA-256, as printed by `sha256sum`.
 fn sum(path: &Path) -> Result<String, InputError> {
     let (mut reader, _) = Hashed::open(path, &ProgressBar::hidden())?;
     io::copy(&mut reader, &mut io::sink()).map_err(|error| InputError::unreadable(path, &error))?;

@@ -1,4 +1,4 @@
-//! `rlg paper`: the paper's experiments again, beside its figures.
+//! `rlg paper`: repeats the paper's experiments and compares them with its figures.
 
 use std::path::PathBuf;
 

@@ -1,7 +1,7 @@
-//! `rlg params`: a model as the parameter block that the firmware reads from flash.
+//! `rlg params`: converts a model to the parameter block that the firmware reads from flash.
 //!
-//! What a model does not say of the unit is asked for: the weights of pickoff and accelerometer codes, and
-//! the dither, best measured on a recording of the unit.
+//! Values that a model does not state of the unit are asked for: the weights of pickoff and accelerometer codes, and the
+//! dither, best measured on a recording of the unit.
 
 use std::path::PathBuf;
 
@@ -75,9 +75,9 @@ struct Block {
     pickoff_weight_rad: f64,
     sample_rate_hz: f64,
     samples_per_output: u16,
-    /// `mode`: each pair rings as its K implies; `static`.
+    /// `mode`: each pair has the mode implied by its K; `static`.
     flexure_response: &'static str,
-    /// Frequency of each pair's mode [Hz], and damping; null where nothing rings.
+    /// Frequency of each pair's mode [Hz], and damping; null without a mode.
     flexure_mode_hz: [Option<f64>; 6],
     flexure_damping: Option<f64>,
     pickoff_delay_s: [f64; 3],
@@ -85,15 +85,15 @@ struct Block {
     dither_amplitude_rad: [f64; 3],
     adaptation_time_s: f64,
     accelerometers: Option<Accelerometers>,
-    /// Kinds of optional terms that the block has records for.
+    /// Kinds of optional terms with records in the block.
     terms: Vec<&'static str>,
-    /// Kinds of the model's effects that the chain has no term for.
+    /// Kinds of the model's effects without a term in the chain.
     uncompensated: Vec<String>,
-    /// Numbers of the model that no recording fixes, by effect.
+    /// Numbers of the model not determined by any recording, by effect.
     choices: Vec<Choice>,
 }
 
-/// Numbers of an effect that are a choice.
+/// Numbers of an effect that are a convention.
 #[derive(Serialize)]
 struct Choice {
     kind: String,
@@ -111,7 +111,7 @@ struct Accelerometers {
 }
 
 impl Params {
-    /// Reads the model, writes the block and says what the chain cannot compensate.
+    /// Reads the model, writes the block and prints the effects that the chain cannot compensate.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let model = read_model(&self.model, terminal)?;
         let refused = |error: trueaxis::ParameterError| {
@@ -212,14 +212,14 @@ impl Params {
     }
 }
 
-/// Frequency of the mode of each pair that rings \[Hz\].
+/// Computes the frequency of each pair's mode, if it has one \[Hz\].
 fn modes_hz(parameters: &Parameters) -> [Option<f64>; 6] {
     let rings = parameters.flexure_response.damping().is_some();
     let pairs = parameters.flexure_s2.to_array();
     pairs.map(|k| implied_hz(k).filter(|_| rings))
 }
 
-/// How the flexure is taken out; `None` where there is none.
+/// Formats the compensation of the flexure; `None` without a flexure.
 fn flexure_line(parameters: &Parameters, modes_hz: &[Option<f64>; 6]) -> Option<String> {
     let pairs = parameters.flexure_s2.to_array();
     if pairs == [0.0; 6] {
@@ -255,7 +255,7 @@ fn choice_of(effect: &ModelEffect) -> Option<Choice> {
     })
 }
 
-/// What stays in the output, and what would take it out where something would.
+/// Formats the effect that stays in the output, and the option that would compensate it, if any.
 fn left(kind: &str) -> String {
     match kind {
         "dither_delay" => "dither_delay stays in the output: to take it off, the dither must be \

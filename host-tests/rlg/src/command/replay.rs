@@ -1,8 +1,8 @@
-//! `rlg replay`: a recording through the chain on the host.
+//! `rlg replay`: runs a recording through the chain on the host.
 //!
-//! `compensated.parquet` has `dtheta_*`, and `dvel_*` where the recording has accelerometers.
+//! `compensated.parquet` has `dtheta_*`, and `dvel_*` if the recording has accelerometers.
 //!
-//! Out of scope: a truth of the velocity. What drifts are given are those of the angle.
+//! Out of scope: a truth of the velocity. The reported drifts are those of the angle.
 
 use std::fmt::Write as _;
 use std::path::PathBuf;
@@ -23,7 +23,7 @@ use crate::terminal::Terminal;
 use rlg_parameters::SAMPLES_PER_OUTPUT;
 use trueaxis::{CrossAxis, ParameterError};
 
-/// The table that it writes.
+/// Name of the written table.
 const TABLE: &str = "compensated.parquet";
 
 /// Run a recording through the chain and compare with its reference
@@ -70,15 +70,15 @@ struct Report {
     ns_per_sample: f64,
     output_sha256: String,
     segments: Vec<SegmentReport>,
-    /// Why the drifts are null although the recording has a reference.
+    /// Reason for which the drifts are null although the recording has a reference.
     no_drift_because: Option<String>,
-    /// Why there is no `dvel_*` although the recording has accelerometers.
+    /// Reason for which there is no `dvel_*` although the recording has accelerometers.
     no_velocity_because: Option<String>,
     against_reference: AgainstReference,
     /// Complete output periods with at least one sample beyond the chain's ranges, per stage; absent for
     /// the reference.
     saturated: Option<Saturated>,
-    /// Kinds of the model's effects that the chain has no term for.
+    /// Kinds of the model's effects without a term in the chain.
     uncompensated: Vec<String>,
     /// Rows without a measurement at the beginning and at the end.
     rows_left_out: [usize; 2],
@@ -89,7 +89,7 @@ struct SegmentReport {
     name: String,
     kind: String,
     drift_before_deg_h: Option<[f64; 3]>,
-    /// Standard deviations; null where the segment is too short to show its noise.
+    /// Standard deviations; null if the segment is too short to estimate its noise.
     drift_before_std_deg_h: Option<[Option<f64>; 3]>,
     drift_after_deg_h: Option<[f64; 3]>,
     drift_after_std_deg_h: Option<[Option<f64>; 3]>,
@@ -98,7 +98,7 @@ struct SegmentReport {
 /// This core against the f64 reference chain.
 #[derive(Serialize)]
 struct AgainstReference {
-    /// The largest over the recording and each of its segments, of any axis.
+    /// Largest over the recording and each of its segments, of any axis.
     max_drift_deg_h: f64,
 }
 
@@ -153,7 +153,7 @@ impl ReplayCommand {
         terminal.result(&report)
     }
 
-    /// The folder for the results: not the input's, and not one that holds another recording.
+    /// Creates the folder for the results: not the input's, and not one that holds another recording.
     fn results_folder(&self) -> Result<OutputFolder, InputError> {
         let results = &[TABLE, MANIFEST, "replay.json"];
         let out = results_folder(&self.out, &self.recording, &self.model, results)?;
@@ -242,8 +242,8 @@ impl ReplayCommand {
     }
 }
 
-/// The output as a recording: `dtheta_x|y|z` \[rad\] per output period, and `dvel_x|y|z` \[m/s\] where there
-/// are accelerometers.
+/// Writes the output as a recording: `dtheta_x|y|z` \[rad\] per output period, and `dvel_x|y|z` \[m/s\] if there are
+/// accelerometers.
 fn compensated(
     recording: &Recording,
     input: &ReplayInput,

@@ -1,4 +1,4 @@
-//! `rlg simulate`: a scenario becomes a recording, its model, and a truth that stays outside both.
+//! `rlg simulate`: simulates a scenario as a recording and its model, with a truth file outside both.
 
 use std::path::{Path, PathBuf};
 
@@ -32,13 +32,13 @@ pub struct Simulate {
 }
 
 impl Simulate {
-    /// Simulates, writes the recording and prints where it is.
+    /// Simulates, writes the recording and prints its place.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let scenario = Scenario::read(&self.scenario)?;
         let mut out = Recording::create_folder(&self.out)?;
         let truth_path = truth_path(&self.out)?;
 
-        // before the work: where the truth has no place there is nothing to simulate
+        // before the work: without a place for the truth there is nothing to simulate
         let truth = Truth::of(&scenario, self.seed).to_json();
         let truth = OutputFile::create(&truth_path, truth.as_bytes())?;
         let mut simulator = Simulator::new(&scenario, self.seed);
@@ -79,7 +79,7 @@ impl Simulate {
     }
 }
 
-/// Path of the truth file: beside the recording, not in it, so that a reader of the folder does not see it.
+/// Returns the path of the truth file: next to the recording, not in it, so that a reader of the folder does not see it.
 fn truth_path(recording: &Path) -> Result<PathBuf, InputError> {
     let Some(name) = recording.file_name() else {
         return Err(InputError::new(recording, "is not the name of a folder")

@@ -1,8 +1,8 @@
-//! How far a diagnosis is: step, of how many, share, time left.
+//! Progress of a diagnosis: step, number of steps, share done, time left.
 //!
-//! A diagnosis is one of five kinds of work, each a list of steps with the share of the time that each usually takes. What is
-//! left follows from the time taken so far and the shares done; before a tenth is done, from the rows, on an idle machine of
-//! two cores. Both were read off single runs, of this display itself, and decide only what is shown.
+//! A diagnosis is one of five kinds of work, each a list of steps with its usual share of the time. The time left is
+//! computed from the time taken so far and the shares done; before a tenth is done, from the number of rows, for an idle
+//! machine of two cores. Both were measured on single runs of this display and affect only the display.
 
 use std::sync::{Arc, Mutex, MutexGuard, PoisonError};
 use std::time::Instant;
@@ -11,34 +11,34 @@ use indicatif::{ProgressBar, ProgressState, ProgressStyle};
 
 use crate::terminal::Terminal;
 
-/// Work that is expected to take longer says so at once \[s\].
+/// Predicted time above which it is printed at the start \[s\].
 const LONG_S: f64 = 60.0;
 
-/// Share of the work that must be done before its own speed says how long the rest takes.
+/// Share of the work after which the time left is extrapolated from the speed so far.
 const TELLING: f64 = 0.1;
 
-/// Share of a step that is shown at most before the next one begins.
+/// Largest share of a step displayed before the next one begins.
 const MOST_OF_A_STEP: f64 = 0.95;
 
-/// What is to be done.
+/// Kind of work.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub(super) enum Work {
     /// A unit at rest.
     AtRest,
-    /// Gyros beside a reference of rates.
+    /// Gyros with a reference of rates.
     Rates,
-    /// Gyros beside attitudes, or a reference of fewer rows.
+    /// Gyros with attitudes, or with a reference of fewer rows.
     Attitudes,
-    /// Dithered gyros beside a reference.
+    /// Dithered gyros with a reference.
     DitheredInMemory,
-    /// The same, longer than memory.
+    /// Dithered gyros with a reference, longer than memory.
     Dithered,
 }
 
-/// A step: how its name begins, and its share of the time.
+/// Step: beginning of its name, and its share of the time.
 type Step = (&'static str, f64);
 
-/// What a kind of work consists of, and how long it takes on an idle machine of two cores.
+/// Steps of a kind of work, and their time on an idle machine of two cores.
 struct Profile {
     steps: &'static [Step],
     fixed_s: f64,
@@ -62,7 +62,7 @@ impl Work {
     }
 }
 
-/// Passes come before and after lines, which take up to four fifths of the time where there are many.
+/// Passes come before and after lines, which take up to four fifths of the time if there are many.
 const AT_REST: [Step; 5] = [
     ("aligning the channels", 0.10),
     ("pass", 0.10),
@@ -116,22 +116,22 @@ const DITHERED: [Step; 14] = [
     ("searching the accelerometers' effects", 0.09),
 ];
 
-/// How far the work is.
+/// Progress of the work.
 struct Reached {
     steps: &'static [Step],
-    /// Time that all of it takes, by the rows \[s\].
+    /// Predicted time of the whole, from the rows \[s\].
     predicted_s: f64,
-    /// The step at work, from 0; none before the first.
+    /// Index of the current step, from 0; none before the first.
     place: Option<usize>,
-    /// Share of the time that the steps before it take.
+    /// Share of the time of the steps before it.
     done: f64,
     begun: Instant,
-    /// When the step began.
+    /// Start of the current step.
     since: Instant,
 }
 
 impl Reached {
-    /// Share done and time left \[s\] at `now`.
+    /// Returns the share done and the time left \[s\] at `now`.
     fn at(&self, now: Instant) -> (f64, f64) {
         let taken_s = (self.since - self.begun).as_secs_f64();
         let share = self.place.map_or(0.0, |place| self.steps[place].1);
@@ -140,7 +140,7 @@ impl Reached {
             true => taken_s / self.done,
             false => self.predicted_s,
         };
-        // A step that takes longer than its share says that the whole does.
+        // A step that exceeds its share implies that the whole does.
         let by_step_s = (taken_s + here_s) / (self.done + share).max(f64::MIN_POSITIVE);
         let total_s = match share > 0.0 {
             true => by_speed_s.max(by_step_s),
@@ -151,7 +151,7 @@ impl Reached {
         (done, total_s * (1.0 - done))
     }
 
-    /// Goes on to a step; one of another name, or an earlier one, belongs to the step at work.
+    /// Moves on to a step; a stage of another name, or an earlier one, belongs to the current step.
     fn go_on(&mut self, stage: &str, now: Instant) {
         let mut steps = self.steps.iter();
         let found = steps.position(|(begins, _)| stage.starts_with(begins));
@@ -163,7 +163,7 @@ impl Reached {
     }
 }
 
-/// A time for people: `20 s`, `3 min`.
+/// Formats a time: `20 s`, `3 min`.
 fn time(seconds: f64) -> String {
     match seconds {
         seconds if seconds < 10.0 => format!("{:.0} s", seconds.max(1.0)),
@@ -172,7 +172,7 @@ fn time(seconds: f64) -> String {
     }
 }
 
-/// The steps of one diagnosis on a spinner.
+/// Steps of one diagnosis on a spinner.
 pub(super) struct Steps<'a> {
     terminal: &'a Terminal,
     spinner: &'a ProgressBar,
@@ -180,7 +180,7 @@ pub(super) struct Steps<'a> {
 }
 
 impl<'a> Steps<'a> {
-    /// Before the work is known.
+    /// Creates the display, before the work is known.
     pub(super) fn new(terminal: &'a Terminal, spinner: &'a ProgressBar) -> Self {
         let reached: Arc<Mutex<Option<Reached>>> = Arc::default();
         let shown = Arc::clone(&reached);
@@ -189,7 +189,7 @@ impl<'a> Steps<'a> {
         let left = move |_: &ProgressState, to: &mut dyn std::fmt::Write| {
             if let Some(reached) = &*whole(&shown) {
                 let (done, left_s) = reached.at(Instant::now());
-                // What cannot be drawn is not needed.
+                // Failing to draw is ignored.
                 let _ = write!(to, ", {:.0} %, about {} left;", 100.0 * done, time(left_s));
             }
         };
@@ -201,7 +201,7 @@ impl<'a> Steps<'a> {
         }
     }
 
-    /// Says at once where `work` on so many rows would take over a minute.
+    /// Prints the predicted time of `work` on so many rows at once if it exceeds a minute.
     pub(super) fn expect(&self, work: Work, rows: usize) {
         let profile = work.profile();
         let predicted_s = profile.fixed_s + profile.s_per_row * rows as f64;
@@ -221,7 +221,7 @@ impl<'a> Steps<'a> {
         });
     }
 
-    /// Shows a stage.
+    /// Displays a stage.
     pub(super) fn show(&self, stage: &str) {
         let text = match &mut *whole(&self.reached) {
             Some(reached) => {
@@ -235,7 +235,7 @@ impl<'a> Steps<'a> {
     }
 }
 
-/// What is shown, after a panic in another thread too: it is whole between any two stages.
+/// Locks the progress, after a panic in another thread too: it is consistent between any two stages.
 fn whole(reached: &Mutex<Option<Reached>>) -> MutexGuard<'_, Option<Reached>> {
     reached.lock().unwrap_or_else(PoisonError::into_inner)
 }
@@ -281,7 +281,7 @@ mod tests {
             (done - 0.625).abs() < 1e-9 && (left_s - 30.0).abs() < 1e-9,
             "{done} {left_s}"
         );
-        // A step that takes ten times its share does not promise its end at once.
+        // A step that takes ten times its share is not predicted to end at once.
         let (done, left_s) = reached.at(at(500.0));
         assert!(done < 1.0 && left_s > 15.0, "{done} {left_s}");
     }

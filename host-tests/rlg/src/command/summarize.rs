@@ -1,4 +1,4 @@
-//! `rlg summarize`: many diagnoses side by side.
+//! `rlg summarize`: compares many diagnoses.
 
 use std::path::{Path, PathBuf};
 

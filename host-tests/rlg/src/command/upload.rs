@@ -1,4 +1,4 @@
-//! `rlg upload`: a parameter block into a unit, over its telemetry port.
+//! `rlg upload`: writes a parameter block into a unit, over its telemetry port.
 
 use std::fs;
 use std::path::PathBuf;
@@ -16,10 +16,10 @@ use crate::error::InputError;
 use crate::terminal::Terminal;
 use crate::unit_port::UnitPort;
 
-/// Time that erasing and writing a slot may take: 4 s for the sector at the least supply, and reading it back.
+/// Time allowed for erasing and writing a slot: 4 s for the sector at the least supply, and reading it back.
 const STORE_PATIENCE: Duration = Duration::from_secs(6);
 
-/// Time in which a unit that was asked to stop must have started anew without sampling.
+/// Time within which a unit that was asked to stop must have restarted without sampling.
 const STOP_PATIENCE: Duration = Duration::from_secs(10);
 
 /// Write a parameter block into a unit over its telemetry port
@@ -43,7 +43,7 @@ pub struct Upload {
 }
 
 impl Upload {
-    /// Checks the block, brings it to the unit and has it stored.
+    /// Checks the block, sends it to the unit and has it stored.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let block =
             fs::read(&self.block).map_err(|error| InputError::unreadable(&self.block, &error))?;
@@ -82,7 +82,7 @@ impl Upload {
         }))
     }
 
-    /// Stops the unit, if the caller wants that, and waits until it says that it is.
+    /// Stops the unit, if the caller asks for it, and waits until it reports that it has stopped.
     fn stop(&self, port: &mut UnitPort) -> Result<(), InputError> {
         if !self.stop {
             return Err(
@@ -107,7 +107,7 @@ impl Upload {
         ))
     }
 
-    /// Sends the block piece by piece; its generation once it is stored.
+    /// Sends the block piece by piece; returns its generation once it is stored.
     fn bring(
         &self,
         port: &mut UnitPort,
@@ -128,7 +128,7 @@ impl Upload {
         Ok(answer.detail)
     }
 
-    /// The answer, or the unit's refusal in words.
+    /// Returns the answer, or the unit's refusal as a sentence.
     fn done(&self, answer: Answer) -> Result<Answer, InputError> {
         if answer.outcome == DONE {
             return Ok(answer);

@@ -1,8 +1,8 @@
-//! Writes MATLAB's MAT-files of version 5, a structure a table: MATLAB, Octave and SciPy open them without a toolbox, where of
-//! version 7.3 only MATLAB does.
+//! Writes MATLAB's MAT-files of version 5, a structure a table: MATLAB, Octave and SciPy open them without a toolbox;
+//! version 7.3 opens in MATLAB only.
 //!
 //! Source: "MAT-File Format", The MathWorks (R2020a), chapter 1, "Level 5 MAT-File Format". Nothing is compressed. Written
-//! here because the crate for it, matrw 0.1, would be a second reader beside the one of `import/files/mat_file.rs`.
+//! here because the crate for it, matrw 0.1, would be a second reader in addition to `import/files/mat_file.rs`.
 
 use std::path::Path;
 
@@ -20,16 +20,16 @@ const MATRIX: u32 = 14;
 const STRUCTURE: u8 = 2;
 const DOUBLES: u8 = 6;
 
-/// Bytes of a field's name, the closing zero among them.
+/// Bytes of a field's name, including the closing zero.
 const NAME_BYTES: usize = 64;
 
-/// The file's text, which MATLAB shows; nothing of the moment, so that the same recording gives the same bytes.
+/// Text of the file's header, displayed by MATLAB; without a date, so that the same recording gives the same bytes.
 const TEXT: &str = concat!(
     "MATLAB 5.0 MAT-file, written by rlg ",
     env!("CARGO_PKG_VERSION")
 );
 
-/// The file of `sheets`, which will be `path`.
+/// Encodes `sheets` as the file at `path`.
 ///
 /// # Errors
 /// A table is beyond the 2 GiB that a variable of this version can have.
@@ -63,7 +63,7 @@ fn structure(sheet: &Sheet) -> Vec<u8> {
         names.resize(names.len().next_multiple_of(NAME_BYTES), 0);
     }
     let mut bytes = head(STRUCTURE, [1, 1], &sheet.name);
-    // The length of names is of the small form: number and type share a word.
+    // The length of names is in the small form: number and type share a word.
     bytes.extend((4 << 16 | INT32).to_le_bytes());
     bytes.extend((NAME_BYTES as u32).to_le_bytes());
     bytes.extend(element(INT8, &names));
@@ -81,7 +81,7 @@ fn structure(sheet: &Sheet) -> Vec<u8> {
     bytes
 }
 
-/// Class, sides and name of an array.
+/// Encodes class, sides and name of an array.
 fn head(class: u8, sides: [u32; 2], name: &str) -> Vec<u8> {
     let flags = element(UINT32, &[class, 0, 0, 0, 0, 0, 0, 0]);
     let sides = sides.map(u32::to_le_bytes).concat();
@@ -93,7 +93,7 @@ fn head(class: u8, sides: [u32; 2], name: &str) -> Vec<u8> {
     .concat()
 }
 
-/// Type, number of bytes, the bytes, zeros to the next eight.
+/// Encodes an element: type, number of bytes, the bytes, zeros to the next eight.
 fn element(kind: u32, data: &[u8]) -> Vec<u8> {
     let mut bytes = Vec::with_capacity(data.len() + 16);
     bytes.extend(kind.to_le_bytes());

@@ -16,9 +16,9 @@ use super::sheet::{STAMPS, Sheet};
 /// Nanoseconds in a second.
 const SECOND_NS: f64 = 1e9;
 
-/// Writes `sheets`; stamp 0 is `start_s` after 1970, or the file's zero where that is not known.
+/// Writes `sheets`; stamp 0 is `start_s` after 1970, or the file's zero if that is unknown.
 ///
-/// Times of the format are whole nanoseconds from 1970 on and not negative; the stamps stand in every row as they are, too.
+/// Times of the format are whole nanoseconds from 1970 on and not negative; every row also holds its stamp unchanged.
 pub fn write(sheets: &[Sheet], start_s: Option<f64>, file: impl Write + Seek) -> McapResult<()> {
     let options = WriteOptions::new()
         .compression(None)
@@ -46,7 +46,8 @@ pub fn write(sheets: &[Sheet], start_s: Option<f64>, file: impl Write + Seek) ->
     Ok(())
 }
 
-/// Where stamp 0 is if some stamps are negative and no date is known: a whole second that makes none so \[ns\].
+/// Returns the time of stamp 0 if some stamps are negative and no date is known: a whole second that makes all times
+/// non-negative \[ns\].
 fn zero_ns(sheets: &[Sheet]) -> i128 {
     let stamps_s = sheets.iter().filter_map(|sheet| sheet.columns[0].1.first());
     let least_s = stamps_s.fold(0.0_f64, |least, stamp_s| least.min(*stamp_s));
@@ -65,7 +66,7 @@ fn schema(sheet: &Sheet) -> Value {
     json!({ "type": "object", "title": sheet.name, "properties": properties })
 }
 
-/// A row as JSON; what was not measured is null.
+/// Formats a row as JSON; missing values are null.
 fn message(sheet: &Sheet, row: usize) -> String {
     let mut text = String::from("{");
     for (name, values) in &sheet.columns {

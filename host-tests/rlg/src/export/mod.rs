@@ -1,7 +1,7 @@
 //! Writes recordings as files that other programs open: CSV, MATLAB, Parquet, MCAP.
 //!
 //! A recording becomes [`sheet::Sheet`]s, a table each: stamps and columns of f64 in SI, with names that hold the unit. The
-//! writers know nothing of recordings. `rlg import` reads the files of all formats but MCAP back, value for value.
+//! writers do not depend on recordings. `rlg import` reads the files of all formats but MCAP back, value for value.
 
 pub mod sheet;
 

@@ -1,4 +1,4 @@
-//! Lays a table of a recording out as columns that stand for themselves: the name says quantity, axis and unit.
+//! Lays a table of a recording out as self-describing columns: the name holds quantity, axis and unit.
 
 use std::io::{self, Write};
 
@@ -10,13 +10,13 @@ pub const STAMPS: &str = "t_s";
 /// A table of a recording.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Sheet {
-    /// The table's name, fit for a variable: letters, digits, `_`.
+    /// Name of the table, valid for a variable: letters, digits, `_`.
     pub name: String,
-    /// Columns of equal length with their names, stamps first; NaN was not measured.
+    /// Columns of equal length with their names, stamps first; missing values are NaN.
     pub columns: Vec<(String, Vec<f64>)>,
 }
 
-/// A sheet a table of `recording`.
+/// Converts each table of `recording` to a sheet.
 pub fn sheets(recording: &Recording) -> Vec<Sheet> {
     recording.tables.iter().map(sheet).collect()
 }
@@ -46,7 +46,7 @@ fn sheet(table: &Table) -> Sheet {
     }
 }
 
-/// Quantity, axis and unit, as `rlg import` knows them.
+/// Returns quantity, axis and unit in the names of `rlg import`.
 fn column_name(channel: &Channel) -> String {
     let (stem, unit) = match &channel.quantity {
         Quantity::GyroCount => ("pulses", ""),
@@ -66,7 +66,7 @@ fn column_name(channel: &Channel) -> String {
     format!("{stem}{axis}{unit}")
 }
 
-/// A name that MATLAB takes for a variable or a field: letters, digits and `_`, a letter first, 63 at most.
+/// Returns a valid MATLAB name of a variable or field: letters, digits and `_`, a letter first, 63 at most.
 fn variable(text: &str) -> String {
     let sign = |letter: char| match letter.is_ascii_alphanumeric() {
         true => letter,
@@ -81,7 +81,7 @@ fn variable(text: &str) -> String {
 }
 
 impl Sheet {
-    /// The same for the writer of Parquet.
+    /// Converts it for the writer of Parquet.
     pub fn to_table(&self) -> ResultTable {
         let measured = |value: &f64| (!value.is_nan()).then_some(*value);
         let columns = self.columns.iter().map(|(name, values)| {
@@ -91,7 +91,7 @@ impl Sheet {
         ResultTable(columns.collect())
     }
 
-    /// Writes it as CSV with a header: every digit that f64 needs, an empty cell for what was not measured.
+    /// Writes it as CSV with a header: every digit that f64 needs, an empty cell for a missing value.
     pub fn write_csv(&self, file: &mut impl Write) -> io::Result<()> {
         let names: Vec<&str> = self.columns.iter().map(|(name, _)| &**name).collect();
         writeln!(file, "{}", names.join(","))?;
@@ -108,7 +108,7 @@ impl Sheet {
         Ok(())
     }
 
-    /// Rows of every column.
+    /// Returns the number of rows of every column.
     pub fn rows(&self) -> usize {
         self.columns.first().map_or(0, |(_, values)| values.len())
     }

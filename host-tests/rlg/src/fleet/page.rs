@@ -1,6 +1,6 @@
-//! Writes a fleet as one HTML page, without scripts and without anything from outside.
+//! Writes a fleet as one HTML page, without scripts and external resources.
 //!
-//! what cannot be used → what stands out → trends → every run
+//! unusable inputs → outliers → trends → every run
 
 use maud::{Markup, html};
 
@@ -9,7 +9,7 @@ use super::summary::{Found, Line, Summary};
 use rlg_findings::names::{plain, spaced};
 use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, number};
 
-/// The whole page.
+/// Formats the whole page.
 pub fn page(summary: &Summary) -> String {
     let refused = summary.refused().count();
     let outliers: Vec<(&Line, &Found)> = all(summary).filter(|(_, one)| one.is_outlier).collect();
@@ -99,13 +99,13 @@ fn value(one: &Found) -> String {
     sized(one, one.measured)
 }
 
-/// A value in the unit that people read this parameter in, at this one's size.
+/// Formats a value in the usual unit of this parameter, at the scale of this one.
 fn sized(one: &Found, measured: Measured) -> String {
     let scale = Scale::of(&one.parameter, &one.unit, one.measured.value);
     scale.with_unit(&scale.pair(measured.value, measured.std))
 }
 
-/// An instrument's trends that are beyond their own noise, said once an instrument.
+/// Lists the trends that exceed their own noise, once an instrument.
 fn trends(summary: &Summary) -> Markup {
     let beyond = |trend: Option<Measured>| {
         trend.filter(|trend| trend.value.abs() > SIGNIFICANT_SIGMAS * trend.std)
@@ -119,7 +119,7 @@ fn trends(summary: &Summary) -> Markup {
             said.then(|| [line.run.instrument().to_owned(), effect(one), day, kelvin])
         })
         .collect();
-    // A trend is an instrument's, and each of its recordings has it.
+    // A trend is an instrument's and repeated in each of its recordings.
     rows.sort();
     rows.dedup_by(|one, other| one[..2] == other[..2]);
     html! {

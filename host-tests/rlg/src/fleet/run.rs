@@ -1,4 +1,4 @@
-//! Reads the results of one recording, as `rlg diagnose --out` leaves them.
+//! Reads the results of one recording, as written by `rlg diagnose --out`.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,20 +10,20 @@ use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::recording::About;
 
-/// The file that says what a run was of.
+/// File that describes the inputs of a run.
 pub const RUN_FILE: &str = "run.json";
 
-/// The file that says what was found.
+/// File of the findings.
 const DIAGNOSIS: &str = "diagnosis.json";
 
-/// `run.json`: what a run was of, and why it has no diagnosis.
+/// `run.json`: the inputs of a run, and the reason if it has no diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunFile {
     /// Format of this file.
     format: u32,
     /// Circumstances of the recording, the first of several.
     about: About,
-    /// Why the input cannot be used.
+    /// Reason for which the input cannot be used.
     refused: Option<String>,
 }
 
@@ -34,20 +34,20 @@ pub struct Run {
     pub name: String,
     /// Circumstances of the recording.
     pub about: About,
-    /// What was found, or why there is nothing.
+    /// Findings, or the reason if there are none.
     pub told: Result<Told, String>,
 }
 
-/// The part of `diagnosis.json` that fleets are compared by.
+/// Fields of `diagnosis.json` used in the comparison of a fleet.
 #[derive(Debug, Clone, PartialEq, Deserialize)]
 pub struct Told {
     /// Name of the recording.
     pub recording: String,
-    /// In one word.
+    /// Verdict in one word.
     pub verdict: String,
-    /// What was left out of the model.
+    /// Effects missing from the model.
     pub effects: Vec<Effect>,
-    /// Kinds that were tested.
+    /// Kinds tested.
     pub sensitivity: Vec<Tested>,
 }
 
@@ -56,11 +56,11 @@ pub struct Told {
 pub struct Effect {
     /// Contract's kind.
     pub kind: String,
-    /// Kinds that the recording cannot tell from it.
+    /// Kinds not distinguishable from it in the recording.
     pub indistinguishable_from: Vec<String>,
     /// Numbers and texts.
     pub parameters: Vec<Parameter>,
-    /// Chance, trials counted.
+    /// p-value, corrected for the number of trials.
     pub p_value: f64,
     /// `named` or `class`.
     pub label: Option<String>,
@@ -90,7 +90,7 @@ pub struct Tested {
     pub snr: f64,
 }
 
-/// What is known of a recording by its folder's name alone.
+/// Returns the circumstances of a recording known by its folder's name alone.
 fn unknown(folder: &Path) -> About {
     About {
         recording: name(folder),
@@ -107,7 +107,7 @@ fn name(folder: &Path) -> String {
 }
 
 impl RunFile {
-    /// Of a recording that was diagnosed.
+    /// Describes a recording that was diagnosed.
     pub fn diagnosed(about: About) -> Self {
         Self {
             format: 1,
@@ -116,7 +116,7 @@ impl RunFile {
         }
     }
 
-    /// Of one that cannot be used.
+    /// Describes a recording that cannot be used.
     pub fn refused(recording: &Path, error: &InputError) -> Self {
         Self {
             format: 1,
@@ -136,17 +136,17 @@ impl RunFile {
 }
 
 impl Run {
-    /// Whether the folder holds results of a run.
+    /// True if the folder holds results of a run.
     fn is_one(folder: &Path) -> bool {
         [RUN_FILE, DIAGNOSIS]
             .iter()
             .any(|file| folder.join(file).is_file())
     }
 
-    /// The folders of runs among `given`: each itself, or those right below it, in the order of their paths.
+    /// Returns the folders of runs among `given`: each itself, or those right below it, in the order of their paths.
     ///
     /// # Errors
-    /// A folder that is none and has none below it.
+    /// A folder that is not a run and has none below it.
     pub fn folders(given: &[PathBuf]) -> Result<Vec<PathBuf>, InputError> {
         let mut found = Vec::new();
         for folder in given {
@@ -172,7 +172,7 @@ impl Run {
         Ok(found)
     }
 
-    /// Reads a run. Results that cannot be read are a run without a diagnosis, with the sentence that says why.
+    /// Reads a run. Unreadable results are a run without a diagnosis, with the reason as a sentence.
     pub fn read(folder: &Path) -> Self {
         let file: Result<Option<RunFile>, InputError> = read_json(&folder.join(RUN_FILE));
         let (about, refused) = match file {
@@ -201,13 +201,13 @@ impl Run {
         }
     }
 
-    /// The instrument: as the recording names it, or else the run.
+    /// Returns the instrument's name in the recording, or else the run's.
     pub fn instrument(&self) -> &str {
         self.about.instrument.as_deref().unwrap_or(&self.name)
     }
 }
 
-/// Reads a file; none where it does not exist.
+/// Reads a file; `None` if it does not exist.
 fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<Option<T>, InputError> {
     if !path.is_file() {
         return Ok(None);

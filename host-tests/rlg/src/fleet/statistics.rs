@@ -1,4 +1,4 @@
-//! Statistics of a fleet: a location and a spread that few instruments cannot move, and trends.
+//! Statistics of a fleet: robust location and scale, and trends.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -23,7 +23,7 @@ pub struct Fleet {
     pub spread: f64,
 }
 
-/// The median; of nothing none.
+/// Computes the median; `None` for no values.
 fn median(values: &[f64]) -> Option<f64> {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);
@@ -36,7 +36,7 @@ fn median(values: &[f64]) -> Option<f64> {
 }
 
 impl Fleet {
-    /// Computes both of one value an instrument.
+    /// Computes both from one value an instrument.
     pub fn of(values: &[f64]) -> Option<Self> {
         let middle = median(values)?;
         let deviations: Vec<f64> = values.iter().map(|value| (value - middle).abs()).collect();
@@ -46,15 +46,16 @@ impl Fleet {
         })
     }
 
-    /// Computes the robust z of one: its deviation over the fleet's spread and its own standard deviation together.
+    /// Computes the robust z: the deviation over the root sum of squares of the fleet's spread and its own standard
+    /// deviation.
     ///
-    /// The latter keeps a fleet of which most have no such effect, and no spread, from making an outlier of noise.
+    /// The latter prevents a fleet in which most have no such effect, hence no spread, from making an outlier of noise.
     pub fn z(&self, one: Measured) -> f64 {
         (one.value - self.median) / self.spread.hypot(one.std)
     }
 }
 
-/// The mean of an instrument's runs.
+/// Computes the mean of an instrument's runs.
 pub fn mean(of: &[Measured]) -> Option<Measured> {
     let count = of.len() as f64;
     (!of.is_empty()).then(|| Measured {
@@ -63,14 +64,14 @@ pub fn mean(of: &[Measured]) -> Option<Measured> {
     })
 }
 
-/// Fits values by a constant and slopes along `axes` together, weighted least squares.
+/// Fits a constant and slopes along `axes` jointly to values by weighted least squares.
 ///
 /// # Inputs
-/// `axes`: an axis at each value; one that does not vary has no slope.
+/// `axes`: abscissas of the values, per axis; one that does not vary has no slope.
 ///
 /// # Returns
-/// A slope an axis, with a standard deviation that counts the scatter about the fit; none where fewer than
-/// `spare` values are left to judge it, or where the axes go together.
+/// A slope an axis, with a standard deviation that includes the scatter about the fit; none if fewer than `spare` degrees of
+/// freedom remain, or if the axes are collinear.
 pub fn slopes(values: &[Measured], axes: &[Vec<f64>], spare: usize) -> Vec<Option<Measured>> {
     let varies = |axis: &Vec<f64>| axis.iter().any(|at| *at != axis[0]);
     let used: Vec<usize> = (0..axes.len()).filter(|k| varies(&axes[*k])).collect();
@@ -79,7 +80,7 @@ pub fn slopes(values: &[Measured], axes: &[Vec<f64>], spare: usize) -> Vec<Optio
     if used.is_empty() || values.len() < unknowns + spare {
         return slopes;
     }
-    // Centred and scaled, so that a rank is one whatever the units.
+    // Centred and scaled, so that the rank does not depend on the units.
     let centre = |axis: &[f64]| axis.iter().sum::<f64>() / axis.len() as f64;
     let extent = |axis: &[f64]| {
         let middle = centre(axis);
@@ -99,7 +100,7 @@ pub fn slopes(values: &[Measured], axes: &[Vec<f64>], spare: usize) -> Vec<Optio
     });
     let target = DVector::from_fn(values.len(), |row, _| values[row].value / values[row].std);
     let normal = weighted.tr_mul(&weighted);
-    // In f64 a matrix without an inverse is one by rounding.
+    // In f64 a singular matrix is invertible by rounding.
     let singular = normal.clone().symmetric_eigenvalues();
     if singular.min() <= singular.max() * f64::EPSILON * unknowns as f64 {
         return slopes;

@@ -1,4 +1,4 @@
-//! Puts the runs of a fleet side by side: a row for each parameter of each effect of each run.
+//! Compares the runs of a fleet: a row for each parameter of each effect of each run.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -8,14 +8,14 @@ use super::statistics::{Fleet, Measured, mean, slopes};
 /// Seconds in a day.
 const DAY_S: f64 = 86_400.0;
 
-/// What decides that something stands out.
+/// Thresholds for outliers and trends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SummaryPlan {
     /// Robust z beyond which an instrument is an outlier (Iglewicz & Hoaglin 1993).
     pub outlier_z: f64,
-    /// Instruments that a median and its deviation need: of four, two that are off are half.
+    /// Instruments required for a median and its deviation: of four, two outliers are half.
     pub least_instruments: usize,
-    /// Runs more than a trend has unknowns, so that its scatter is judged.
+    /// Degrees of freedom required of a trend, to estimate its scatter.
     pub spare_runs: usize,
 }
 
@@ -29,7 +29,7 @@ impl Default for SummaryPlan {
     }
 }
 
-/// What makes two numbers comparable: kind, its texts (an axis, an expression), parameter, and which of several such.
+/// Key of comparable numbers: kind, its texts (an axis, an expression), parameter, and index among several such.
 type Key = (String, String, String, usize);
 
 /// A run with its numbers by key.
@@ -50,15 +50,15 @@ pub struct Found {
     pub unit: String,
     /// `named` or `class`.
     pub label: Option<String>,
-    /// Kinds that the recording cannot tell from it.
+    /// Kinds not distinguishable from it in the recording.
     pub indistinguishable_from: Vec<String>,
-    /// Chance, trials counted.
+    /// p-value, corrected for the number of trials.
     pub p_value: f64,
     /// The fleet's median and spread.
     pub fleet: Option<Fleet>,
     /// Robust z of the instrument in the fleet.
     pub fleet_z: Option<f64>,
-    /// Whether it stands out.
+    /// True if the instrument is an outlier.
     pub is_outlier: bool,
     /// The instrument's trend with time \[a day\].
     pub per_day: Option<Measured>,
@@ -66,7 +66,7 @@ pub struct Found {
     pub per_kelvin: Option<Measured>,
 }
 
-/// A run with what was found in it.
+/// A run with its findings.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Line {
     /// The run.
@@ -82,7 +82,7 @@ pub struct Summary {
     pub lines: Vec<Line>,
 }
 
-/// The numbers of a diagnosis with their keys.
+/// Lists the numbers of a diagnosis with their keys.
 fn numbers(told: &Told) -> Vec<(Key, Found)> {
     let mut seen: BTreeMap<(String, String, String), usize> = BTreeMap::new();
     let mut all = Vec::new();
@@ -124,8 +124,8 @@ fn texts(effect: &Effect) -> String {
     texts.collect::<Vec<_>>().join(", ")
 }
 
-/// What a run says of a key: its value, or where the kind was tested and not found, none with the standard deviation
-/// of that test; nothing where the recording could not have shown it.
+/// Returns a run's estimate for a key: its value; or 0 with the standard deviation of the test if the kind was tested and
+/// not found; `None` if the recording could not have shown it.
 fn said(told: &Told, numbers: &[(Key, Found)], key: &Key) -> Option<Measured> {
     if let Some((_, found)) = numbers.iter().find(|(one, _)| one == key) {
         return Some(found.measured);
@@ -174,7 +174,7 @@ impl Summary {
         }
     }
 
-    /// Instruments.
+    /// Returns the names of the instruments.
     pub fn instruments(&self) -> BTreeSet<&str> {
         self.lines
             .iter()
@@ -182,7 +182,7 @@ impl Summary {
             .collect()
     }
 
-    /// Runs without a diagnosis, with the sentence that says why.
+    /// Returns the runs without a diagnosis, with the reason.
     pub fn refused(&self) -> impl Iterator<Item = (&Run, &str)> {
         self.lines
             .iter()
@@ -190,7 +190,7 @@ impl Summary {
     }
 }
 
-/// Finds each instrument's place in the fleet.
+/// Computes each instrument's robust z in the fleet.
 fn place(keyed: &mut [Keyed], key: &Key, plan: &SummaryPlan) {
     let mut by_instrument: BTreeMap<String, Vec<Measured>> = BTreeMap::new();
     for (run, found) in keyed.iter() {
@@ -221,10 +221,10 @@ fn place(keyed: &mut [Keyed], key: &Key, plan: &SummaryPlan) {
     }
 }
 
-/// A value with its time \[day\] and temperature \[K\], where they are known.
+/// A value with its time \[day\] and temperature \[K\], if known.
 type Dated = (Measured, [Option<f64>; 2]);
 
-/// Finds each instrument's trends with time and temperature, where all runs with the effect know them.
+/// Fits each instrument's trends with time and temperature, if known for all runs with the effect.
 fn follow(keyed: &mut [Keyed], key: &Key, plan: &SummaryPlan) {
     let mut by_instrument: BTreeMap<String, Vec<Dated>> = BTreeMap::new();
     for (run, found) in keyed.iter() {
@@ -315,7 +315,7 @@ mod tests {
         // The spread is zero, so its own standard deviation alone decides.
         assert_eq!(all.len(), 1);
         assert!(all[0].1.is_outlier && (all[0].1.fleet_z.expect("a z") - 100.0).abs() < 1e-9);
-        // Of those that could not have shown it nothing is known.
+        // Runs that could not have shown it have no estimate.
         for run in &mut runs[..5] {
             run.told.as_mut().expect("a diagnosis").sensitivity.clear();
         }

@@ -4,10 +4,10 @@ use super::run::Run;
 use super::summary::{Found, Summary};
 use crate::recording::{ResultColumn, ResultTable};
 
-/// A run, and one number of it where it has any.
+/// A run, and one of its numbers if it has any.
 type Row<'a> = (&'a Run, Option<&'a Found>);
 
-/// All columns; SI units, `unit` being that of value, std and fleet.
+/// Builds all columns; SI units, `unit` being that of value, std and fleet.
 pub fn table(summary: &Summary) -> ResultTable {
     let rows: Vec<Row> = summary
         .lines

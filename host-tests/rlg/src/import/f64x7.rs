@@ -4,9 +4,8 @@
 //! disk has `gyro_rate`, `specific_force`, and `time_stamp`, the file's own times (a quantity beyond the contract's:
 //! seconds, at the row's end).
 //!
-//! The table's clock is the nominal one, because that is what a simulation would assume: the whole number of
-//! hertz next to the stamps' mean rate, or the caller's. What the stamps say against it is for the
-//! diagnosis. Memory does not grow with the file.
+//! The table's clock is the nominal one, as a simulation would assume: the whole number of hertz nearest to the stamps' mean
+//! rate, or the caller's. Departures of the stamps from it are left to the diagnosis. Memory does not grow with the file.
 
 use std::io::Read;
 use std::path::Path;
@@ -22,7 +21,7 @@ const RECORD_BYTES: usize = 56;
 /// The columns in the order of the record.
 const COLUMNS: [&str; 7] = ["t", "gx", "gy", "gz", "ax", "ay", "az"];
 
-/// A mean rate this close to a whole number of hertz was meant to be that: oscillators are within 1e-2.
+/// Largest relative distance of a mean rate from the whole number of hertz it is rounded to: oscillators are within 1e-2.
 const NEAR_WHOLE: f64 = 5e-3;
 
 /// Reads all records of `source`, `length` bytes of `file`, into `out`.
@@ -125,7 +124,7 @@ fn decode(record: &[u8; RECORD_BYTES]) -> [f64; 7] {
     values
 }
 
-/// The smallest change from row to row: the resolution in which a channel is written.
+/// Smallest change from row to row: the quantisation step of a channel.
 #[derive(Debug, Clone, Copy, Default)]
 struct Step {
     before: Option<f64>,
@@ -142,7 +141,7 @@ impl Step {
         }
     }
 
-    /// A channel that never changes has the resolution of an f64 near 1.
+    /// Returns the step; a constant channel has that of an f64 near 1.
     fn smallest(self) -> f64 {
         self.smallest.unwrap_or(f64::EPSILON)
     }

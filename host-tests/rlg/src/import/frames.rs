@@ -1,16 +1,16 @@
 //! Imports a captured stream of telemetry frames.
 //!
 //! The stream is the serial port's bytes as they came, garbage and cuts included; layout in [`trueaxis::telemetry`].
-//! [`Imported`] has one row an output period: `dtheta_x|y|z` \[rad\] and, where the unit has accelerometers,
-//! `dvel_x|y|z` \[m/s\], in the body frame at the row's beginning, and `status`, the frame's bits as a number (a
-//! quantity of its own, which the diagnosis keeps as unlisted).
+//! [`Imported`] has one row an output period: `dtheta_x|y|z` \[rad\] and, if the unit has accelerometers, `dvel_x|y|z`
+//! \[m/s\], in the body frame at the row's beginning, and `status`, the frame's bits as a number (a quantity of its own,
+//! which the diagnosis keeps as unlisted).
 //!
-//! A row whose frame did not come is not measured (NaN). Two things make one: a frame lost on the way, whose
-//! angle is lost with it; and output periods that passed without a sample, whose whole angle is in the next
-//! frame, which then says GAP. The status tells which.
+//! A row without a frame is missing (NaN). It has two causes: a frame lost on the way, whose angle is lost with it; and
+//! output periods without a sample, whose whole angle is in the next frame, which then has the bit GAP. The status
+//! distinguishes them.
 //!
-//! The row rate is the unit's own, from two health items, or the caller's. Left out: the counters over time;
-//! each health item is kept as it was last told.
+//! The row rate is the unit's own, from two health items, or the caller's. Left out: the counters over time; each health
+//! item keeps its last value.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -23,33 +23,33 @@ use crate::error::InputError;
 use crate::import::still::name_of;
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Table};
 
-/// Longest stretch without a frame \[rows\]: an hour at 1000 frames a second. A longer one is two recordings,
-/// and the rows between them would hold nothing.
+/// Longest stretch without a frame \[rows\]: an hour at 1000 frames a second. A longer one is two recordings, and the rows
+/// between them would hold nothing.
 const LONGEST_GAP_ROWS: u32 = 3_600_000;
 
 /// The table's file.
 pub const TABLE: &str = "frames.parquet";
 
-/// A stream as a recording, and what was met in it.
+/// A stream as a recording, with the statistics of its decoding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// The recording, not yet written.
     pub recording: Recording,
     /// Frames a second \[Hz\].
     pub rate_hz: f64,
-    /// What the unit itself says of its rate; `None` where the stream is too short to tell.
+    /// Rate reported by the unit; `None` if the stream is too short to contain it.
     pub unit_rate_hz: Option<f64>,
     /// Sequence number of the first row.
     pub first_sequence: u32,
     /// Rows without a frame.
     pub rows_without_frame: u64,
-    /// What the decoder met.
+    /// Statistics of the decoder.
     pub stream: StreamStatistics,
     /// Bytes of an unfinished frame at the end.
     pub bytes_at_end: usize,
     /// Frames that carry each status bit.
     pub frames_with_bit: [u64; 32],
-    /// Each health item as it was last told.
+    /// Last value of each health item.
     pub health: BTreeMap<u8, u32>,
 }
 
@@ -113,7 +113,7 @@ pub fn import(
     })
 }
 
-/// The unit's own rate, from a unit that makes sense.
+/// Returns the unit's own rate, if it is plausible.
 fn unit_rate_hz(health: &BTreeMap<u8, u32>) -> Option<f64> {
     let sample_rate_hz = f64::from(f32::from_bits(*health.get(&item::SAMPLE_RATE)?));
     let samples_per_output = f64::from(*health.get(&item::SAMPLES_PER_OUTPUT)?);
@@ -135,7 +135,7 @@ fn none_found(file: &Path, bytes: usize, stream: &StreamStatistics) -> InputErro
         ))
 }
 
-/// Columns under way.
+/// Columns under construction.
 #[derive(Debug, Default)]
 struct Rows {
     first: Option<u32>,

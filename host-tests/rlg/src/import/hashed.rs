@@ -1,4 +1,4 @@
-//! Reads a file once from front to back and computes its SHA-256 on the way, in hexadecimal.
+//! Reads a file once from front to back and computes its SHA-256, in hexadecimal.
 
 use std::fs::File;
 use std::io::{self, BufReader, Read};
@@ -9,7 +9,7 @@ use sha2::{Digest as _, Sha256};
 
 use crate::error::InputError;
 
-/// A reader that computes the hash of what it reads.
+/// Reader that computes the hash of the bytes read.
 pub struct Hashed {
     file: File,
     hash: Sha256,
@@ -17,7 +17,7 @@ pub struct Hashed {
 }
 
 impl Hashed {
-    /// Opens `path`; its length in bytes beside it. `bar` moves with the bytes.
+    /// Opens `path` and returns its length in bytes, too. `bar` moves with the bytes.
     pub fn open(path: &Path, bar: &ProgressBar) -> Result<(BufReader<Self>, u64), InputError> {
         let file = File::open(path).map_err(|error| InputError::unreadable(path, &error))?;
         let about = file
@@ -35,7 +35,7 @@ impl Hashed {
         Ok((BufReader::new(hashed), about.len()))
     }
 
-    /// The sum of all that was read, in hexadecimal.
+    /// Returns the SHA-256 of all bytes read, in hexadecimal.
     pub fn sum(self) -> String {
         let bytes = self.hash.finalize();
         bytes.iter().map(|byte| format!("{byte:02x}")).collect()

@@ -1,7 +1,7 @@
-//! Lists foreign recordings that the project knows by their SHA-256, with their provenance.
+//! Lists the known foreign recordings by their SHA-256, with their provenance.
 //!
-//! A sum gives the provenance, and the site where the source names one. The files themselves are not here: their owners
-//! have not said that they may be passed on.
+//! A sum gives the provenance, and the site if the source names one. The files themselves are not here: their owners have
+//! not permitted redistribution.
 
 use std::fs;
 use std::path::Path;
@@ -9,16 +9,16 @@ use std::path::Path;
 use crate::error::InputError;
 use crate::recording::Site;
 
-/// A file whose source is known.
+/// File of a known source.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Known {
     /// SHA-256 in hexadecimal.
     pub sha256: &'static str,
     /// Its name at the source.
     pub name: &'static str,
-    /// Where it is from, and on what terms.
+    /// Source and terms of use.
     pub source: &'static str,
-    /// Where it was made, as far as the source says: latitude \[deg\], gravity \[m/s²\].
+    /// Site of the recording, if stated by the source: latitude \[deg\], gravity \[m/s²\].
     pub site: Option<(f64, f64)>,
 }
 
@@ -39,12 +39,12 @@ pub const KNOWN: [Known; 2] = [
 ];
 
 impl Known {
-    /// The file with this sum.
+    /// Returns the file with this sum.
     pub fn of(sha256: &str) -> Option<&'static Self> {
         KNOWN.iter().find(|known| known.sha256 == sha256)
     }
 
-    /// Its site in SI units.
+    /// Returns its site in SI units.
     pub fn site(&self) -> Option<Site> {
         self.site.map(|(latitude_deg, gravity_m_s2)| Site {
             latitude_rad: latitude_deg.to_radians(),
@@ -53,7 +53,7 @@ impl Known {
     }
 }
 
-/// The sum that `file` must have: `given` is the sum itself, or a file of `SUM  NAME` lines.
+/// Returns the required sum of `file`: `given` is the sum itself, or a file of `SUM  NAME` lines.
 pub fn expected_sum(file: &Path, given: &str) -> Result<String, InputError> {
     if is_sum(given) {
         return Ok(given.to_ascii_lowercase());
@@ -80,7 +80,7 @@ pub fn expected_sum(file: &Path, given: &str) -> Result<String, InputError> {
         })
 }
 
-/// Whether `file`, whose sum is `found`, is what it should be.
+/// Checks `found`, the sum of `file`, against the expected one.
 pub fn check(file: &Path, found: &str, expected: Option<&str>) -> Result<(), InputError> {
     match expected {
         Some(expected) if expected != found => {

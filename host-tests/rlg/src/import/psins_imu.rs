@@ -6,9 +6,9 @@
 //! The table written to disk has `gyro_increment` and `velocity_increment`, with the file's own scales and axes (right,
 //! forward, up).
 //!
-//! Source: the words in the files themselves; PSINS toolbox by Gongmin Yan. Its µg is of the file's g. The site
-//! is the file's latitude with normal gravity there, for the file's g is the equator's. The first line
-//! ("maybe inaccurate") is left unread. Memory does not grow with the file.
+//! Source: the words in the files themselves; PSINS toolbox by Gongmin Yan. Its µg is of the file's g. The site is the
+//! file's latitude with normal gravity there, because the file's g is the equator's. The first line ("maybe inaccurate") is
+//! ignored. Memory does not grow with the file.
 
 use std::io::{BufRead, Read as _};
 use std::path::Path;
@@ -20,10 +20,10 @@ use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::recording::{Axis, Clock, Quantity, Site, TableStream};
 
-/// The columns in the order of a line.
+/// Columns in the order of a line.
 const COLUMNS: [&str; 6] = ["gx", "gy", "gz", "ax", "ay", "az"];
 
-/// Longest line \[bytes\]: six f64 of 25 digits; a longer one is no such file.
+/// Longest line \[bytes\]: six f64 of 25 digits; a longer one is not of this format.
 const LONGEST_LINE: u64 = 1024;
 
 /// Lines of numbers before the counts.
@@ -32,7 +32,7 @@ const HEADER_LINES: usize = 3;
 /// One second of arc \[rad\].
 const ARCSEC_RAD: f64 = std::f64::consts::PI / 180.0 / 3600.0;
 
-/// Reads all lines of `source`, which is `file`, into `out`; `site` of the caller goes before the file's.
+/// Reads all lines of `source`, which is `file`, into `out`; `site` of the caller takes precedence over the file's.
 pub fn import(
     file: &Path,
     mut source: impl BufRead,
@@ -118,7 +118,7 @@ pub fn import(
     })
 }
 
-/// The six numbers of a line.
+/// Parses the six numbers of a line.
 fn six(file: &Path, at: &str, line: &[u8]) -> Result<[f64; 6], InputError> {
     let mut numbers = [0.0; 6];
     let mut count = 0;
@@ -166,7 +166,7 @@ fn check_header(
     if place[4] <= 0.0 {
         return fault("sampling interval", place[4], "a positive number of ms");
     }
-    // The strongest gravity on the ground is 9.83, the weakest 9.76 m/s².
+    // Gravity on the ground is 9.76 to 9.83 m/s².
     if !(9.7..=9.9).contains(&place[5]) {
         return fault("gravity", place[5], "9.7 to 9.9 m/s^2");
     }

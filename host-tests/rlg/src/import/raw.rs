@@ -1,13 +1,13 @@
-//! Imports a captured raw stream: what the unit's chain was given, period by period.
+//! Imports a captured raw stream: the inputs of the unit's chain, period by period.
 //!
 //! The stream is the bytes of the unit's second serial port as they came, garbage and cuts included; layout in
-//! [`trueaxis::raw_frame`]. [`Imported`] has a row a sampling period: `gx|gy|gz` \[pulses\], `px|py|pz`, the pickoffs \[rad\],
-//! and, where the unit has accelerometers, `vx|vy|vz` \[m/s\]; beside it a table of temperatures \[K\] and flux densities
-//! \[T\] where the unit tells them. `rlg replay` of it gives the chain the codes that the unit's was given.
+//! [`trueaxis::raw_frame`]. [`Imported`] has a row a sampling period: `gx|gy|gz` \[pulses\], `px|py|pz`, the pickoffs
+//! \[rad\], and, if the unit has accelerometers, `vx|vy|vz` \[m/s\]; and a table of temperatures \[K\] and flux densities
+//! \[T\] if the unit sends them. `rlg replay` of it feeds the chain with the same codes as the unit's.
 //!
-//! A row says only what its own period brought. Where a frame is missing, a reading failed or an interrupt did not come, the
-//! counts of the periods until the next frame are known as one sum: these rows are not measured (NaN), and the sum stands in
-//! the [`Gap`]. The counts of the first row are not known either; its pickoffs are where the strip of the dither begins.
+//! A row holds the counts of its own period only. After a missing frame, a failed reading or a missed interrupt, the counts
+//! of the periods until the next frame are known only as a sum: these rows are missing (NaN), and the sum is stored in the
+//! [`Gap`]. The counts of the first row are unknown, too; its pickoffs initialise the strip of the dither.
 
 use std::path::Path;
 
@@ -26,51 +26,51 @@ const LONGEST_GAP_ROWS: u32 = 3_600_000;
 /// The tables' files.
 pub const TABLES: [&str; 2] = ["samples.parquet", "slow.parquet"];
 
-/// Rows whose counts are not known one by one.
+/// Rows whose counts are known only as a sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 pub struct Gap {
-    /// The first of them.
+    /// First of the rows.
     pub row: u64,
-    /// How many.
+    /// Number of the rows.
     pub rows: u64,
-    /// Of these, rows whose frame did not come.
+    /// Rows of them without a frame.
     pub frames_lost: u64,
-    /// Rows in which the unit's interrupt did not come.
+    /// Rows in which the unit's interrupt was missed.
     pub interrupts_missed: u64,
     /// Rows in which the unit had no sample.
     pub without_sample: u64,
-    /// Whether the counter bank started anew, so that its counts are lost.
+    /// True if the counter bank restarted, so that its counts are lost.
     pub bank_restarted: bool,
-    /// Pulses of gyros x, y, z over all of them, as far as the bank told.
+    /// Pulses of gyros x, y, z over all of them, as far as the bank counted.
     pub counts: [i32; 3],
 }
 
-/// A raw stream as a recording, and what was met in it.
+/// A raw stream as a recording, with the statistics of its decoding.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Imported {
     /// The recording, not yet written.
     pub recording: Recording,
     /// Rows a second \[Hz\].
     pub rate_hz: f64,
-    /// What the unit itself says of its rate; `None` where the stream is too short to tell.
+    /// Rate reported by the unit; `None` if the stream is too short to contain it.
     pub unit_rate_hz: Option<f64>,
     /// Angle of a pulse of gyros x, y, z \[rad\].
     pub pulse_weight_rad: [f64; 3],
     /// Generation of the unit's parameters.
     pub generation: Option<u32>,
-    /// Frames that the unit itself says it dropped.
+    /// Number of dropped frames reported by the unit.
     pub dropped: Option<u32>,
     /// Sampling period of the first row, since the unit's start.
     pub first_period: u32,
-    /// Rows whose counts are not known, in stretches.
+    /// Stretches of rows with unknown counts.
     pub gaps: Vec<Gap>,
-    /// What the decoder met.
+    /// Statistics of the decoder.
     pub stream: StreamStatistics,
     /// Bytes of an unfinished frame at the end.
     pub bytes_at_end: usize,
 }
 
-/// Whether `bytes` hold a frame of the raw stream.
+/// True if `bytes` hold a frame of the raw stream.
 pub fn is_raw(bytes: &[u8]) -> bool {
     let mut finder = RawFinder::new();
     bytes.iter().any(|byte| finder.push(*byte).is_some())
@@ -156,7 +156,7 @@ pub fn import(
     })
 }
 
-/// Each item as it was last told.
+/// Last value of each item.
 #[derive(Debug)]
 struct Items([Option<u32>; item::COUNT as usize]);
 
@@ -165,14 +165,14 @@ impl Items {
         self.0.get(usize::from(index)).copied().flatten()
     }
 
-    /// The f64 in two items.
+    /// Returns the f64 stored in two items.
     fn weight(&self, first: u8) -> Option<f64> {
         let (low, high) = (self.word(first)?, self.word(first + 1)?);
         Some(f64::from_bits(u64::from(high) << 32 | u64::from(low)))
     }
 }
 
-/// Columns under way.
+/// Columns under construction.
 #[derive(Debug)]
 struct Rows {
     first: Option<u32>,
@@ -232,7 +232,7 @@ impl Rows {
         Ok(())
     }
 
-    /// Adds the rows of `step` periods, of which this is the last.
+    /// Adds the rows of `step` periods, the last of which is this.
     fn follow(&mut self, period: &RawPeriod, step: u32, pickoffs: [f64; 3]) {
         let counts = difference(period.pulse_counters, self.last.pulse_counters);
         let velocities = difference(period.velocity_counters, self.last.velocity_counters);
@@ -313,7 +313,7 @@ impl Rows {
     }
 }
 
-/// The sentence about a number that does not follow the last one.
+/// Makes the error of a number that does not follow the last one.
 fn not_one_run(file: &Path, at: usize, last: u32, number: u32, step: u32) -> InputError {
     let backward = step == 0 || step > u32::MAX / 2;
     let problem = if backward {
@@ -330,7 +330,7 @@ fn difference(new: [i32; 3], old: [i32; 3]) -> [i32; 3] {
     std::array::from_fn(|axis| new[axis].wrapping_sub(old[axis]))
 }
 
-/// Channels of x, y, z with codes times their weights.
+/// Makes the channels of x, y, z from codes times their weights.
 fn triad(name: &str, quantity: &Quantity, weights: [f64; 3], codes: [Vec<f64>; 3]) -> Vec<Channel> {
     Axis::ALL
         .into_iter()
@@ -347,17 +347,17 @@ fn triad(name: &str, quantity: &Quantity, weights: [f64; 3], codes: [Vec<f64>; 3
         .collect()
 }
 
-/// Temperatures and flux densities, a row each time that all items have been told.
+/// Temperatures and flux densities, a row each time that all items have been received.
 #[derive(Debug, Default)]
 struct Slow {
     now: [Option<f64>; 6],
-    /// Rows of samples before each row.
+    /// Number of sample rows before each row.
     after_rows: Vec<usize>,
     values: [Vec<f64>; 6],
 }
 
 impl Slow {
-    /// The items in the order of `now`; derivatives are left out, a replay forms them.
+    /// Items in the order of `now`; derivatives are left out, a replay computes them.
     const ITEMS: [u8; 6] = [
         item::TEMPERATURE,
         item::TEMPERATURE + 1,
@@ -367,7 +367,7 @@ impl Slow {
         item::MAGNETIC_FIELD + 2,
     ];
 
-    /// Takes an item that was told with the last of `rows` rows.
+    /// Stores an item received with the last of `rows` rows.
     fn tell(&mut self, index: u8, value: u32, rows: usize) {
         let Some(place) = Self::ITEMS.iter().position(|item| *item == index) else {
             return;
@@ -383,7 +383,7 @@ impl Slow {
         }
     }
 
-    /// The table; `None` where everything is 0, as of a unit that measures nothing slowly.
+    /// Returns the table; `None` if everything is 0, as for a unit without slow measurements.
     fn into_table(self, rate_hz: f64) -> Option<Table> {
         let measured =
             |columns: &[Vec<f64>]| columns.iter().flatten().any(|value| value.abs() > 0.0);

@@ -1,12 +1,12 @@
-//! Makes the model that a foreign recording starts from: at rest on the turning Earth, white noise, nominal clock.
+//! Makes the initial model of a foreign recording: at rest on the turning Earth, white noise, nominal clock.
 //!
-//! The [`Model`] holds only what the file itself tells. Everything else is left for the diagnosis to find, so nothing
-//! here is taken from the data except the resolution in which they are written.
+//! The [`Model`] holds only values stated by the file. Everything else is left to the diagnosis, so nothing is estimated
+//! from the data but the quantisation step of the stored values.
 
 use crate::model::{Gyro, Model, MotionSource};
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Site, Table};
 
-/// What a foreign file turned out to hold.
+/// Description of an imported foreign file.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Foreign {
     /// The recording's description; its table holds no rows in memory.
@@ -15,16 +15,16 @@ pub struct Foreign {
     pub rows: usize,
     /// Nominal rows a second \[Hz\].
     pub rate_hz: f64,
-    /// Rows a second by the file's own stamps \[Hz\], where it has them.
+    /// Rows a second by the file's own stamps \[Hz\], if it has them.
     pub stamped_rate_hz: Option<f64>,
-    /// Angle of the smallest step in which the gyros are written \[rad\].
+    /// Quantisation step of the stored gyro values, as an angle \[rad\].
     pub resolution_rad: [f64; 3],
 }
 
 /// The table's file.
 pub const TABLE: &str = "samples.parquet";
 
-/// The model of a unit that lay still.
+/// Makes the model of a unit at rest.
 pub fn model(resolution_rad: [f64; 3]) -> Model {
     Model {
         motion: MotionSource::Static,
@@ -40,7 +40,7 @@ pub fn model(resolution_rad: [f64; 3]) -> Model {
     }
 }
 
-/// The model of an ideal unit: nothing is corrected, no noise is declared; in motion where `quantities` hold a reference.
+/// Makes the model of an ideal unit: nothing is corrected, no noise is declared; in motion if `quantities` hold a reference.
 pub fn ideal(pulse_weight_rad: [f64; 3], quantities: &[Quantity]) -> Model {
     let references = [Quantity::ReferenceIncrement, Quantity::ReferenceAttitude];
     let motion = match references.iter().any(|one| quantities.contains(one)) {
@@ -53,11 +53,11 @@ pub fn ideal(pulse_weight_rad: [f64; 3], quantities: &[Quantity]) -> Model {
     }
 }
 
-/// What is said of a unit at rest whose site nobody named.
+/// Message for a unit at rest with an unknown site.
 pub const WITHOUT_SITE: &str = "no reference and no [site]: of the Earth's rate the length alone is known; --latitude-deg and \
                                 --gravity here, or a [site] in recording.toml, say how much of it is vertical";
 
-/// A column without its values, which are on disk already.
+/// Makes a channel without its values, which are on disk already.
 pub fn column(name: &str, quantity: Quantity, axis: Option<Axis>, scale: f64) -> Channel {
     Channel {
         column: name.to_owned(),
@@ -69,13 +69,13 @@ pub fn column(name: &str, quantity: Quantity, axis: Option<Axis>, scale: f64) ->
     }
 }
 
-/// The name of a recording of a foreign file: the file's own, without its extension.
+/// Returns the name of a foreign file's recording: the file's own, without its extension.
 pub fn name_of(file: &std::path::Path) -> String {
     let stem = file.file_stem().unwrap_or_default();
     stem.to_string_lossy().into_owned()
 }
 
-/// A recording of one table whose rows are on disk already.
+/// Makes a recording of one table whose rows are on disk already.
 pub fn recording(
     file: &std::path::Path,
     site: Option<Site>,

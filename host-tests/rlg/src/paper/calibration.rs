@@ -3,16 +3,16 @@
 //!
 //! From a seed it gives a [`Calibration`]: K_ij + K_ik of each gyro \[s²\], with standard deviations.
 //!
-//! Equation: coning about gyro i's axis at Ω and half-angle φ drifts it by −(K_ij + K_ik) Ω³φ²/2 (physics: the mean of
-//! −K (ω × α)); the attitude before and after, on a table that comes back to where it was, gives the drift. Eq. (17)
-//! as printed has the difference K_xy − K_xz in its place and divides by a rate where it should multiply.
+//! Equation: coning about gyro i's axis at Ω and half-angle φ drifts it by −(K_ij + K_ik) Ω³φ²/2 (physics: the mean of −K (ω
+//! × α)); the attitude before and after, on a table that returns to its initial position, gives the drift. Eq. (17) as
+//! printed has the difference K_xy − K_xz in its place and divides by a rate instead of multiplying.
 //!
-//! Only the sums: for any stationary oscillation ⟨α_j ω_k⟩ = −⟨α_k ω_j⟩, so that no position of a coning table shows
-//! a difference K_ij − K_ik but in terms of order φ². The paper's six separate values stand on those. What
-//! vibration needs are the sums; each coefficient is handed on as half of its gyro's.
+//! Only the sums are identifiable: for any stationary oscillation ⟨α_j ω_k⟩ = −⟨α_k ω_j⟩, so that in any position of a
+//! coning table a difference K_ij − K_ik enters only in terms of order φ². The paper's six separate values rest on those.
+//! Vibration depends on the sums; each coefficient is passed on as half of its gyro's.
 //!
-//! The cone is not printed: 15 Hz at 0.63°, 98 rad/s², for 200 s an axis, where a random walk of 0.0015 °/√h leaves
-//! 0.6 % of the drift. Half the angle gives a quarter of the drift and four times that.
+//! The paper does not print the cone: 15 Hz at 0.63°, 98 rad/s², for 200 s an axis are chosen, for which a random walk of
+//! 0.0015 °/√h is 0.6 % of the drift. Half the angle gives a quarter of the drift and four times that share.
 
 use std::f64::consts::TAU;
 
@@ -33,26 +33,26 @@ pub const FREQUENCY_HZ: f64 = 15.0;
 /// Cone half-angle \[°\].
 pub const ANGLE_DEG: f64 = 0.63;
 
-/// Full amplitude on each axis \[s\].
+/// Duration at full amplitude on each axis \[s\].
 pub const CONING_S: f64 = 200.0;
 
-/// What coning about the three axes gives.
+/// Estimates from coning about the three axes.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Calibration {
     /// K_xy + K_xz, K_yx + K_yz, K_zx + K_zy \[s²\].
     pub sums_s2: [f64; 3],
-    /// By the gyros' random walk \[s²\].
+    /// Standard deviation due to the gyros' random walk \[s²\].
     pub std_s2: f64,
 }
 
-/// The same sums of Table 3 \[s²\].
+/// Returns the same sums of Table 3 \[s²\].
 pub fn printed_sums_s2() -> [f64; 3] {
     let k = TABLE_3_S2;
     [k.xy + k.xz, k.yx + k.yz, k.zx + k.zy]
 }
 
 impl Calibration {
-    /// The coefficients for the chain: half a gyro's sum each.
+    /// Returns the coefficients for the chain: half a gyro's sum each.
     pub fn coefficients_s2(&self) -> CrossAxis<f64> {
         let [x, y, z] = self.sums_s2.map(|sum| 0.5 * sum);
         CrossAxis {
@@ -66,7 +66,7 @@ impl Calibration {
     }
 }
 
-/// Rows that it simulates.
+/// Returns the number of simulated rows.
 pub fn rows() -> usize {
     (3.0 * (CONING_S + 2.0 * RAMP_S) * RATE_HZ) as usize
 }

@@ -3,9 +3,10 @@
 //! From a seed and the coefficients for the chain it gives a [`Coning`]: attitude and velocity of the laser
 //! system with Eq. (7) alone, with the dynamic terms, with Eq. (6) as printed, and of the fibre-optic system.
 //!
-//! The cone is that of Fig. 4, about the pitch axis, as the paper's error is in pitch. It prints no duration: 300 s
-//! ([`Lengths`]) are chosen, so that half a degree an hour becomes 0.04°, as in its Table 4. The error in pitch grows with the
-//! duration, the velocity with its square: half and twice of it are a half and twice, a quarter and four times.
+//! The cone is that of Fig. 4, about the pitch axis, as the paper's error is in pitch. The paper prints no duration: 300 s
+//! ([`Lengths`]) are chosen, for which half a degree an hour becomes 0.04°, as in its Table 4. The error in pitch is
+//! proportional to the duration, the velocity to its square: half and twice the duration give a half and twice, a quarter
+//! and four times.
 
 use trueaxis::CrossAxis;
 
@@ -18,7 +19,7 @@ use super::unit::{Grade, RATE_HZ, REST_S, coning, residual_bias, sections, still
 use crate::error::InputError;
 use rlg_parameters::SAMPLES_PER_OUTPUT;
 
-/// The systems on the same table.
+/// Errors of the systems on the same table.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Coning {
     /// Laser gyros, Eq. (7) alone.
@@ -31,12 +32,12 @@ pub struct Coning {
     pub fibre_optic: Sins,
 }
 
-/// Rows that it simulates.
+/// Returns the number of simulated rows.
 pub fn rows(lengths: &Lengths) -> usize {
     ((2.0 * REST_S + lengths.coning_s) * RATE_HZ) as usize
 }
 
-/// The experiment.
+/// Runs the experiment.
 pub fn systems(
     seed: u64,
     known_s2: CrossAxis<f64>,

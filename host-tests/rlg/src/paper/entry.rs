@@ -1,22 +1,22 @@
-//! Holds an [`Entry`] of `paper.json` for every table and figure of the paper; units stand in the names of the values.
+//! Holds an [`Entry`] of `paper.json` for every table and figure of the paper; the names of the values hold their units.
 
 use serde::Serialize;
 use serde_json::Value;
 
-/// Whose mark decides on [`Entry::reproduced`].
+/// Origin of the mark that decides on [`Entry::reproduced`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum By {
-    /// A number that the paper prints.
+    /// Number printed in the paper.
     Paper,
-    /// A bound of ours, where the paper says it in words.
+    /// Bound of ours, for a statement of the paper in words.
     Ours,
-    /// A number that the paper prints, within a bound of ours.
+    /// Number printed in the paper, within a bound of ours.
     Both,
 }
 
 impl By {
-    /// The same as one word.
+    /// Returns the origin as one word.
     pub fn word(self) -> &'static str {
         match self {
             Self::Paper => "paper's",
@@ -26,17 +26,17 @@ impl By {
     }
 }
 
-/// What counts as reproduced.
+/// Criterion of reproduction.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Criterion {
-    /// Whose mark it is.
+    /// Origin of the mark.
     pub by: By,
     /// The mark.
     pub mark: String,
 }
 
 impl Criterion {
-    /// A mark with whose it is.
+    /// Creates the criterion of a mark and its origin.
     pub fn new(by: By, mark: impl Into<String>) -> Option<Self> {
         let mark = mark.into();
         Some(Self { by, mark })
@@ -48,20 +48,20 @@ impl Criterion {
 pub struct Entry {
     /// "Fig. 4", "Table 3".
     pub item: String,
-    /// What the paper prints, or says where it prints no number.
+    /// The paper's values, or its words if it prints no number.
     pub paper: Value,
-    /// The same from this simulator and chain.
+    /// Corresponding values from this simulator and chain.
     pub ours: Value,
-    /// Whether ours shows what the paper's shows.
+    /// True if ours reproduces the paper's result.
     pub reproduced: bool,
-    /// By which mark; a drawing has none.
+    /// Mark applied; a drawing has none.
     pub criterion: Option<Criterion>,
-    /// By what measure, and what limits it.
+    /// Measure of the comparison, and its limit.
     pub why: String,
-    /// For one line of a terminal.
+    /// Summary for one line of a terminal.
     #[serde(skip)]
     pub short: String,
-    /// Whether the item is a drawing, which nothing can reproduce.
+    /// True if the item is a drawing, which cannot be reproduced.
     #[serde(skip)]
     pub drawing: bool,
 }

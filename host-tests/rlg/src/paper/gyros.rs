@@ -1,13 +1,13 @@
-//! Reproduces Fig. 4 and 5: a laser gyro beside a fibre-optic gyro on a coning table, at 15 Hz and at 1 Hz.
+//! Reproduces Fig. 4 and 5: a laser gyro and a fibre-optic gyro on a coning table, at 15 Hz and at 1 Hz.
 //!
 //! From a seed it gives a [`Figure`]: both gyros' mean rates over time \[°/h\] about the axis of the cone, and the
 //! difference while coning.
 //!
-//! Expected: Ω³φ²/2 (K_xy + K_xz), the drift of a flexible block under coning: 0.495 °/h at 15 Hz and 0.367°,
-//! 0.027 °/h at 1 Hz and 5°. The paper prints neither cone angle. 15 Hz: 0.367° is what its 0.5 °/h asks of its own Table 3. 1 Hz:
-//! "larger", 5° is what a table does without effort.
+//! Expected: Ω³φ²/2 (K_xy + K_xz), the drift of a flexible block under coning: 0.495 °/h at 15 Hz and 0.367°, 0.027 °/h at 1
+//! Hz and 5°. The paper prints neither cone angle. 15 Hz: 0.367° follows from its 0.5 °/h and its own Table 3. 1 Hz:
+//! "larger"; 5° is easy for a table.
 //!
-//! As in the paper, the gyros' rates are set side by side and not their attitudes: the cone's own −2Ω sin²(φ/2) stays.
+//! As in the paper, the gyros' rates are compared and not their attitudes: the cone's own −2Ω sin²(φ/2) stays.
 
 use super::printed::TABLE_3_S2;
 use super::run::{Asked, Correction, Curve, Progress, Run, run};
@@ -18,19 +18,19 @@ use crate::replay::drift::DEG_H_PER_RAD_S;
 /// Cone frequencies \[Hz\] and half-angles \[°\] of the two figures.
 pub const CONES: [(f64, f64); 2] = [(15.0, 0.367), (1.0, 5.0)];
 
-/// Rest before and after the motion, and the motion itself \[s\]: two random walks of 0.0015 °/√h leave
-/// 0.007 °/h in a mean over 300 s, a seventh of what Fig. 5 may differ by.
+/// Rest before and after the motion, and the motion itself \[s\]: two random walks of 0.0015 °/√h give a mean over 300 s a
+/// standard deviation of 0.007 °/h, a seventh of the tolerance of Fig. 5.
 const REST_S: f64 = 30.0;
 /// See [`REST_S`].
 const CONING_S: f64 = 302.0;
 
-/// Means in the curves \[s\]: whole cycles of both motions.
+/// Averaging window of the curves \[s\]: whole cycles of both motions.
 const WINDOW_S: f64 = 1.0;
 
-/// Motion of a run that asks for the flexure alone \[s\]: whole cycles are enough where there is no noise.
+/// Motion of a run for the flexure alone \[s\]: whole cycles suffice without noise.
 const SENSITIVITY_S: f64 = 12.0;
 
-/// Output of one coning experiment.
+/// Results of one coning experiment.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Figure {
     /// Frequency \[Hz\].
@@ -41,27 +41,27 @@ pub struct Figure {
     pub laser: Curve,
     /// The fibre-optic gyro likewise.
     pub fibre_optic: Curve,
-    /// Laser less fibre-optic while coning \[°/h\], and the standard deviation that both random walks give it.
+    /// Laser less fibre-optic while coning \[°/h\], and its standard deviation due to both random walks.
     pub difference_deg_h: f64,
     /// See `difference_deg_h`.
     pub std_deg_h: f64,
-    /// What of it Table 3 takes out, with rotation-consistent signs.
+    /// Part of it compensated with Table 3, with rotation-consistent signs.
     pub flexure_deg_h: f64,
-    /// The difference that is left with them.
+    /// Residual difference with them.
     pub compensated_deg_h: f64,
-    /// The difference that is left with Eq. (6) as it is printed.
+    /// Residual difference with Eq. (6) as printed.
     pub literal_deg_h: f64,
     /// Cone angle \[°\] and flexure's drift \[°/h\] at half and twice the angle.
     pub sensitivity: [[f64; 2]; 2],
 }
 
-/// Rows that both figures simulate.
+/// Returns the number of rows simulated for both figures.
 pub fn rows() -> usize {
     let one = 2.0 * REST_S + CONING_S + 2.0 * SENSITIVITY_S;
     (2.0 * one * super::unit::RATE_HZ) as usize
 }
 
-/// Both experiments.
+/// Runs both experiments.
 pub fn figures(seed: u64, progress: &Progress) -> Result<[Figure; 2], InputError> {
     let [first, second] = CONES;
     Ok([
@@ -116,8 +116,8 @@ fn figure(
     })
 }
 
-/// One output a sample, so that the chain corrects no coning of its own and rates stay rates; kept as sums over a tenth
-/// of a second, of which all means here consist.
+/// Requests one output a sample, so that the chain applies no coning correction of its own and rates stay rates; kept as
+/// sums over a tenth of a second, of which all means here consist.
 fn rates(corrections: &[Correction]) -> Asked<'_> {
     Asked {
         samples_per_output: 1,
@@ -126,7 +126,8 @@ fn rates(corrections: &[Correction]) -> Asked<'_> {
     }
 }
 
-/// What Table 3 takes out of one motion \[°/h\]: two chains on the same pulses, so that no noise is in it.
+/// Computes the drift of one motion compensated with Table 3 \[°/h\]: two chains on the same pulses, so that the noise
+/// cancels.
 fn flexure_deg_h(motion: &str, progress: &Progress) -> Result<f64, InputError> {
     let text = sections("sensitivity", Grade::Noiseless, &TABLE_3_S2) + motion;
     let corrections = [Correction::Static, Correction::Dynamic(TABLE_3_S2)];
@@ -138,7 +139,7 @@ fn flexure_deg_h(motion: &str, progress: &Progress) -> Result<f64, InputError> {
     Ok(mean(Correction::Static)? - mean(Correction::Dynamic(TABLE_3_S2))?)
 }
 
-/// The curve of the cone's axis, less its mean at rest before the motion.
+/// Computes the curve about the cone's axis, less its mean at rest before the motion.
 fn shown(bench: &Run, rotations_rad: &[[f64; 3]]) -> Curve {
     // the first period only primes the chain
     let rest = bench.periods(0, WINDOW_S);

@@ -1,6 +1,6 @@
-//! How long the experiments last whose errors grow with time; the paper prints no duration.
+//! Durations of the experiments with errors that grow with time; the paper prints none.
 //!
-//! Ratios of errors (what compensation leaves) do not depend on it but for noise, which grows with the square
+//! Ratios of errors (before and after compensation) do not depend on the duration but for noise, which grows with its square
 //! root: a shorter run shows the same with less margin.
 
 /// Durations of the motions \[s\].
@@ -10,19 +10,19 @@ pub struct Lengths {
     pub coning_s: f64,
     /// Vibration of a system of the paper's class: errors of the size of its Tables 4 and 5.
     pub vibration_s: f64,
-    /// Vibration where flexure is the only thing left out: nothing has to be averaged.
+    /// Vibration with flexure as the only unmodelled effect: no averaging is needed.
     pub alone_s: f64,
 }
 
 impl Lengths {
-    /// As `rlg paper` runs them.
+    /// Durations of `rlg paper`.
     pub const FULL: Self = Self {
         coning_s: 300.0,
         vibration_s: 600.0,
         alone_s: 120.0,
     };
 
-    /// A third: for a first look.
+    /// About a third of them: for a first look.
     pub const SHORT: Self = Self {
         coning_s: 120.0,
         vibration_s: 200.0,

@@ -1,6 +1,6 @@
-//! Decides, experiment by experiment, what counts as reproduced, and makes the entry of `paper.json` that says so.
+//! Decides for each experiment if it counts as reproduced, and makes its entry of `paper.json`.
 //!
-//! Each [`Entry`] has a sentence on the measure, on the choice that the paper left open, and on what limits our result.
+//! Each [`Entry`] has a sentence on the measure, on the choice that the paper left open, and on the limits of our result.
 
 use serde_json::{Value, json};
 
@@ -17,25 +17,25 @@ use super::rows::{Compared, Limit};
 use super::sins::Sins;
 use super::vibration::{LEVEL_G2_HZ, Vibration};
 
-/// Fig. 4 may differ from the printed 0.5 °/h by a tenth: "around".
+/// Tolerance of Fig. 4 about the printed 0.5 °/h, a tenth: "around".
 const FIGURE_4_SHARE: f64 = 0.1;
 
 /// "Still consistent" in Fig. 5: a tenth of Fig. 4.
 const FIGURE_5_DEG_H: f64 = 0.05;
 
-/// Table 3's sums are to come back within this share.
+/// Tolerance of Table 3's sums, relative.
 const TABLE_3_SHARE: f64 = 0.02;
 
-/// Least reduction where flexure is the only thing left out \[%\].
+/// Smallest reduction if flexure is the only unmodelled effect \[%\].
 pub const ALONE_PERCENT: f64 = 90.0;
 
-/// "Roughly as the value in Table 1": the paper's own estimate is 17 % over it.
+/// "Roughly as the value in Table 1": the paper's own estimate exceeds it by 17 %.
 const ROUGHLY: f64 = 0.2;
 
-/// Departure from proportion that Tables 1 and 2 themselves show: their last digit.
+/// Departure from proportionality in Tables 1 and 2 themselves: their last digit.
 const PROPORTION: f64 = 1e-3;
 
-/// The drawings, of which nothing can be measured.
+/// Makes the entries of the drawings, in which nothing can be measured.
 pub fn drawings() -> Vec<Entry> {
     [
         ("Fig. 1", "A drawing of the offset axis: nothing in it is measured."),
@@ -55,7 +55,7 @@ pub fn drawings() -> Vec<Entry> {
     .into()
 }
 
-/// Tables 1 and 2.
+/// Makes the entries of Tables 1 and 2.
 pub fn deflections(deflection: &Deflection) -> [Entry; 2] {
     [("Table 1", "x", TABLE_1_URAD), ("Table 2", "y", TABLE_2_URAD)].map(|(item, axis, printed)| {
         let point_a_s2 = printed[0][3] * 1e-9;
@@ -100,7 +100,7 @@ pub fn deflections(deflection: &Deflection) -> [Entry; 2] {
     })
 }
 
-/// Table 3.
+/// Makes the entry of Table 3.
 pub fn calibrated(calibration: &Calibration) -> Entry {
     let printed = printed_sums_s2();
     let errors = [0, 1, 2].map(|i| calibration.sums_s2[i] / printed[i] - 1.0);
@@ -144,7 +144,7 @@ pub fn calibrated(calibration: &Calibration) -> Entry {
     }
 }
 
-/// Fig. 4 and 5.
+/// Makes the entry of Fig. 4 or 5.
 pub fn side_by_side(index: usize, figure: &Figure) -> Entry {
     let difference = figure.difference_deg_h.abs();
     let (item, reproduced, paper, bound) = if index == 0 {
@@ -198,12 +198,12 @@ pub fn side_by_side(index: usize, figure: &Figure) -> Entry {
     }
 }
 
-/// What counts where the paper shows curves without numbers.
+/// Returns the mark for curves without numbers in the paper.
 fn curves_mark() -> String {
     format!("the paper shows curves; ours: {ALONE_PERCENT} % of the error gone")
 }
 
-/// Fig. 6 to 9.
+/// Makes the entries of Fig. 6 to 9.
 pub fn systems(coning: &Coning, lengths: &Lengths) -> [Entry; 4] {
     let pitch = |system: &Sins| system.after_deg[0].abs();
     let east = |system: &Sins| system.largest_m_s[0].abs();
@@ -287,7 +287,7 @@ pub fn systems(coning: &Coning, lengths: &Lengths) -> [Entry; 4] {
     ]
 }
 
-/// Fig. 10 to 13, Tables 4 and 5.
+/// Makes the entries of Fig. 10 to 13, Tables 4 and 5.
 pub fn shaken(vibrations: &[Vibration; 2], lengths: &Lengths) -> Vec<Entry> {
     let [attitude, velocity] = Compared::tables(vibrations, lengths);
     let choice = {
@@ -370,7 +370,7 @@ pub fn shaken(vibrations: &[Vibration; 2], lengths: &Lengths) -> Vec<Entry> {
 }
 
 impl Compared {
-    /// Whether compensation does at least what the paper's does, or a named effect is all that is left.
+    /// True if the reduction is at least the paper's, or a named effect explains the residual error.
     pub fn reproduced(&self) -> bool {
         let wanted = self.paper_reduction_percent.max(ALONE_PERCENT);
         let limited = self.limited_by != Limit::Unknown;
@@ -378,7 +378,7 @@ impl Compared {
             && (self.reduction_percent >= self.paper_reduction_percent || limited)
     }
 
-    /// Why a row of the paper's class of system falls short of the paper's or of the lone flexure's reduction.
+    /// Explains a reduction, for the paper's class of system, below the paper's or the lone flexure's.
     fn limit_sentence(&self) -> Option<String> {
         let short = self.reduction_percent < self.paper_reduction_percent.max(ALONE_PERCENT);
         short.then(|| {
@@ -395,7 +395,7 @@ impl Compared {
     }
 }
 
-/// Two sentences on the literal reading.
+/// Describes the results with Eq. (6) as printed, in two sentences.
 pub fn literal(figure: &Figure, vibrations: &[Vibration; 2]) -> String {
     let left = |vibration: &Vibration, axis: usize| {
         100.0 * (vibration.literal.after_deg[axis] / vibration.before.after_deg[axis]).abs()

@@ -1,22 +1,22 @@
-//! Runs the paper's experiments again: simulator, firmware chain, navigation, each beside the printed figure.
+//! Repeats the paper's experiments: simulator, firmware chain, navigation, each compared with the printed figure.
 //!
-//! From a seed it gives a [`Paper`]: what `paper.json` lists and what `paper.html` draws. °, °/h, m/s as printed.
+//! From a seed it gives a [`Paper`]: the content of `paper.json` and `paper.html`. °, °/h, m/s as printed.
 //!
-//! Data flow, the same for every experiment: motion as a scenario (`unit`) → simulated recording → f32 chain with
-//! Eq. (7) alone, with the dynamic terms, and with Eq. (6) as printed (`run`) → drift, or navigation (`sins`) →
-//! figures beside the paper's (`printed`, `rows`) → what counts as reproduced (`marks`).
+//! Data flow, the same for every experiment: motion as a scenario (`unit`) → simulated recording → f32 chain with Eq. (7)
+//! alone, with the dynamic terms, and with Eq. (6) as printed (`run`) → drift, or navigation (`sins`) → comparison with the
+//! paper's figures (`printed`, `rows`) → decision on reproduction (`marks`).
 //!
 //! ```text
 //! deflection (Tables 1, 2)   calibration (Table 3) ─ what the chain is told ─▶ coning (Fig. 6–9)
 //! gyros (Fig. 4, 5)                                                        └▶ vibration (Fig. 10–13, Tables 4, 5)
 //! ```
 //!
-//! The simulated blocks bend as oscillators on their suspensions, not by the static law that the chain undoes.
+//! The simulated blocks bend as oscillators on their suspensions, not by the static law of the chain's compensation.
 //!
-//! What the paper does not print (amplitudes, spectra, durations) is chosen in the experiment's own file, which says
-//! why and shows what half and twice the choice would give.
+//! Values that the paper does not print (amplitudes, spectra, durations) are chosen in the experiment's own file, with the
+//! reason and the results for half and twice the choice.
 //!
-//! Out of scope: finite elements. Tables 1 and 2 are set beside the simulator's own mechanics.
+//! Out of scope: finite elements. Tables 1 and 2 are compared with the simulator's own mechanics.
 
 pub mod calibration;
 pub mod coning;
@@ -70,12 +70,12 @@ pub struct Results {
     pub seed: u64,
     /// Entries in the paper's order.
     pub entries: Vec<Entry>,
-    /// What Eq. (6) does when its signs are taken as printed.
+    /// Results of Eq. (6) with its signs as printed.
     pub literal_signs: String,
 }
 
 impl Results {
-    /// Items reproduced, and items that could be: drawings cannot.
+    /// Returns the number of items reproduced, and of reproducible items: drawings are not.
     pub fn score(&self) -> [usize; 2] {
         let could = self.entries.iter().filter(|entry| !entry.drawing);
         let done = self.entries.iter().filter(|entry| entry.reproduced);
@@ -83,7 +83,7 @@ impl Results {
     }
 }
 
-/// Rows that will be simulated in all.
+/// Returns the number of rows simulated in all.
 pub fn rows(lengths: &Lengths) -> usize {
     gyros::rows() + calibration::rows() + coning::rows(lengths) + vibration::rows(lengths)
 }

@@ -1,8 +1,8 @@
-//! Writes `paper.html`: the paper's tables and figures beside ours, as one page.
+//! Writes `paper.html`: the paper's tables and figures compared with ours, as one page.
 //!
-//! It is one HTML file without scripts and without anything from outside, in °, °/h and m/s.
+//! It is one HTML file without scripts and external resources, in °, °/h and m/s.
 //!
-//! verdicts → what the signs do → figure by figure, each with the choice that the paper left open → all numbers.
+//! verdicts → effect of the signs → figure by figure, each with the choice that the paper left open → all numbers.
 //!
 //! Out of scope: any judgement that `paper.json` does not contain, and the paper's own plots.
 
@@ -45,7 +45,7 @@ fn line(points: &[(f64, f64)], colour: RGBColor, width: u32) -> Line<'_> {
     }
 }
 
-/// The whole page; `json` is `paper.json` word for word.
+/// Formats the whole page; `json` is the text of `paper.json`.
 pub fn page(paper: &Paper, json: &str) -> String {
     let results = &paper.results;
     let [done, could] = results.score();
@@ -100,7 +100,7 @@ fn overview(entries: &[Entry]) -> Markup {
     }
 }
 
-/// What `paper.json` says of an item.
+/// Returns the sentence of `paper.json` on an item.
 fn why(entries: &[Entry], item: &str) -> Markup {
     let entry = entries.iter().find(|entry| entry.item == item);
     html! { @if let Some(entry) = entry { p { (entry.why) } } }
@@ -143,7 +143,7 @@ fn gyros(figure: &Figure, item: &str, entries: &[Entry]) -> Markup {
     }
 }
 
-/// The middle half of a curve: full amplitude, no taper.
+/// Returns the middle half of a curve: full amplitude, no taper.
 fn middle(curve: &Curve) -> &[(f64, f64)] {
     &curve[curve.len() / 4..3 * curve.len() / 4]
 }
@@ -192,7 +192,7 @@ fn before_after() -> Markup {
     ])
 }
 
-/// Colour, dashes and words of each kind of curve.
+/// Formats the legend: colour, dashes and words of each kind of curve.
 fn legend(keys: &[(&str, &str, &str)]) -> Markup {
     html! {
         p.legend {
@@ -201,14 +201,14 @@ fn legend(keys: &[(&str, &str, &str)]) -> Markup {
     }
 }
 
-/// Five plots: attitude and velocity, the systems on the same axes.
+/// Draws five plots: attitude and velocity, the systems on the same axes.
 fn errors(before: &Sins, beside: &Sins, literal: Option<&Sins>) -> Markup {
     let drawn = |name: &str, title: &str, of: &dyn Fn(&Sins) -> &Curve| {
         let mut lines = vec![
             line(of(before), BEFORE, 3 * FINE),
             line(of(beside), AFTER, 2 * FINE),
         ];
-        // dashed and last: it lies on "before" and must not hide it
+        // dashed and last: it coincides with "before" and must not hide it
         lines.extend(literal.map(|literal| Line {
             dashed: true,
             ..line(of(literal), INK, FINE)
@@ -259,14 +259,15 @@ fn table(title: &str, rows: &[Compared], why: Markup) -> Markup {
     }
 }
 
-/// Curves over time \[s\] on common axes.
+/// Draws curves over time \[s\] on common axes.
 fn curves(name: &str, y_title: &str, lines: &[Line]) -> Markup {
     let label = format!("{name}: {y_title} against time");
     let drawn = plot(&label, HEIGHT, |area| {
         let all = || lines.iter().flat_map(|line| line.points.iter());
         let x = range(all().map(|(x, _)| *x));
         let y = range(all().map(|(_, y)| *y));
-        // all numbers of an axis alike, to a tenth of its length; with a fifth they would run into the title
+        // all numbers of an axis with the same decimals, to a tenth of its length; with a fifth they would run into the
+        // title
         let decimals = (1.0 - (y.end - y.start).log10().floor()).clamp(0.0, 4.0) as usize;
         let nothing = 1e-9 * (y.end - y.start);
         let mut chart = builder(area).build_cartesian_2d(x, y)?;
@@ -275,7 +276,7 @@ fn curves(name: &str, y_title: &str, lines: &[Line]) -> Markup {
             y_title,
             x_number: &|time_s| number(*time_s),
             y_number: &|value| {
-                // a tick at zero is 1e-17 by the plotter's arithmetic
+                // a tick at zero is 1e-17 in the plotter's arithmetic
                 let value = if value.abs() < nothing { 0.0 } else { *value };
                 format!("{value:.decimals$}").replace('-', "−")
             },

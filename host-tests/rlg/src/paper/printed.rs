@@ -1,7 +1,7 @@
-//! What the paper prints: the numbers every experiment is set beside.
+//! Numbers printed in the paper, with which every experiment is compared.
 //!
-//! Source: Cheng et al. 2023, doi 10.16356/j.1005-1120.2023.06.002. Units as the names say; the figures of its
-//! plots are those that its text states. Nothing here is ours.
+//! Source: Cheng et al. 2023, doi 10.16356/j.1005-1120.2023.06.002. The names hold the units; for plots the numbers are
+//! those stated in the text. Nothing here is ours.
 
 use trueaxis::CrossAxis;
 
@@ -16,7 +16,7 @@ pub const TABLE_1_URAD: [[f64; 4]; 2] =
 pub const TABLE_2_URAD: [[f64; 4]; 2] =
     [[7.55, 15.10, 37.75, 75.51], [15.02, 30.04, 75.09, 150.19]];
 
-/// The coefficient that the paper estimates from the block's inertia and the suspension's stiffness \[s²\].
+/// Coefficient estimated in the paper from the block's inertia and the suspension's stiffness \[s²\].
 pub const INERTIA_OVER_STIFFNESS_S2: f64 = 7.9e-8;
 
 /// Table 3: the coefficients as calibrated \[s²\].

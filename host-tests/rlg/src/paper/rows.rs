@@ -1,4 +1,4 @@
-//! Compares Tables 4 and 5, row by row: ours beside the paper's, and what limits what is left.
+//! Compares Tables 4 and 5 with ours, row by row, and identifies the limit of the residual error.
 //!
 //! [`Vibration`]s become [`Compared`] rows, in ° and m/s as printed.
 
@@ -11,21 +11,21 @@ use super::sins::Sins;
 use super::unit::{ANGLE_RANDOM_WALK_RAD_SQRT_S, GRAVITY_M_S2, RESIDUAL_BIAS_RAD_S, REST_S};
 use super::vibration::Vibration;
 
-/// Standard deviations within which a rest is the noise's.
+/// Standard deviations within which a residual error is attributed to noise.
 const STANDARD_DEVIATIONS: f64 = 3.0;
 
-/// What is left after compensation.
+/// Limit of the residual error after compensation.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
 #[serde(rename_all = "snake_case")]
 pub enum Limit {
-    /// The gyros' angle random walk and what bias their calibration left.
+    /// Angle random walk of the gyros and the residual bias of their calibration.
     RandomWalkAndBias,
-    /// More than that.
+    /// Unknown; the residual error exceeds that.
     Unknown,
 }
 
 impl Limit {
-    /// The limit as part of a sentence.
+    /// Returns the limit as part of a sentence.
     pub fn words(self) -> &'static str {
         match self {
             Self::RandomWalkAndBias => {
@@ -36,7 +36,7 @@ impl Limit {
     }
 }
 
-/// One row beside the paper's.
+/// One row, ours and the paper's.
 #[derive(Debug, Clone, PartialEq, Serialize)]
 pub struct Compared {
     /// "pitch", "east".
@@ -53,27 +53,27 @@ pub struct Compared {
     pub reduction_percent: f64,
     /// Reduction that the paper prints \[%\].
     pub paper_reduction_percent: f64,
-    /// Reduction where flexure is the only thing left out \[%\].
+    /// Reduction if flexure is the only unmodelled effect \[%\].
     pub alone_percent: f64,
-    /// Share that Eq. (6) as printed leaves \[%\].
+    /// Residual share with Eq. (6) as printed \[%\].
     pub left_by_literal_signs_percent: f64,
-    /// What the gyros' noise alone makes of such a row, a standard deviation.
+    /// Standard deviation of such a row due to the gyros' random walk and residual bias alone.
     pub noise: f64,
-    /// What is left.
+    /// Limit of the residual error.
     pub limited_by: Limit,
     #[serde(skip)]
     printed: Row,
 }
 
 impl Compared {
-    /// Table 4 and Table 5.
+    /// Computes the rows of Table 4 and Table 5.
     pub fn tables(vibrations: &[Vibration; 2], lengths: &Lengths) -> [Vec<Self>; 2] {
         let moving_s = lengths.vibration_s;
         let whole_s = moving_s + 0.5 * REST_S;
         let noise_deg = (ANGLE_RANDOM_WALK_RAD_SQRT_S * whole_s.sqrt())
             .hypot(RESIDUAL_BIAS_RAD_S * whole_s)
             .to_degrees();
-        // a tilt that walks, integrated twice: g N √(T³/3), and g b T²/2
+        // a random walk of tilt, integrated twice: g N √(T³/3), and g b T²/2
         let noise_m_s = GRAVITY_M_S2
             * (ANGLE_RANDOM_WALK_RAD_SQRT_S * (moving_s.powi(3) / 3.0).sqrt())
                 .hypot(RESIDUAL_BIAS_RAD_S * moving_s.powi(2) / 2.0);
@@ -124,7 +124,7 @@ impl Compared {
         ]
     }
 
-    /// The paper's row.
+    /// Returns the paper's row.
     pub fn printed(&self) -> Value {
         json!({
             "name": self.name,
@@ -135,7 +135,7 @@ impl Compared {
         })
     }
 
-    /// Before and after as the paper prints them.
+    /// Returns before and after as printed in the paper.
     pub fn printed_pair(&self) -> [f64; 2] {
         [self.printed.before, self.printed.after]
     }

@@ -1,12 +1,12 @@
-//! Takes a scenario through the simulator and then through the firmware's chain: the common part of the experiments.
+//! Runs a scenario through the simulator and the firmware's chain: the common part of the experiments.
 //!
-//! From a scenario as TOML and a seed it gives a [`Run`]: rotation vectors \[rad\] per output period, body frame, by
-//! the f32 chain under several [`Correction`]s, and by the other gyro beside it; mean rates \[°/h\].
+//! From a scenario as TOML and a seed it gives a [`Run`]: rotation vectors \[rad\] per output period, body frame, by the f32
+//! chain under several [`Correction`]s, and by the second gyro triad; mean rates \[°/h\].
 //!
-//! The same samples go through the chain each time, so that differences between corrections hold no noise. Rows are made,
-//! corrected and forgotten block by block: ten minutes at 4 kHz are kept as their outputs alone.
+//! The same samples go through the chain each time, so that noise cancels in differences between corrections. Rows are
+//! simulated, corrected and dropped block by block: of ten minutes at 4 kHz only the outputs are kept.
 //!
-//! The chain knows bias, scale error and installation of the unit: Eq. (7). What it corrects of the flexure is the
+//! The chain knows bias, scale error and installation of the unit: Eq. (7). The correction of the flexure varies with the
 //! experiment.
 
 use std::ops::Range;
@@ -26,10 +26,10 @@ use crate::replay::samples::{Setup, samples_from_recording};
 use crate::simulate::scenario::Scenario;
 use crate::simulate::{Block, Simulator, model_of};
 
-/// Share of an output period by which a segment's bounds may miss a sample's bounds: stamps are decimal numbers.
+/// Tolerance of a segment's bounds about a sample's bounds, as a share of an output period: stamps are decimal numbers.
 const BOUND_TOLERANCE_PERIODS: f64 = 1e-3;
 
-/// The flexure that the chain corrects.
+/// Correction of the flexure in the chain.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub enum Correction {
     /// None: Eq. (7) with the static installation.
@@ -56,14 +56,14 @@ impl Correction {
     }
 }
 
-/// How an experiment goes through the chain.
+/// Settings of the chain for an experiment.
 #[derive(Debug, Clone, Copy)]
 pub struct Asked<'a> {
     /// Samples in one output period.
     pub samples_per_output: u16,
-    /// Output periods whose rotation vectors are kept as one sum: 1 where each is wanted.
+    /// Output periods summed to one stored rotation vector: 1 to keep each.
     pub summed: usize,
-    /// What is corrected, each in a chain of its own; the first one's velocity increments are kept.
+    /// Corrections, each in a chain of its own; the first one's velocity increments are kept.
     pub corrections: &'a [Correction],
 }
 
@@ -73,22 +73,22 @@ pub struct Run {
     pub segments: Vec<Segment>,
     /// Time that a rotation vector covers \[s\].
     pub period_s: f64,
-    /// What perfect gyros would give: rotation vectors of the case itself \[rad\].
+    /// Output of perfect gyros: rotation vectors of the case itself \[rad\].
     pub truth_rad: Vec<[f64; 3]>,
-    /// The other gyro's rotation vectors \[rad\]; none without one.
+    /// Rotation vectors of the second gyro triad \[rad\]; empty without one.
     fibre_optic_rad: Vec<[f64; 3]>,
-    /// By the chains.
+    /// Rotation vectors of the chains.
     rotations_rad: Vec<(Correction, Vec<[f64; 3]>)>,
-    /// By the first chain, of each output period \[m/s\].
+    /// Velocity increments of the first chain in each output period \[m/s\].
     pub velocities_m_s: Vec<[f64; 3]>,
     /// Beginning of the first row \[s\].
     start_s: f64,
 }
 
-/// Called with the progress: rows simulated since the last call.
+/// Callback with the progress: rows simulated since the last call.
 pub type Progress<'a> = dyn Fn(usize) + Sync + 'a;
 
-/// Simulates `text` and takes it through the chains.
+/// Simulates `text` and runs it through the chains.
 pub fn run(
     text: &str,
     seed: u64,
@@ -142,7 +142,7 @@ pub fn run(
     })
 }
 
-/// The rows of a block as a recording.
+/// Makes a recording of a block's rows.
 fn filled(empty: &Recording, block: &Block) -> Recording {
     let mut recording = empty.clone();
     for (table, columns) in recording.tables.iter_mut().zip(&block.tables) {
@@ -154,7 +154,7 @@ fn filled(empty: &Recording, block: &Block) -> Recording {
     recording
 }
 
-/// Sums over a few output periods each.
+/// Sums of a few output periods each.
 struct Sums {
     each: usize,
     count: usize,
@@ -182,7 +182,7 @@ impl Sums {
     }
 }
 
-/// Increments on their way to rotation vectors of output periods, as f64 has them.
+/// Conversion of increments to rotation vectors of output periods, in f64.
 struct Turning {
     coning: Coning,
     sums: Sums,
@@ -211,7 +211,7 @@ impl Turning {
     }
 }
 
-/// One chain on its way.
+/// A running chain with its correction.
 struct Corrected {
     correction: Correction,
     chain: Chain<F32>,
@@ -219,7 +219,7 @@ struct Corrected {
     sums: Sums,
 }
 
-/// Everything that samples pass through.
+/// All consumers of samples.
 struct Passing {
     chains: Vec<Corrected>,
     velocities_m_s: Vec<[f64; 3]>,
@@ -274,10 +274,10 @@ impl Passing {
 }
 
 impl Run {
-    /// Rotation vectors of the chain under a correction that was asked for \[rad\].
+    /// Returns the rotation vectors of the chain under a requested correction \[rad\].
     ///
     /// # Errors
-    /// It was not.
+    /// The correction was not requested.
     pub fn chain(&self, correction: Correction) -> Result<&[[f64; 3]], InputError> {
         let mut chains = self.rotations_rad.iter();
         let found = chains.find(|(known, _)| *known == correction);
@@ -285,7 +285,7 @@ impl Run {
         found.map(|(_, rotations)| &**rotations).ok_or_else(missing)
     }
 
-    /// The other gyro's rotation vectors \[rad\].
+    /// Returns the second gyro triad's rotation vectors \[rad\].
     pub fn fibre_optic_rad(&self) -> Result<&[[f64; 3]], InputError> {
         match self.fibre_optic_rad.is_empty() {
             true => Err(InputError::new(
@@ -296,7 +296,7 @@ impl Run {
         }
     }
 
-    /// Rotation vectors of segment `index`, `margin_s` left out at either end.
+    /// Returns the periods of segment `index`, `margin_s` left out at either end.
     pub fn periods(&self, index: usize, margin_s: f64) -> Range<usize> {
         let segment = &self.segments[index];
         let place = |time_s: f64| (time_s - self.start_s) / self.period_s;
@@ -307,7 +307,7 @@ impl Run {
         (first as usize).min(end)..end
     }
 
-    /// Mean of `rotations` over `periods` \[°/h\].
+    /// Computes the mean of `rotations` over `periods` \[°/h\].
     pub fn mean_deg_h(&self, rotations_rad: &[[f64; 3]], periods: Range<usize>) -> Vector3<f64> {
         let count = periods.len() as f64;
         let sum: Vector3<f64> = rotations_rad[periods]
@@ -317,7 +317,7 @@ impl Run {
         sum * (DEG_H_PER_RAD_S / (count * self.period_s))
     }
 
-    /// Means over windows of `window_s`, of axis `axis`: middles of the windows \[s\] and rates \[°/h\].
+    /// Computes means over windows of `window_s`, of axis `axis`: middles of the windows \[s\] and rates \[°/h\].
     pub fn curve(&self, rotations_rad: &[[f64; 3]], axis: usize, window_s: f64) -> Curve {
         let count = (window_s / self.period_s).round() as usize;
         rotations_rad

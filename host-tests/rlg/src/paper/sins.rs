@@ -1,15 +1,15 @@
-//! Navigates one experiment's increments: what the paper's curves show of a system.
+//! Navigates on one experiment's increments: the errors of a system in the paper's curves.
 //!
 //! From a [`Run`] of rest, motion, rest and a triad's rotation vectors \[rad\] it gives [`Sins`]: errors of attitude
 //! \[°\] about the body's x (pitch), y (roll), z (yaw) and of velocity \[m/s\] east and north, as means over a second.
 //!
-//! Errors are those that the gyros make: against the same navigator on the same accelerometers with perfect gyros.
-//! The simulator's case is moved by its rates and forces, body frame; shaken at random it comes to rest degrees from
-//! where it began, and with a velocity, both of which are true and not errors. So what accelerometers do
-//! wrong is not in the curves.
+//! Errors are those due to the gyros: relative to the same navigator on the same accelerometers with perfect gyros. The
+//! simulator's case is moved by its rates and forces, body frame; after random vibration it comes to rest degrees away from
+//! its initial attitude, and with a velocity; both are true motion and not errors. Accelerometer errors are therefore not in
+//! the curves.
 //!
-//! Levelled on the first segment, its heading known: gyrocompassing for a minute would add an error of its own to
-//! every curve alike, and the paper's systems were aligned beforehand.
+//! Levelled on the first segment, its heading known: gyrocompassing for a minute would add an error of its own to every
+//! curve alike, and the paper's systems were aligned beforehand.
 
 use nalgebra::{UnitQuaternion, Vector3};
 use strapdown::{Increment, Solution};
@@ -19,7 +19,7 @@ use super::unit::{GRAVITY_M_S2, LATITUDE_RAD};
 use crate::error::InputError;
 use crate::navigate::{Place, Start, Trajectory, navigate};
 
-/// Means in the curves \[s\]: whole cycles of 15 Hz, dozens of the vibration's.
+/// Averaging window of the curves \[s\]: whole cycles of 15 Hz, dozens of the vibration's.
 const WINDOW_S: f64 = 1.0;
 
 /// A system's errors.
@@ -31,7 +31,7 @@ pub struct Sins {
     pub velocity_m_s: [Curve; 2],
     /// Pitch, roll, yaw at rest after the motion \[°\].
     pub after_deg: [f64; 3],
-    /// East and north, the largest of either sign before the motion ends \[m/s\].
+    /// East and north, the signed value of largest magnitude before the motion ends \[m/s\].
     pub largest_m_s: [f64; 2],
 }
 
@@ -44,7 +44,7 @@ pub struct Bench<'a> {
 impl<'a> Bench<'a> {
     /// Navigates on the true rotation.
     pub fn new(run: &'a Run) -> Result<Self, InputError> {
-        // a tilt of the gyros' axes changes no velocity increment that matters: 1e-5 of sculling
+        // a tilt of the gyros' axes changes velocity increments by a negligible 1e-5 of sculling
         Ok(Self {
             perfect: trajectory(run, &run.truth_rad, &run.velocities_m_s)?,
             run,

@@ -1,18 +1,18 @@
 //! Describes the unit under test: a scenario's instrument, of the class of the paper's system (0.8 nmile/h).
 //!
-//! From a [`Grade`] and the block's coefficients it writes the scenario's sections as TOML, SI units, body axes x
-//! right, y forward, z up; at the site the body begins with x to the north, so that a drift about x (pitch) drives the
-//! east velocity, as in the paper's Fig. 6 and 7.
+//! From a [`Grade`] and the block's coefficients it writes the scenario's sections as TOML, SI units, body axes x right, y
+//! forward, z up; at the site the body begins with x to the north, so that a drift about x (pitch) drives the east velocity,
+//! as in the paper's Fig. 6 and 7.
 //!
-//! The paper gives the class and the 4 kHz, nothing else: pulse, dither and random walk are the usual ones of a
-//! dithered block, biases those that make 0.8 nmile/h.
+//! The paper states the class and the 4 kHz, nothing else: pulse, dither and random walk are usual values of a dithered
+//! block, biases give 0.8 nmile/h.
 
 use trueaxis::CrossAxis;
 
 /// The paper's sample rate \[Hz\].
 pub const RATE_HZ: f64 = 4000.0;
 
-/// Xi'an, where the authors work: geodetic latitude \[rad\] and gravity \[m/s²\].
+/// Site Xi'an, where the authors work: geodetic latitude \[rad\] and gravity \[m/s²\].
 pub const LATITUDE_RAD: f64 = 0.598;
 /// See [`LATITUDE_RAD`].
 pub const GRAVITY_M_S2: f64 = 9.7944;
@@ -22,22 +22,23 @@ pub const GRAVITY_M_S2: f64 = 9.7944;
 pub enum Grade {
     /// Of a 0.8 nmile/h system: 0.0015 °/√h.
     Navigation,
-    /// Without noise and with pulses a hundredth as large, so that flexure is the only thing left out; dither and
-    /// pickoff stay.
+    /// Without noise and with pulses a hundredth as large, so that flexure is the only unmodelled effect; dither and pickoff
+    /// stay.
     Noiseless,
 }
 
 /// Angle random walk \[rad/√s\] of both kinds of gyro: "of the same precision". 0.0015 °/√h.
 pub const ANGLE_RANDOM_WALK_RAD_SQRT_S: f64 = 4.4e-7;
 
-/// The suspension's lateral mode \[Hz\]. An inertia J on a stiffness k lags by K = J/k and rings at √(k/J): one number
-/// gives both, 1/(2π√K) with Table 3's mean, 7.2e-8 s². The chain's static K follows it up to (f/f₀)²: 1 % at 60 Hz.
+/// Frequency of the suspension's lateral mode \[Hz\]. An inertia J on a stiffness k lags by K = J/k and has its mode at
+/// √(k/J): one number gives both, 1/(2π√K) with Table 3's mean, 7.2e-8 s². The chain's static K deviates from it by (f/f₀)²:
+/// 1 % at 60 Hz.
 pub const MODE_HZ: f64 = 593.0;
 
 /// Damping of a metal spring with glued joints \[1\].
 pub const MODE_DAMPING: f64 = 0.02;
 
-/// `[gyro]`, `[dither]`, the other gyro beside it, accelerometers, and the flexure.
+/// Formats `[gyro]`, `[dither]`, the second gyro triad, accelerometers, and the flexure.
 pub fn sections(name: &str, grade: Grade, flexure_s2: &CrossAxis<f64>) -> String {
     let (walk, pickoff_noise, force_noise, fine) = match grade {
         // 0.05″ of pickoff noise; 5 µg/√Hz
@@ -96,11 +97,10 @@ zy = {zy:e}
     )
 }
 
-/// Bias that a calibration leaves: 0.004 °/h a gyro, of which two make 0.8 nmile/h an hour. The chain does not correct
-/// it.
+/// Residual bias of a calibration: 0.004 °/h a gyro, two of which make 0.8 nmile/h. The chain does not correct it.
 pub const RESIDUAL_BIAS_RAD_S: f64 = 2.0e-8;
 
-/// The `[[effect]]` of [`RESIDUAL_BIAS_RAD_S`].
+/// Formats the `[[effect]]` of [`RESIDUAL_BIAS_RAD_S`].
 pub fn residual_bias() -> String {
     let b = RESIDUAL_BIAS_RAD_S;
     format!(
@@ -109,15 +109,15 @@ pub fn residual_bias() -> String {
     )
 }
 
-/// Rest before and after the motion of a system \[s\]: enough to level on.
+/// Rest before and after the motion of a system \[s\]: enough for levelling.
 pub const REST_S: f64 = 60.0;
 
-/// A `[[motion]]` at rest.
+/// Formats a `[[motion]]` at rest.
 pub fn still(duration_s: f64) -> String {
     format!("\n[[motion]]\nkind = \"still\"\nduration_s = {duration_s:.4}\n")
 }
 
-/// A `[[motion]]` of coning about `axis`.
+/// Formats a `[[motion]]` of coning about `axis`.
 pub fn coning(axis: &str, frequency_hz: f64, angle_deg: f64, duration_s: f64) -> String {
     let angle_rad = angle_deg.to_radians();
     format!(
@@ -126,5 +126,5 @@ pub fn coning(axis: &str, frequency_hz: f64, angle_deg: f64, duration_s: f64) ->
     )
 }
 
-/// Length of each taper \[s\]: long beside a cycle of 1 Hz is not needed, a jerk-free start is.
+/// Length of each taper \[s\]: it need not be long relative to a cycle of 1 Hz, only give a jerk-free start.
 pub const RAMP_S: f64 = 1.0;

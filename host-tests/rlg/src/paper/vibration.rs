@@ -1,15 +1,15 @@
 //! Reproduces Fig. 10 to 13, Tables 4 and 5: a laser system on a shaker, along x and along y, before and after
 //! compensation.
 //!
-//! From a seed and the coefficients for the chain it gives a [`Vibration`]: attitude and velocity of a system
-//! of the paper's class, and of one in which flexure is the only thing left out.
+//! From a seed and the coefficients for the chain it gives a [`Vibration`]: attitude and velocity of a system of the paper's
+//! class, and of one with flexure as the only unmodelled effect.
 //!
-//! How a linear shake becomes a drift: the centre of mass lies off the mounts' centre, so the case rocks about the two
-//! axes across the shake; the rocking modes differ, so the two rockings are out of phase: an ellipse in which
-//! ω × α has a mean. What is chosen, because the paper prints none of it:
+//! Cause of a drift under linear vibration: the centre of mass lies off the mounts' centre, so the case rocks about the two
+//! axes across the vibration; the rocking modes differ, so the two rockings are out of phase: an ellipse in which ω × α has
+//! a mean. Chosen values, because the paper prints none of them:
 //! - base spectrum 0.04 g²/Hz from 15 to 500 Hz, falling to 2 kHz: that of the general
 //!   minimum integrity in MIL-STD-810 method 514, some 5 g rms ("relatively large");
-//! - a fifth of it across the shake, 0.45 of the amplitude: what method 514 lets a fixture do;
+//! - a fifth of it across the vibration, 0.45 of the amplitude: the limit for a fixture in method 514;
 //! - mounts at 50 Hz, 15 % damping; rocking at 38, 52 and 45 Hz; the mass 8 to 11 mm off: a tenth of the case;
 //! - ten minutes ([`Lengths`]): so that the errors have the size of the paper's.
 //!
@@ -26,19 +26,19 @@ use super::unit::{Grade, RAMP_S, RATE_HZ, REST_S, residual_bias, sections, still
 use crate::error::InputError;
 use rlg_parameters::SAMPLES_PER_OUTPUT;
 
-/// Length of a run that shows half or twice the level \[s\].
+/// Length of a run at half or twice the level \[s\].
 const SENSITIVITY_S: f64 = 20.0;
 
-/// Rest before and after where there is no noise to level through \[s\].
+/// Rest before and after, without noise during levelling \[s\].
 const QUIET_REST_S: f64 = 5.0;
 
 /// Level of the base spectrum \[g²/Hz\].
 pub const LEVEL_G2_HZ: f64 = 0.04;
 
-/// Density across the shake over that along it \[1\].
+/// Ratio of the spectral density across the vibration to that along it \[1\].
 const ACROSS: f64 = 0.2;
 
-/// The base spectrum's corners: \[Hz\], share of the level.
+/// Corners of the base spectrum: \[Hz\], share of the level.
 const SPECTRUM: [(f64, f64); 3] = [(15.0, 1.0), (500.0, 1.0), (1900.0, 0.07)];
 
 const MOUNTS: &str = "
@@ -51,32 +51,32 @@ offset_m = [0.009, 0.008, 0.011]
 gyration_radius_m = [0.09, 0.09, 0.09]
 ";
 
-/// One direction of vibration.
+/// Results for one direction of vibration.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Vibration {
     /// A system of the paper's class, Eq. (7) alone.
     pub before: Sins,
     /// With the dynamic terms.
     pub after: Sins,
-    /// With Eq. (6) as it is printed.
+    /// With Eq. (6) as printed.
     pub literal: Sins,
-    /// Flexure the only thing left out: before, after, as printed.
+    /// With flexure as the only unmodelled effect: before, after, as printed.
     pub alone: [Sins; 3],
-    /// Drift of gyros x, y, z by flexure \[°/h\].
+    /// Drift of gyros x, y, z due to flexure \[°/h\].
     pub drift_deg_h: [f64; 3],
-    /// Level \[g²/Hz\], drift of the gyro that drifts most \[°/h\], and what the dynamic terms leave of it \[%\], at
-    /// half and twice the level.
+    /// Level \[g²/Hz\], largest drift of a gyro \[°/h\], and its residual share with the dynamic terms \[%\], at half and
+    /// twice the level.
     pub sensitivity: [[f64; 3]; 2],
 }
 
-/// Rows that both directions simulate.
+/// Returns the number of rows simulated for both directions.
 pub fn rows(lengths: &Lengths) -> usize {
     let moving = lengths.vibration_s + lengths.alone_s + 2.0 * SENSITIVITY_S;
     let one = moving + 2.0 * REST_S + 6.0 * QUIET_REST_S;
     (2.0 * one * RATE_HZ) as usize
 }
 
-/// Both directions.
+/// Runs both directions.
 pub fn directions(
     seed: u64,
     known_s2: CrossAxis<f64>,
@@ -147,7 +147,7 @@ fn vibration(
     })
 }
 
-/// Drift with Eq. (7) alone, and with the dynamic terms \[°/h\].
+/// Computes the drift with Eq. (7) alone, and with the dynamic terms \[°/h\].
 fn drifts(run: &Run, known_s2: CrossAxis<f64>) -> Result<([f64; 3], [f64; 3]), InputError> {
     let periods = run.periods(1, RAMP_S);
     let truth = run.mean_deg_h(&run.truth_rad, periods.clone());
@@ -161,7 +161,7 @@ fn drifts(run: &Run, known_s2: CrossAxis<f64>) -> Result<([f64; 3], [f64; 3]), I
     ))
 }
 
-/// Rest, vibration along `along`, rest.
+/// Formats rest, vibration along `along`, rest.
 fn shake(along: usize, duration_s: f64, rest_s: f64, level_g2_hz: f64) -> String {
     use crate::recording::units::STANDARD_GRAVITY_M_S2;
     let table = |share: f64| {

@@ -1,5 +1,5 @@
-//! Recordings made by a program that shares nothing with this project, from the folder that `RLG_RECORDINGS`
-//! names. What each conceals stands in `truth/`, which only this file reads.
+//! Recordings of a program independent of this project, from the folder of `RLG_RECORDINGS`. Their concealed values are in
+//! `truth/`, read by this file only.
 
 use std::path::PathBuf;
 
@@ -9,7 +9,7 @@ use rlg::diagnose::result::ParameterEntry;
 use rlg::model::Model;
 use rlg::recording::Recording;
 
-/// 3σ in six dimensions: the squared Mahalanobis distance that holds 99.73 % of a six-dimensional normal.
+/// 3σ in six dimensions: the squared Mahalanobis distance that contains 99.73 % of a six-dimensional normal.
 const THREE_SIGMA_SIX: f64 = 20.06;
 
 fn recordings() -> Option<PathBuf> {
@@ -20,7 +20,7 @@ fn recordings() -> Option<PathBuf> {
     folder
 }
 
-/// A recording and its model.
+/// Reads a recording and its model.
 fn read(name: &str) -> Option<(Recording, Model, PathBuf)> {
     let folder = recordings()?.join(name);
     let file = folder.join("model.toml");
@@ -28,7 +28,7 @@ fn read(name: &str) -> Option<(Recording, Model, PathBuf)> {
     Some((recording, Model::read(&file).expect("a model"), file))
 }
 
-/// Squared Mahalanobis distance of the calibrated six from the concealed ones.
+/// Computes the squared Mahalanobis distance of the calibrated six from the concealed ones.
 fn distance(name: &str) -> Option<f64> {
     let (recording, model, file) = read(name)?;
     let outcome = calibrate(&[recording], &model, &file, &|_| {}).expect("a calibration");

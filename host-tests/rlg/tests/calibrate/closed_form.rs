@@ -1,8 +1,8 @@
 //! Makes recordings straight from equations, for tests that need hundreds: no simulator, no dither, 500 Hz.
 //!
-//! Segments of motion, K and a seed give a recording with gyro increments and a reference, and its model. Body rates
-//! are by formula; increments and attitudes by fourth-order quadrature (Gauss, Magnus), so that they are more accurate
-//! than what the reader integrates. Noise: random walk of angle and white angle.
+//! From segments of motion, K and a seed it makes a recording with gyro increments and a reference, and its model. Body
+//! rates are by formula; increments and attitudes by fourth-order quadrature (Gauss, Magnus), so that they are more accurate
+//! than the reader's integration. Noise: random walk of angle and white angle.
 
 use std::f64::consts::TAU;
 
@@ -18,7 +18,7 @@ pub const RATE_HZ: f64 = 500.0;
 /// Table 3 of the paper \[s²\]: xy, xz, yx, yz, zx, zy.
 pub const TABLE_3: [f64; 6] = [6.9e-8, 7.1e-8, 7.5e-8, 7.3e-8, 6.7e-8, 7.6e-8];
 
-/// 0.0015 °/√h, of a system good to 0.8 nmile/h.
+/// 0.0015 °/√h, of a system of 0.8 nmile/h.
 pub const WALK_RAD_SQRT_S: f64 = 4.36e-7;
 
 /// 0.8″.
@@ -27,14 +27,14 @@ pub const PULSE_RAD: f64 = 3.88e-6;
 const REFERENCE_ANGLE_RAD: f64 = 2e-7;
 const REFERENCE_WALK_RAD_SQRT_S: f64 = 8.7e-8;
 
-/// Errors that the model does not know and the calibration must fit beside K.
+/// Errors unknown to the model, to be fitted jointly with K.
 const SCALE: [f64; 3] = [8e-6, -5e-6, 3e-6];
 const TILT_RAD: [f64; 6] = [2e-5, -1e-5, 1.5e-5, 3e-5, -2e-5, 1e-5];
 
 #[derive(Clone, Copy)]
 pub enum Motion {
     Still,
-    /// A turn about an axis by an angle \[rad\], from one position to the next.
+    /// Rotation about an axis by an angle \[rad\], from one position to the next.
     Slew(usize, f64),
     /// Cone axis, turns a second \[Hz\], half-angle \[rad\].
     Coning(usize, f64, f64),
@@ -72,7 +72,7 @@ impl Programme {
 fn rate_of(motion: Motion, time_s: f64, seconds: f64) -> Vector3<f64> {
     let ramp_s = 0.1 * seconds;
     let edge = (time_s.min(seconds - time_s) / ramp_s).clamp(0.0, 1.0);
-    // The quintic step: angular acceleration is continuous.
+    // Quintic step, so that the angular acceleration is continuous.
     let taper = edge.powi(3) * (10.0 + edge * (-15.0 + 6.0 * edge));
     let mut rate = Vector3::zeros();
     match motion {
@@ -96,7 +96,7 @@ fn rate_of(motion: Motion, time_s: f64, seconds: f64) -> Vector3<f64> {
     rate
 }
 
-/// What each gyro senses at an instant (physics §1 and §2), its scale and installation errors included.
+/// Computes the sensed rate of each gyro at an instant (physics §1 and §2), its scale and installation errors included.
 fn sensed_rad_s(rate: &Vector3<f64>, acceleration: &Vector3<f64>, k: &[f64; 6]) -> Vector3<f64> {
     let tilt = |index: usize, axis: usize| TILT_RAD[index] - k[index] * acceleration[axis];
     let (xy, xz) = (tilt(0, 1), tilt(1, 2));
@@ -200,7 +200,7 @@ pub fn make(programme: &Programme, k: &[f64; 6], against: &Against, seed: u64) -
     }
 }
 
-/// What the calibration starts from: the noise, and no errors.
+/// Makes the initial model of the calibration: the noise, and no errors.
 pub fn model(angle_noise_rad: f64) -> Model {
     Model {
         motion: MotionSource::Reference,
@@ -277,8 +277,8 @@ pub fn attitude_table(rate_hz: f64, wxyz: &[[f64; 4]]) -> Table {
     }
 }
 
-/// Coning about each axis at three positions, the paper's way; 5 Hz at 2.9° drifts 1.1 °/h. The turns between
-/// the positions show the scale errors, of which 1e-5 left unknown would be 1e-8 s² of a sum at this frequency.
+/// Coning about each axis at three positions, the paper's way; 5 Hz at 2.9° drifts 1.1 °/h. The rotations between the
+/// positions identify the scale errors, of which an unknown 1e-5 would be 1e-8 s² of a sum at this frequency.
 pub fn coning() -> Programme {
     let mut segments = vec![(Motion::Still, 4.0)];
     for axis in 0..3 {

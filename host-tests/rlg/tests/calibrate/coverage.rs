@@ -1,4 +1,4 @@
-//! The intervals hold the truth as often as they say.
+//! Coverage of the confidence intervals against their stated probability.
 
 use std::path::Path;
 
@@ -10,13 +10,14 @@ use crate::closed_form::{Against, Programme, TABLE_3, coning, make, spins};
 
 const SEEDS: u64 = 40;
 
-/// The same for the figures of `docs/measured.md`.
+/// Seeds for the figures of `docs/measured.md`.
 const SEEDS_IN_FULL: u64 = 200;
 
-/// The chance that a true rate of coverage shows up further away than this many binomial deviations is 1e-4.
+/// Bound on a coverage rate in binomial standard deviations: exceeded by chance with probability 1e-4.
 const CHANCE: f64 = 3.9;
 
-/// (value − truth)/std of every fixed combination over all seeds that `wanted` picks by its number of terms.
+/// Computes (value − truth)/std of every identifiable combination, selected by `wanted` from its number of terms, over all
+/// seeds.
 fn deviations(
     programme: fn() -> Programme,
     against: &(dyn Fn() -> Against + Sync),
@@ -59,7 +60,7 @@ fn of(calibration: &Calibration, terms: usize) -> Vec<f64> {
 }
 
 fn covers(what: &str, deviations: &[f64], expected: usize) {
-    // A seed whose noise looks three times worse than it is may leave a combination open, one in a hundred.
+    // A seed with noise estimated three times too large may leave a combination open, one in a hundred.
     assert!(
         deviations.len() * 100 >= expected * 99,
         "{what}: {} of {expected} are fixed",

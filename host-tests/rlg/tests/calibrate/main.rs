@@ -1,4 +1,4 @@
-//! `rlg calibrate` against recordings whose coefficients are known to these tests and to nothing they test.
+//! `rlg calibrate` on recordings whose coefficients are known to these tests only, not to the code under test.
 
 mod bench_recordings;
 mod closed_form;

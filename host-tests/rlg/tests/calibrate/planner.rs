@@ -1,4 +1,4 @@
-//! The planner: its programme stays within the limits, predicts what it gives, and fixes all six.
+//! The planner: its programme stays within the limits, its predictions hold, and it identifies all six.
 
 use std::fs;
 use std::path::Path;
@@ -19,7 +19,7 @@ const SIX_WITHIN: f64 = 0.05;
 
 const NAMES: [&str; 6] = ["xy", "xz", "yx", "yz", "zx", "zy"];
 
-/// The instrument of the Table 3 test.
+/// Returns the instrument of the Table 3 test.
 fn instrument() -> Model {
     let scenario = table_three::scenario("[[motion]]\nkind = \"still\"\nduration_s = 0.25\n");
     simulate(&scenario, 0, |_| {}).model
@@ -44,7 +44,7 @@ fn planned(text: &str) -> (Limits, Plan) {
     (limits, plan)
 }
 
-/// The planned scenario with the flexure of Table 3 concealed in it.
+/// Returns the planned scenario with the flexure of Table 3 concealed in it.
 fn with_table_3(plan: &Plan) -> Scenario {
     let values: String = NAMES
         .iter()
@@ -75,7 +75,7 @@ fn a_programme_stays_within_its_limits_and_its_time() {
         assert!(plan.entry.table_time_s <= limits.table_time_s);
         assert!(plan.entry.greatest_rate_rad_s <= limits.greatest_rate_rad_s);
         assert!(plan.entry.greatest_acceleration_rad_s2 <= limits.greatest_acceleration_rad_s2);
-        // A programme that leaves half of either limit unused could tell more.
+        // A programme that leaves half of either limit unused is not the most informative.
         assert!(
             plan.entry.greatest_acceleration_rad_s2 > 0.5 * limits.greatest_acceleration_rad_s2
         );
@@ -112,11 +112,11 @@ fn the_planned_programme_gives_all_six_of_table_three_in_the_time_of_the_coning_
     assert_eq!(outcome.calibration.effects[0].identifiable.len(), 9);
 }
 
-/// Twelve seeds of 90 s at 1 kHz: 72 deviations, whose rms a true prediction leaves at 1 ± 0.08.
+/// Twelve seeds of 90 s at 1 kHz: 72 normalised errors, with an rms of 1 ± 0.08 if the prediction holds.
 #[test]
 fn simulated_scatter_is_what_the_plan_predicts() {
     const SEEDS: u64 = 12;
-    /// Four standard deviations of the rms of 72 normal deviations.
+    /// Four standard deviations of the rms of 72 standard normal errors.
     const WITHIN: f64 = 0.33;
     let (_, plan) = planned(&limits_text(90.0, 1000.0));
     let scenario = with_table_3(&plan);
@@ -156,7 +156,7 @@ fn simulated_scatter_is_what_the_plan_predicts() {
         "scatter over prediction {rms:.3}, stated over predicted spread {stated:.3} ({count} values)"
     );
     assert!((rms - 1.0).abs() < WITHIN, "{rms}");
-    // The noise that is fitted is not the noise that was declared: a tenth on a spread.
+    // The fitted noise differs from the declared noise: 10 % of a standard deviation.
     assert!((stated - 1.0).abs() < 0.1, "{stated}");
 }
 

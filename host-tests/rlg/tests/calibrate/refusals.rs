@@ -1,4 +1,4 @@
-//! Recordings that no coefficient can come from: one sentence, exit code 2, nothing written.
+//! Recordings from which no coefficient can be estimated: one sentence, exit code 2, nothing written.
 
 use std::fs;
 use std::path::Path;
@@ -9,7 +9,7 @@ use rlg::recording::{Clock, Quantity};
 
 use crate::closed_form::{Against, Made, Motion, Programme, TABLE_3, coning, make, spins};
 
-/// The command refuses `made` with one line that holds all of `parts`.
+/// Checks that the command refuses `made` with one line that holds all of `parts`.
 fn is_refused(made: &[&Made], parts: &[&str]) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let model = folder.path().join("model.toml");

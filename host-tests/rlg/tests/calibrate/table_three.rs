@@ -1,5 +1,5 @@
-//! A simulated 0.8 nmile/h system with the coefficients of the paper's Table 3: dithered at 4 kHz, 0.8″ pulses,
-//! 0.0015 °/√h, bias, and scale and installation errors that its model does not know.
+//! A simulated 0.8 nmile/h system with the coefficients of the paper's Table 3: dithered at 4 kHz, 0.8″ pulses, 0.0015 °/√h,
+//! bias, and scale and installation errors unknown to its model.
 
 use std::path::Path;
 
@@ -15,7 +15,7 @@ use crate::closed_form::{TABLE_3, attitude_table};
 /// Issue: "the three sums within 2 % by the paper's coning programme".
 const SUMS_WITHIN: f64 = 0.02;
 
-/// The instrument of every scenario here; `motion` follows.
+/// Makes a scenario with the common instrument; `motion` follows.
 pub fn scenario(motion: &str) -> Scenario {
     let text = format!("{INSTRUMENT}\n{motion}\n{FLEXURE}");
     Scenario::parse(&text, Path::new("table-3.toml")).expect("a scenario")
@@ -58,8 +58,8 @@ zy = 7.6e-8
 /// Seconds of coning at each position.
 pub const CONING_S: f64 = 110.0;
 
-/// 15 Hz at 0.63°: 98 rad/s², 1.5 °/h. The paper does not print its amplitude. A turn to the next position
-/// follows; the turns show the scale errors, which an attitude cannot tell from flexure while it cones.
+/// 15 Hz at 0.63°: 98 rad/s², 1.5 °/h. The paper does not print its amplitude. A rotation to the next position follows; the
+/// rotations identify the scale errors, which attitudes do not distinguish from flexure during coning.
 fn coning(axis: &str) -> String {
     format!(
         "[[motion]]\nkind = \"still\"\nduration_s = 8.0\n\
@@ -69,7 +69,7 @@ fn coning(axis: &str) -> String {
     )
 }
 
-/// What a calibration starts from: biases, scale and installation as if nobody had measured them.
+/// Returns the initial model of a calibration: biases, scale and installation unmeasured.
 pub fn ignorant(model: &Model) -> Model {
     let mut model = model.clone();
     model.gyro.bias_rad_s = [0.0; 3];
@@ -78,7 +78,7 @@ pub fn ignorant(model: &Model) -> Model {
     model
 }
 
-/// The recording with attitude samples every two seconds in place of the rate reference.
+/// Replaces the rate reference of a recording by attitude samples every two seconds.
 fn with_attitude(mut recording: Recording, increments_rad: &[[f64; 3]]) -> Recording {
     for table in &mut recording.tables {
         table
@@ -137,7 +137,7 @@ fn sums_are_table_threes(outcome: &Outcome) {
     }
 }
 
-/// One recording, because a bias is the same while the instrument stays switched on.
+/// One recording, because the bias is constant while the instrument stays switched on.
 #[test]
 fn the_papers_coning_programme_gives_the_three_sums_by_rates_and_by_attitude() {
     let motion: String = ["x", "y", "z"].map(coning).concat();

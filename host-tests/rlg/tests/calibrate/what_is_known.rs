@@ -1,4 +1,4 @@
-//! What a calibration claims and what it does not.
+//! Identifiable and unidentifiable combinations of a calibration.
 
 use std::path::Path;
 
@@ -27,7 +27,7 @@ fn flexure(outcome: &Outcome) -> &ModelEffect {
         .expect("flexure in the model")
 }
 
-/// Attitude shows the mean drift alone; against rates, 34 s resolve nothing at twice the coning frequency.
+/// Attitudes determine the mean drift only; with rates, 34 s resolve nothing at twice the coning frequency.
 #[test]
 fn coning_gives_three_sums_and_says_that_the_differences_are_not_known() {
     for against in [Against::Rates, Against::Attitude(0.5, 5e-7)] {
@@ -68,16 +68,16 @@ fn spins_give_all_six_and_nothing_is_left_to_separate() {
     assert_eq!(calibration.effects[0].identifiable.len(), 9);
     assert!(calibration.not_identifiable.is_empty());
     assert!(flexure(&outcome).choice().is_none());
-    // Physics §3: spin-synchronous oscillation of all pairs has condition number 1; still and tapers cost a little.
+    // Physics §3: spin-synchronous oscillation of all pairs has condition number 1; still segments and tapers add a little.
     let condition = calibration.condition_number.expect("all directions known");
     assert!(condition < 1.5, "{condition}");
 }
 
-/// Coning to attitudes knows only sums: its condition number is some hundreds or more (physics §3: about 1000).
+/// Coning with attitudes determines sums only: its condition number is some hundreds or more (physics §3: about 1000).
 #[test]
 fn attitude_from_coning_alone_is_badly_conditioned_and_confuses_an_elastic_rate_with_flexure() {
     let mut made = make(&coning(), &TABLE_3, &Against::Attitude(0.5, 5e-7), 3);
-    // Only before and after: samples within the cone would show an elastic rate as such.
+    // Only before and after: samples within the cone would identify an elastic rate.
     let cones_s = [4.0..14.0, 16.0..26.0, 28.0..38.0];
     for channel in &mut made.recording.tables[1].channels {
         for (row, value) in channel.values.iter_mut().enumerate() {
@@ -106,7 +106,7 @@ fn attitude_from_coning_alone_is_badly_conditioned_and_confuses_an_elastic_rate_
         calibration.effects[0].indistinguishable_from,
         ["elastic_rate_by_jerk"]
     );
-    // Against rates a reversed spin separates the two; attitudes would have to be read many times a turn.
+    // With rates a reversed spin separates the two; attitudes would have to be sampled many times a revolution.
     let spun = make(&spins(), &TABLE_3, &Against::Rates, 3);
     let calibration = of(&[&spun]).expect("a calibration").calibration;
     assert!(calibration.effects[0].indistinguishable_from.is_empty());
@@ -124,8 +124,8 @@ fn two_recordings_know_more_than_either_and_their_information_adds() {
     let inverse = |matrix: nalgebra::DMatrix<f64>| matrix.try_inverse().expect("positive definite");
     let alone = inverse(covariance(&[&first])) + inverse(covariance(&[&second]));
     let together = inverse(covariance(&[&first, &second]));
-    // The prior (1e-6 s²) is counted twice on the left; beyond that the sum is exact but for the point at
-    // which attitudes are linearised, parts in 1e4.
+    // The prior (1e-6 s²) is counted twice on the left; otherwise the sum is exact but for the linearisation point of the
+    // attitudes, parts in 1e4.
     let apart = (&alone - &together).norm() / together.norm();
     assert!(apart < 2e-3, "{apart}");
 }
@@ -146,7 +146,7 @@ fn flexure_that_the_model_already_has_is_replaced_and_not_added_to() {
     assert_eq!(again.model.effects.len(), 1);
 }
 
-/// An effect of the model is predicted: what is fitted beside it is the rest.
+/// An effect of the model is predicted: the fit estimates the remainder.
 #[test]
 fn an_effect_that_the_model_has_is_no_part_of_what_is_fitted() {
     for against in [Against::Rates, Against::Attitude(2.0, 2e-7)] {
@@ -165,7 +165,7 @@ fn an_effect_that_the_model_has_is_no_part_of_what_is_fitted() {
             scale.expect("a scale error").value
         };
         let (without, with) = (fitted(&made.model), fitted(&known));
-        // The prior about the model moves by as much: a ten-thousandth of it here.
+        // The prior about the model shifts by as much: a ten-thousandth of it here.
         assert!((without - with - 2e-4).abs() < 2e-7, "{without:e} {with:e}");
     }
 }

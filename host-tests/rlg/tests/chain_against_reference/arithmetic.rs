@@ -1,11 +1,11 @@
-//! Both number systems against the reference on the same counts, 10 min.
+//! Both number systems compared with the reference on the same counts, 10 min.
 
 use crate::motion::{Both, Coning, Motion, Slew, Vibration};
 use crate::unit::{Firmware, Reference, Triad, angles_apart, as_built, drift_deg_h};
 use crate::{PERIOD_S, TEN_MINUTES};
 use trueaxis::{F32, Fixed, Parameters};
 
-/// Drift that arithmetic may add \[°/h\]: a hundredth of the best ring lasers' bias stability.
+/// Drift allowed for the arithmetic \[°/h\]: a hundredth of the best ring lasers' bias stability.
 pub const AGREEMENT_DEG_H: f64 = 1e-4;
 
 pub const EARTH: Slew = Slew([4.1e-5, -2.2e-5, 5.6e-5]);
@@ -39,7 +39,7 @@ fn assert_agree(name: &str, parameters: &Parameters, motion: &mut dyn Motion) {
 pub fn adapting() -> Parameters {
     as_built().with(|p| {
         p.adaptation_time_s = crate::strip::ADAPTATION_TIME_S;
-        // what the strip starts from is wrong by per cents, so that it has something to follow
+        // the strip's initial values are wrong by per cents, so that it has an error to track
         p.pickoff_gain = [0.97, 1.02, 0.99];
         p.pickoff_delay_s = [0.0; 3];
     })

@@ -1,4 +1,4 @@
-//! The paper's drift, and what the chain leaves of it, from slow coning to the dither's own frequencies.
+//! The paper's drift, and its residual after the chain, from slow coning to the dither's own frequencies.
 
 use crate::motion::{Coning, Motion};
 use crate::strip::ADAPTATION_TIME_S;
@@ -8,14 +8,14 @@ use nalgebra::Vector3;
 use rlg::reference::coning::Coning as ConingSum;
 use trueaxis::{CrossAxis, F32, Fixed, Parameters};
 
-/// Frequency \[Hz\] and half-angle \[°\] of the coning: the paper's bench motion; then 0.1° at 50 Hz, and what
-/// leaves some degrees per hour without passing 1100 rad/s² beyond.
+/// Frequency \[Hz\] and half-angle \[°\] of the coning: the paper's bench motion; then 0.1° at 50 Hz, and beyond that angles
+/// for a drift of some degrees per hour within 1100 rad/s².
 const MOTIONS: [(f64, f64); 4] = [(15.0, 0.367), (50.0, 0.1), (100.0, 0.05), (400.0, 0.01)];
 
-/// What may be left of the flexure's drift.
+/// Largest residual share of the flexure's drift.
 const LEFT: f64 = 0.003;
 
-/// Frequencies of gyro y's dither \[Hz\]: 4, 1 and 19 Hz beside the last motion. The others' are 29 and 39 Hz away.
+/// Frequencies of gyro y's dither \[Hz\]: 4, 1 and 19 Hz from the last motion. The others' are 29 and 39 Hz away.
 const DITHER_BESIDE_HZ: [f64; 3] = [403.9, 401.0, 418.9];
 
 #[test]
@@ -51,11 +51,11 @@ fn assert_left(name: &str, known: &Parameters, (frequency_hz, angle_deg): (f64, 
     let mut fixed = Firmware::<Fixed>::new(known);
     let mut runners: [&mut dyn Runner; 4] = [&mut before, &mut reference, &mut single, &mut fixed];
 
-    // the same summing for the truth, so that what differs is the gyros and not the coning sum
+    // the same summing for the truth, so that the difference is due to the gyros and not to the coning sum
     let mut truth = ConingSum::new(usize::from(known.samples_per_output));
     let mut triad = Triad::new(known, 3, TEN_MINUTES as f64 * PERIOD_S);
     let mut apart = [Vector3::zeros(); 4];
-    // The first output is left out: there the strip's second tap has one reading too few.
+    // The first output is left out: in it the strip's second tap has one sample too few.
     let first = usize::from(known.samples_per_output) - 1;
     for k in 0..TEN_MINUTES {
         let sample = triad.read(k, motion.sensed(k));
@@ -77,7 +77,7 @@ fn assert_left(name: &str, known: &Parameters, (frequency_hz, angle_deg): (f64, 
         -(TABLE_3_S2.xy + TABLE_3_S2.xz) * motion.omega().powi(3) * motion.angle_rad.sin().powi(2)
             / 2.0
             / DEG_H;
-    // pulses and pickoff leave 1e-3 °/h of the angle at the end
+    // pulses and pickoff contribute 1e-3 °/h to the angle at the end
     assert!(
         (drift[0] / expected - 1.0).abs() < LEFT,
         "{drift:?} {expected}"

@@ -1,4 +1,4 @@
-//! Lost samples: the counters ran on, so that no angle is lost with them.
+//! Lost samples: the counters keep counting, so that no angle is lost with them.
 
 use crate::arithmetic::{AGREEMENT_DEG_H, EARTH, adapting, bench_coning};
 use crate::motion::{Both, Motion, Slew};
@@ -12,7 +12,7 @@ use trueaxis::{F32, Fixed, Sample};
 
 const SAMPLES: usize = 40_000;
 
-/// Counters that run on: what a lost sample counted goes into the next one that arrives.
+/// Cumulative counters: counts of a lost sample are in the next one that arrives.
 #[derive(Default)]
 struct Counters {
     held: [i32; 3],
@@ -28,7 +28,7 @@ impl Counters {
     }
 }
 
-/// Losses of 1 to 40 periods, 1 to `most_between` apart; none in the first and the last hundred.
+/// Draws losses of 1 to 40 periods, 1 to `most_between` apart; none in the first and the last hundred.
 fn losses(seed: u64, samples: usize, most_between: usize) -> Vec<bool> {
     let mut rng = ChaCha8Rng::seed_from_u64(seed);
     let mut lost = vec![false; samples];
@@ -43,10 +43,10 @@ fn losses(seed: u64, samples: usize, most_between: usize) -> Vec<bool> {
 
 #[test]
 fn the_reference_keeps_the_angle_over_lost_samples() {
-    // fine pulses, so that nothing but the gaps is left to see
+    // fine pulses, so that only the errors of the gaps remain
     let known = as_built().with(|p| p.pulse_weight_rad = [2e-9; 3]);
     let mut triad = Triad::new(&known, 2, SAMPLES as f64 * PERIOD_S);
-    // a steady turn: nothing happens within a gap that could not be seen from its ends
+    // constant rate: the motion within a gap follows from its ends
     let rate = Vector3::new(0.3, -0.2, 0.4);
     let mut motion = Slew(rate.into());
     let samples: Vec<Sample> = (0..SAMPLES)
@@ -74,9 +74,9 @@ fn the_reference_keeps_the_angle_over_lost_samples() {
     let gaps = lost.windows(2).filter(|pair| pair[1] && !pair[0]).count();
     assert!(gaps > 200, "{gaps}");
     let apart = attitude[0].angle_to(&attitude[1]);
-    // At a gap's end the block's quarter turn is not known for one period: 2πFd A, 4e-5 rad at most, of angle
-    // that then goes. It is taken to have come evenly over the gap, half of which the case turned meanwhile.
-    // Gaps of 1 to 40 periods at random, one sigma; three are let pass.
+    // At a gap's end the block's quarter-period motion is unknown for one period: 2πFd A, at most 4e-5 rad of angle, which
+    // later cancels. It is taken as uniform over the gap, during half of which the case rotated. Gaps of 1 to 40 periods at
+    // random, one sigma; three are accepted.
     let unknown_rad = 4e-5 / 2.0_f64.sqrt();
     let half_gap_s = 0.5 * 24.0 * PERIOD_S;
     let bound_rad = 3.0 * unknown_rad * rate.norm() * half_gap_s * (gaps as f64).sqrt();
@@ -86,11 +86,10 @@ fn the_reference_keeps_the_angle_over_lost_samples() {
 
 #[test]
 fn ten_minutes_with_lost_samples_agree_with_the_reference() {
-    // Windows of 120 periods that a loss spoils are not learnt from: where the strip follows, losses leave
-    // most of them whole.
+    // The strip does not adapt on windows of 120 periods with a loss: if it adapts, losses leave most of them intact.
     for (name, known, most_between) in [("frozen", as_built(), 200), ("adapting", adapting(), 4000)]
     {
-        // Chain and reference leave out different parts of the flexure about a gap.
+        // Chain and reference omit different parts of the flexure around a gap.
         let known = known.with(|p| p.flexure_s2 = Default::default());
         let samples = TEN_MINUTES;
         let mut triad = Triad::new(&as_built(), 6, samples as f64 * PERIOD_S);

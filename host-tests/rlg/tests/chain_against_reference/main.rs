@@ -1,7 +1,6 @@
-//! The firmware's chain and its f64 reference over the same counts, and both against motions known in
-//! closed form.
+//! The firmware's chain and its f64 reference on the same counts, and both compared with motions in closed form.
 //!
-//! Rates below are means over the stretch named; 1 °/h = 4.848e-6 rad/s.
+//! Rates below are means over the named stretch; 1 °/h = 4.848e-6 rad/s.
 
 mod motion;
 mod unit;

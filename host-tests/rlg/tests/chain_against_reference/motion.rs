@@ -1,4 +1,4 @@
-//! Motions of the case as exact increments: what a gyro triad without errors would count.
+//! Motions of the case as exact increments: the counts of an error-free gyro triad.
 
 use crate::PERIOD_S;
 use nalgebra::Vector3;
@@ -6,7 +6,7 @@ use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use std::f64::consts::TAU;
 
-/// Increments of the case over period k \[rad\], body frame; with `flexure_s2` what flexed axes sense.
+/// Increments of the case over period k \[rad\], body frame; with `flexure_s2` those sensed by flexed axes.
 pub trait Motion {
     fn sensed(&mut self, k: usize) -> Vector3<f64>;
 }
@@ -49,7 +49,7 @@ impl Coning {
         let wave = (s1 * c1 - s0 * c0) / (2.0 * omega);
         let (sin2, cos2) = (0.5 * PERIOD_S - wave, 0.5 * PERIOD_S + wave);
         let squared = omega * (omega * side).powi(2);
-        // gyro x senses δ_xz ω_y − δ_xy ω_z more, and so on round; α_y = −Ω² sin φ cos Ωt, α_z likewise sin
+        // gyro x senses an additional δ_xz ω_y − δ_xy ω_z, and cyclically; α_y = −Ω² sin φ cos Ωt, α_z likewise sin
         Vector3::new(
             along - squared * (xz * sin2 + xy * cos2),
             y + yz * omega * along_rate * y,
@@ -64,11 +64,11 @@ impl Motion for Coning {
     }
 }
 
-/// Random angular vibration: tones of 5 to 500 Hz, about 5 °/s rms an axis. Each is on all axes, at random
-/// phases, so that it rectifies as coning does.
+/// Random angular vibration: tones of 5 to 500 Hz, about 5 °/s rms an axis. Each is on all axes, at random phases, so that
+/// it rectifies as coning does.
 #[derive(Debug, Clone)]
 pub struct Vibration {
-    /// Angle phasor now and its turn per period: cos, sin.
+    /// Current angle phasor and its rotation per period: cos, sin.
     tones: Vec<Tone>,
 }
 
@@ -122,7 +122,7 @@ impl Motion for Vibration {
     }
 }
 
-/// Two motions at once: their rates add.
+/// Sum of two motions: their rates add.
 pub struct Both<A, B>(pub A, pub B);
 
 impl<A: Motion, B: Motion> Motion for Both<A, B> {

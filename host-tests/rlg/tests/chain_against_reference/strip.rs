@@ -1,4 +1,4 @@
-//! The dither strip: a late pickoff, a wrong one that is followed, and what following adds.
+//! The dither strip: a late pickoff, its adaptation to a wrong one, and the error due to adaptation.
 
 use crate::motion::{Both, Coning, Motion, Slew};
 use crate::unit::{
@@ -11,13 +11,13 @@ use rlg::replay::calibration;
 use std::f64::consts::TAU;
 use trueaxis::{F32, Fixed, Parameters};
 
-/// Drift that following the pickoff may add \[°/h\].
+/// Drift allowed for the adaptation to the pickoff \[°/h\].
 const ADDED_DRIFT_DEG_H: f64 = 1e-4;
 
 /// The chain's documented choice \[s\].
 pub const ADAPTATION_TIME_S: f64 = 20.0;
 
-/// Share of the dither that may be left at its frequency.
+/// Largest residual share of the dither at its frequency.
 const RESIDUE: f64 = 1e-3;
 
 fn motion() -> Both<Slew, Coning> {
@@ -29,7 +29,7 @@ fn motion() -> Both<Slew, Coning> {
     Both(Slew([4.1e-5, -2.2e-5, 5.6e-5]), coning)
 }
 
-/// Started with a gain that is 5 % wrong, with a delay of 20 µs that is not known, and with both.
+/// Initial values with a gain wrong by 5 %, with an unknown delay of 20 µs, and with both.
 fn wrong() -> Parameters {
     let truth = as_built();
     let [x, y, z] = truth.pickoff_gain;
@@ -43,7 +43,7 @@ fn wrong() -> Parameters {
 
 #[test]
 fn the_reference_takes_a_late_pickoff_off_to_rounding_where_the_tone_is_pure() {
-    // What flexure takes off the first increment comes three periods later.
+    // The flexure's correction of the first increment comes three periods later.
     let known = as_built().with(|p| p.flexure_s2 = Default::default());
     let mut chain = ReferenceChain::new(&calibration(&known));
     let turn = |axis: usize, t: f64| DITHER_RAD[axis] * (TAU * DITHER_HZ[axis] * t).sin();
@@ -58,7 +58,7 @@ fn the_reference_takes_a_late_pickoff_off_to_rounding_where_the_tone_is_pure() {
             axes.map(|i| known.pickoff_gain[i] * (turn(i, end_s) - turn(i, end_s - PERIOD_S)));
         let case = chain.process(&sample).case_rad;
         sum += case;
-        // the first increment has one reading before it where the strip needs two
+        // the first increment has one sample before it, the strip needs two
         if k == 1 {
             first = case;
         }
@@ -67,11 +67,11 @@ fn the_reference_takes_a_late_pickoff_off_to_rounding_where_the_tone_is_pure() {
     // the bias goes through the installation matrix, 1e-3 of 5e-9 rad; the rest is rounding of 1e-3 rad
     let left = sum - first + bias;
     assert!(left.amax() < 1e-11, "{left}");
-    // and that first one is the quarter-turn tap, 2πFd/sin Ω, on one step of the pickoff
+    // and the first one is the quarter-period tap, 2πFd/sin Ω, on one step of the pickoff
     assert!(first.amax() < 0.1 * DITHER_RAD[2], "{first}");
 }
 
-/// rms over quarter seconds of what is left of each block's angle, over the block's amplitude.
+/// Computes the rms over quarter seconds of each block's residual angle, relative to the block's amplitude.
 fn residue(runner: &mut dyn Runner) -> Vector3<f64> {
     const BLOCK: usize = 1000;
     let (from, to) = (40_000, 80_000);
@@ -119,7 +119,7 @@ fn a_wrong_gain_and_an_unknown_delay_leave_a_thousandth_of_the_dither_after_ten_
     let frozen = wrong.with(|p| p.adaptation_time_s = 0.0);
     let before = residue(&mut Reference::new(&frozen));
     println!("frozen: {:.2e} {:.2e} {:.2e}", before.x, before.y, before.z);
-    // 5 %, 2π 404 Hz 20 µs, and 5 % with 2π 439 Hz 20 µs: what there is to follow
+    // initial errors: 5 %, 2π 404 Hz 20 µs, and 5 % with 2π 439 Hz 20 µs
     assert!(before.iter().all(|share| (0.045..0.08).contains(share)));
     let runners: [&mut dyn Runner; 3] = [
         &mut Reference::new(&wrong),
@@ -143,14 +143,13 @@ fn following_the_pickoff_adds_no_drift_in_ten_minutes() {
         &mut Firmware::<F32>::new(&wrong()),
         &mut Firmware::<Fixed>::new(&wrong()),
     ];
-    // the angle wanders by 5e-4 of the dither as long as it is followed: a mean over 10 s at both ends shows
-    // the drift and not the wander
+    // during adaptation the angle varies by 5e-4 of the dither: a mean over 10 s at both ends isolates the drift
     const MEAN: usize = 40_000;
     let (early, late) = (MEAN..2 * MEAN, TEN_MINUTES - MEAN..TEN_MINUTES);
     let mut triad = Triad::new(&frozen_at_truth, 5, TEN_MINUTES as f64 * PERIOD_S);
     let mut motion = motion();
-    // attitudes, not sums of rotation vectors: of what is left at the dither, coning makes an area within
-    // output periods that the next rotation takes back, and a sum would keep it as a random walk
+    // attitudes, not sums of rotation vectors: coning of the residual dither encloses an area within output periods that the
+    // next rotation cancels, and a sum would keep it as a random walk
     let mut true_attitude = UnitQuaternion::identity();
     let mut attitude = [UnitQuaternion::identity(); 3];
     let mut means = [[Vector3::<f64>::zeros(); 2]; 3];
@@ -167,7 +166,7 @@ fn following_the_pickoff_adds_no_drift_in_ten_minutes() {
         for (i, runner) in runners.iter_mut().enumerate() {
             let rotation = runner.take(&sample).expect("frames at the same samples");
             attitude[i] *= UnitQuaternion::from_scaled_axis(rotation);
-            // seen from where both began
+            // in the axes of the common initial attitude
             let apart = (attitude[i] * true_attitude.inverse()).scaled_axis();
             for (mean, range) in means[i].iter_mut().zip([&early, &late]) {
                 if range.contains(&k) {

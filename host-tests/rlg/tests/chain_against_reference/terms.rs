@@ -1,8 +1,8 @@
-//! Optional terms, each alone and all together, against the reference that is written from the equations.
+//! Optional terms, each alone and all together, compared with the reference written from the equations.
 //!
-//! A dithered triad rocks in a vibration and warms up, and loses samples now and then. Both implementations take the same
-//! counts; what is compared is the angle and the velocity that they sum up, so that whatever one of them forgets or
-//! doubles at a gap shows.
+//! A dithered triad rocks in a vibration, warms up, and loses samples now and then. Both implementations take the same
+//! counts; the accumulated angle and velocity are compared, so that an omission or a double count of one of them at a gap is
+//! detected.
 
 use nalgebra::Vector3;
 use rand::{RngExt, SeedableRng};
@@ -104,7 +104,7 @@ fn parameters(records: &[(TermKind, &[f64])]) -> Parameters {
     })
 }
 
-/// Rates of the case \[rad/s\] and its forces \[m/s^2\]: a turn that keeps its sign, and a rocking about all axes.
+/// Rates of the case \[rad/s\] and its forces \[m/s^2\]: a rotation of constant sense, and a rocking about all axes.
 fn motion(t: f64) -> ([f64; 3], [f64; 3]) {
     let tone = |hz: f64, phase: f64| (std::f64::consts::TAU * hz * t + phase).sin();
     (
@@ -129,7 +129,7 @@ fn slow(t: f64) -> SlowReadings {
     }
 }
 
-/// The largest angle \[rad\] and velocity \[m/s\] at any output by which the core is apart from the reference, each with
+/// Computes the largest difference of angle \[rad\] and velocity \[m/s\] between core and reference at any output, each with
 /// its own parameters.
 fn apart<N: NumberSystem>(known: &Parameters, of_reference: &Parameters, lossy: bool) -> [f64; 2] {
     let chain = Chain::<N, AllTerms<N>>::with_terms(known).expect("in range");
@@ -191,13 +191,13 @@ fn apart<N: NumberSystem>(known: &Parameters, of_reference: &Parameters, lossy: 
     most
 }
 
-/// `()`, each kind alone, all kinds. What the core is apart from the reference beyond what both are without terms, over
-/// what the reference's terms correct.
+/// Tests `()`, each kind alone, all kinds: the difference between core and reference in excess of that without terms,
+/// relative to the correction by the reference's terms.
 fn agree<N: NumberSystem>(lossy: bool, cases: &[Case]) {
     let none = parameters(&[]);
     let bare = apart::<N>(&none, &none, lossy);
     println!("{}: none: {bare:?} rad, m/s", N::NAME);
-    // Fixed point rounds a tilt down, by 3e-11 rad in the mean; a gyro has two, at up to 1.1 rad/s.
+    // Fixed point rounds a tilt down, by 3e-11 rad on average; a gyro has two, at up to 1.1 rad/s.
     let duration_s = SAMPLES as f64 * PERIOD_S;
     let rounded = if N::NAME == "fixed" {
         2.0 * 3e-11 * 1.1 * duration_s

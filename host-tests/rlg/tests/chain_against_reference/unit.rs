@@ -1,4 +1,4 @@
-//! A dithered triad as built, its counts, and chains that take them.
+//! A dithered triad as built, its counts, and chains that process them.
 
 use crate::motion::Motion;
 use crate::{DEG_H, PERIOD_S};
@@ -27,10 +27,10 @@ pub const TABLE_3_S2: CrossAxis<f64> = CrossAxis {
 pub const DITHER_HZ: [f64; 3] = [371.3, 403.9, 438.7];
 pub const DITHER_RAD: [f64; 3] = [7.3e-4, 7.0e-4, 7.5e-4];
 
-/// rms deviation of the amplitude over its mean: the randomisation that keeps lock-in away.
+/// Relative rms deviation of the amplitude: the randomisation that prevents lock-in.
 const DITHER_SPREAD: f64 = 0.1;
 
-/// Pulses of 0.8″, bias, scale, installation, gains, a pickoff that is late, the paper's flexure.
+/// Parameters: pulses of 0.8″, bias, scale, installation, gains, a late pickoff, the paper's flexure.
 pub fn as_built() -> Parameters {
     Parameters::default().with(|p| {
         p.pulse_weight_rad = [3.878e-6, 3.913e-6, 3.851e-6];
@@ -45,7 +45,7 @@ pub fn as_built() -> Parameters {
             zy: 8.8e-4,
         };
         p.flexure_s2 = TABLE_3_S2;
-        // As the blocks of the triad that is read.
+        // As for the blocks of the simulated triad.
         p.flexure_response = FlexureResponse::Static;
         p.pickoff_gain = [1.013, 0.991, 1.004];
         p.pickoff_delay_s = [11e-6, -7e-6, 20e-6];
@@ -55,7 +55,7 @@ pub fn as_built() -> Parameters {
     })
 }
 
-/// The readings of a triad whose errors are exactly those of its parameters.
+/// Triad with exactly the errors of its parameters.
 pub struct Triad {
     known: Parameters,
     sensing_from_case: Matrix3<f64>,
@@ -87,13 +87,13 @@ impl Triad {
         }
     }
 
-    /// The blocks' angles at the end of period k \[rad\].
+    /// Returns the blocks' angles at the end of period k \[rad\].
     pub fn block_rad(&self, k: usize) -> Vector3<f64> {
         let end_s = (k + 1) as f64 * PERIOD_S;
         Vector3::from_fn(|i, _| self.blocks[i].angle_rad(end_s))
     }
 
-    /// Period k, over which the axes would sense `case_rad` if they stood true.
+    /// Reads period k, over which ideally aligned axes would sense `case_rad`.
     pub fn read(&mut self, k: usize, case_rad: Vector3<f64>) -> Sample {
         let known = &self.known;
         let end_s = (k + 1) as f64 * PERIOD_S;
@@ -116,7 +116,7 @@ impl Triad {
     }
 }
 
-/// The sample as the reference takes it.
+/// Returns the sample in the reference's form.
 pub fn reading(known: &Parameters, sample: &Sample) -> Reading {
     let axes = [0, 1, 2];
     Reading {
@@ -132,9 +132,9 @@ pub fn reading(known: &Parameters, sample: &Sample) -> Reading {
 /// One implementation over a stream, and the sum of its rotation vectors.
 pub trait Runner {
     fn name(&self) -> &'static str;
-    /// The output period's rotation vector \[rad\] where this sample ends one.
+    /// Returns the output period's rotation vector \[rad\] if this sample ends one.
     fn take(&mut self, sample: &Sample) -> Option<Vector3<f64>>;
-    /// The same where one more period's sample did not come.
+    /// Does the same for one more period with a lost sample.
     fn lose(&mut self) -> Option<Vector3<f64>>;
 }
 
@@ -196,7 +196,7 @@ impl Runner for Reference {
     }
 }
 
-/// Angles that several implementations reach over one stream, less the first one's.
+/// Computes the angles of several implementations over one stream, less the first one's.
 pub fn angles_apart(
     runners: &mut [&mut dyn Runner],
     triad: &mut Triad,
@@ -218,7 +218,7 @@ pub fn angles_apart(
     apart
 }
 
-/// The largest component as a drift over `samples` \[°/h\].
+/// Computes the largest component as a drift over `samples` \[°/h\].
 pub fn drift_deg_h(angle_rad: &Vector3<f64>, samples: usize) -> f64 {
     angle_rad.amax() / (samples as f64 * PERIOD_S) / DEG_H
 }

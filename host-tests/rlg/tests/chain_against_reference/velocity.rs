@@ -1,7 +1,7 @@
-//! Accelerometers through replay: the velocity of a body that cones, with forces known in closed form.
+//! Accelerometers through replay: the velocity of a coning body, with forces in closed form.
 //!
-//! The simulator has no accelerometers; the recording is written here. Truth: the force in the navigation
-//! frame is f_n = (a sin Ωt, b cos Ωt, g), whose integral is exact; C(t) is that of the coning.
+//! The recording is computed here from formulas, without the simulator. Truth: the force in the navigation frame is f_n = (a
+//! sin Ωt, b cos Ωt, g), whose integral is exact; C(t) is that of the coning.
 
 use crate::PERIOD_S;
 use crate::motion::Coning;
@@ -21,7 +21,7 @@ const SAMPLES: usize = 40_000;
 const SWAY_M_S2: [f64; 2] = [5.0, 8.0];
 const GRAVITY_M_S2: f64 = 9.8;
 
-/// Row i: where accelerometer i sits \[m\].
+/// Row i: position of accelerometer i \[m\].
 const ARMS_M: [[f64; 3]; 3] = [
     [0.05, -0.02, 0.03],
     [-0.04, 0.06, 0.01],
@@ -72,7 +72,7 @@ fn velocity_n(t: f64) -> Vector3<f64> {
     )
 }
 
-/// What the three accelerometers read at t, by the contract's words.
+/// Computes the specific force sensed by the three accelerometers at t, by the contract's definition.
 fn force_read(t: f64, with_arms: bool) -> Vector3<f64> {
     let omega = coning().omega();
     let (sin, cos) = (omega * t).sin_cos();
@@ -188,7 +188,7 @@ fn input(recording: &Recording, model: &Model) -> ReplayInput {
     samples_from_recording(recording, model, Path::new("model.toml"), Setup::STANDARD).unwrap()
 }
 
-/// Mean error of the velocity in the navigation frame \[m/s²\], from the second output period on.
+/// Computes the mean error of the velocity in the navigation frame \[m/s²\], from the second output period on.
 fn error_m_s2(velocities_m_s: &[[f64; 3]]) -> Vector3<f64> {
     let period_s = f64::from(Setup::STANDARD.samples_per_output) * PERIOD_S;
     let mut sum = Vector3::zeros();
@@ -243,8 +243,8 @@ fn replay_takes_the_size_effect_off() {
         );
         // Levers of 5 cm under 172 rad/s² and 0.55 rad/s: 0.01 m/s² that do not average out.
         assert!(before.norm() > 5e-3, "{before}");
-        // The reference's α̂ is tuned for its product with ω and stands 0.19 ΩT = 1.5 % of itself aside; what it
-        // leaves meets the tilt of the force in the same way as what it takes. The firmware needs no α.
+        // The reference's α̂ is tuned for its product with ω and is in error by 0.19 ΩT = 1.5 %; the residual adds to the
+        // tilt of the force in the same way as the correction. The firmware needs no α.
         assert!(after.norm() < 0.02 * before.norm(), "{core:?}: {after}");
     }
 }

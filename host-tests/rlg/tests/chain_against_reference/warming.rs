@@ -1,4 +1,4 @@
-//! Temperature and derivative as a replay reads them, against those of a unit that warms exponentially.
+//! Temperature and derivative as computed by a replay, compared with those of a unit that warms exponentially.
 
 use rlg::replay::warming::Warming;
 
@@ -6,7 +6,7 @@ const RISE_K: f64 = 12.0;
 const TIME_CONSTANT_S: f64 = 30.0;
 const NOISE_K: f64 = 0.005;
 
-/// Readings ten times a second for a minute; noise uniform, of rms `noise_k`.
+/// Samples ten times a second for a minute; noise uniform, of rms `noise_k`.
 fn readings(noise_k: f64) -> Vec<(f64, f64)> {
     let mut state = 1u64;
     (1..=600)
@@ -29,7 +29,7 @@ fn truth(time_s: f64) -> [f64; 2] {
     ]
 }
 
-/// Errors of T and dT/dt 50 ms after each reading from `from_s` on.
+/// Computes the errors of T and dT/dt 50 ms after each sample from `from_s` on.
 fn errors(readings: &[(f64, f64)], from_s: f64) -> Vec<[f64; 2]> {
     let mut warming = Warming::default();
     let mut errors = Vec::new();
@@ -46,7 +46,7 @@ fn errors(readings: &[(f64, f64)], from_s: f64) -> Vec<[f64; 2]> {
 
 #[test]
 fn an_exponential_is_followed_without_lag() {
-    // What a parabola over h = 10 s lacks at its end: of dT/dt h²/(10 τ²) = 1.1 %, of T h³/(120 τ³) of the rise.
+    // Truncation error of a parabola over h = 10 s at its end: of dT/dt h²/(10 τ²) = 1.1 %, of T h³/(120 τ³) of the rise.
     let errors = errors(&readings(0.0), 10.0);
     for [kelvin, rate_k_s] in errors {
         assert!(
@@ -68,7 +68,7 @@ fn noise_is_averaged_as_least_squares_do() {
             .map(|(a, b)| (a[of] - b[of]).powi(2));
         (squares.sum::<f64>() / with.len() as f64).sqrt()
     };
-    // 3 σ/√n and √192 σ/(h √n); some five independent stretches of 10 s leave the rms uncertain by a third.
+    // 3 σ/√n and √192 σ/(h √n); some five independent stretches of 10 s determine the rms within a third.
     let expected = [3.0 * NOISE_K / 10.0, 192f64.sqrt() * NOISE_K / 100.0];
     for (of, expected) in expected.into_iter().enumerate() {
         let ratio = rms(of) / expected;
@@ -84,7 +84,7 @@ fn a_thermometer_that_stops_is_not_extrapolated() {
     let due = warming.at(30.1);
     assert_eq!(warming.at(1000.0), warming.at(31.0));
     assert!((due[0] - truth(30.1)[0]).abs() < 0.005);
-    // One reading tells no derivative; two at one instant neither.
+    // One sample determines no derivative; two at one instant neither.
     let mut warming = Warming::default();
     assert_eq!(warming.at(1.0), [0.0; 2]);
     warming.take(&[(1.0, 300.0), (1.0, 301.0)]);

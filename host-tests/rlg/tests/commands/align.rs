@@ -1,5 +1,5 @@
-//! `rlg align`: two instruments, whatever their physics; against what was planted, and on the shared recordings against what
-//! an outside analysis found.
+//! `rlg align`: two instruments, whatever their physics; compared with the planted values, and on the shared recordings with
+//! an outside analysis.
 
 use std::ffi::OsStr;
 use std::fs;
@@ -9,7 +9,7 @@ use std::process::Output;
 use assert_cmd::Command;
 use serde_json::Value;
 
-/// Kinds that may be told of an alignment, faults of the data aside.
+/// Kinds that an alignment may report, faults of the data aside.
 const REGISTRATION: [&str; 11] = [
     "gyro_bias",
     "reference_misalignment",
@@ -34,7 +34,7 @@ fn said(output: &Output) -> String {
     format!("{out}{error}")
 }
 
-/// The JSON of an alignment under the model beside a recording.
+/// Runs an alignment with the model in a recording's folder and returns its JSON.
 fn aligned(recording: &Path) -> Value {
     let model = recording.join("model.toml");
     let [align, json, quiet, option] = ["align", "--json", "-q", "--model"].map(OsStr::new);
@@ -59,7 +59,7 @@ fn entries<'a>(aligned: &'a Value, list: &str) -> &'a Vec<Value> {
 /// A number of the registration: name, value, σ.
 type Number = (String, f64, f64);
 
-/// The registration's numbers of a kind, and whether they are supported.
+/// Returns the registration's numbers of a kind, and true if they are supported.
 fn registered(aligned: &Value, kind: &str) -> Option<(Vec<Number>, bool)> {
     let mut all = entries(aligned, "registration").iter();
     let entry = all.find(|one| one["kind"] == kind)?;
@@ -72,7 +72,7 @@ fn registered(aligned: &Value, kind: &str) -> Option<(Vec<Number>, bool)> {
     Some((numbers, entry["supported"] == true))
 }
 
-/// Draws recordings and keeps them; the truth of each with its folder.
+/// Draws recordings and keeps them; returns each folder with its truth.
 fn drawn(folder: &Path, options: &[&str]) -> Vec<(PathBuf, Value)> {
     let [kept, out] = ["kept", "out"].map(|name| folder.join(name));
     let fixed = [
@@ -104,7 +104,7 @@ fn drawn(folder: &Path, options: &[&str]) -> Vec<(PathBuf, Value)> {
     trials.into_iter().map(truth).collect()
 }
 
-/// Names of what is no registration and no fault of the reference or the data.
+/// Lists the kinds found that are no registration and no fault of the reference or the data.
 fn physics(aligned: &Value) -> Vec<String> {
     let kinds = entries(aligned, "effects").iter();
     let kinds = kinds.map(|one| one["kind"].as_str().expect("a kind").to_owned());
@@ -122,7 +122,7 @@ fn physics(aligned: &Value) -> Vec<String> {
         .collect()
 }
 
-/// Whether every number of what was planted is told within 4 σ: 1 of 16 000 is beyond by chance.
+/// Checks that every planted number is estimated within 4 σ: 1 of 16 000 is beyond by chance.
 fn is_told(aligned: &Value, truth: &Value) {
     let planted = &entries(truth, "effects")[0];
     let kind = planted["kind"].as_str().expect("a kind");
@@ -155,7 +155,7 @@ fn what_is_planted_beside_attitudes_is_told_and_physics_never_is() {
         let aligned = aligned(&recording);
         assert_eq!(physics(&aligned), [""; 0], "{}", recording.display());
         assert_eq!(entries(&aligned, "registration").len(), 8);
-        // On a cone a delay is a turn about the cone's axis.
+        // On a cone a delay is equivalent to a rotation about the cone's axis.
         let is_cone = truth["conditions"][0] == "motion coning";
         let mut own = ["gyro_bias", "gyro_scale", "reference_delay"].iter();
         if own.any(|kind| truth["planted"] == *kind) && !is_cone {
@@ -175,7 +175,7 @@ fn what_is_planted_beside_rates_is_told_and_the_written_model_leaves_nothing_of_
         let found = aligned(&recording);
         assert_eq!(physics(&found), [""; 0], "{}", recording.display());
         let kind = &entries(&truth, "effects")[0]["kind"];
-        // A delay that all gyros share has two names.
+        // A delay common to all gyros has two names.
         if kind == "gyro_bias" || kind == "gyro_scale" {
             is_told(&found, &truth);
             told += 1;
@@ -256,7 +256,7 @@ fn two_real_recordings_are_aligned_as_an_outside_analysis_has_it() {
         assert!(output.status.success(), "{}", said(&output));
         aligned(&out)
     };
-    // The fit of what is supported alone, as the terminal says it.
+    // The fit of the supported groups alone, as printed on the terminal.
     let told = |aligned: &Value, kind: &str, name: &str| -> (f64, f64) {
         let mut effects = entries(aligned, "effects").iter();
         let effect = effects.find(|one| one["kind"] == kind).expect("supported");

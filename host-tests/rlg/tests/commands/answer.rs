@@ -1,7 +1,7 @@
-//! The answer of `rlg diagnose`: what stands on which stream, how long it is, how it ends.
+//! The answer of `rlg diagnose`: its distribution over the streams, its length, its exit code.
 //!
-//! Recordings are made here from formulas; where `RLG_RECORDINGS` names the folder of the shared ones, those in `outside`
-//! are diagnosed too.
+//! Recordings are made here from formulas; if `RLG_RECORDINGS` names the folder of the shared ones, those in `outside` are
+//! diagnosed, too.
 
 use std::fmt::Write as _;
 use std::fs;
@@ -10,7 +10,7 @@ use std::process::{Command, Output, Stdio};
 
 use serde_json::Value;
 
-/// Lines of an answer, with the one that says where the page is.
+/// Lines of an answer, including the line with the page's path.
 const MOST_LINES: usize = 15;
 
 /// Rows per second [Hz].
@@ -23,7 +23,7 @@ pub(super) fn recording(folder: &Path, scale: f64) -> PathBuf {
     let mut rows = String::from("gx,gy,gz,rx,ry,rz\n");
     let mut state = 7_u64;
     let mut noise = || {
-        // Six uniform numbers are near enough to a normal one.
+        // The sum of six uniform numbers is approximately normal.
         let sum: f64 = (0..6)
             .map(|_| {
                 state = state
@@ -111,7 +111,7 @@ fn the_whole_answer_stands_on_standard_output_and_nothing_beside_it() {
     assert!(!said.contains('…'), "nothing is cut: {said}");
 }
 
-/// The number before and the one behind "±".
+/// Returns the number before and the one behind "±".
 fn pair(line: &str) -> (f64, f64) {
     let (before, after) = line.split_once(" ± ").expect("a pair");
     let number = |word: Option<&str>| -> f64 {
@@ -134,7 +134,7 @@ fn json_alone_stands_on_standard_output_and_holds_what_the_file_holds() {
     let written: Value = serde_json::from_slice(&file).expect("JSON");
     assert_eq!(printed, written);
     assert_eq!(printed["verdict"], "explained");
-    // Without -q the words are there too, on the other stream.
+    // Without -q the words are printed, too, on the other stream.
     let output = rlg(&["diagnose", "--json"], &[&bench]);
     assert!(text(&output.stderr).contains("gyro scale x"));
     assert!(serde_json::from_slice::<Value>(&output.stdout).is_ok());

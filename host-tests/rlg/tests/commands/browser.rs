@@ -1,5 +1,4 @@
-//! Drives a headless Chromium over its DevTools protocol, through the pipe that it offers beside the socket: JSON, each
-//! message ended by a zero byte.
+//! Drives a headless Chromium over its DevTools protocol, through its pipe: JSON, each message ended by a zero byte.
 
 use std::io::{BufRead, BufReader, Write as _};
 use std::path::Path;
@@ -8,10 +7,10 @@ use std::process::{Child, ChildStdin, ChildStdout, Command, Stdio};
 use serde_json::{Value, json};
 use tempfile::TempDir;
 
-/// Programs that are this browser, the smallest first.
+/// Names of this browser's programs, the smallest first.
 const PROGRAMS: [&str; 3] = ["chromium-headless-shell", "chromium", "google-chrome"];
 
-/// The first of them that is installed.
+/// Returns the first of them that is installed.
 fn program() -> &'static str {
     let starts = |program: &&str| {
         let mut version = Command::new(program);
@@ -32,9 +31,9 @@ pub struct Browser {
     from: BufReader<ChildStdout>,
     session: String,
     last_id: u64,
-    /// What the browser reported by itself, in order.
+    /// Events reported by the browser, in order.
     pub events: Vec<Value>,
-    /// Its profile, and where it saves files.
+    /// Folder of its profile and of saved files.
     folder: TempDir,
 }
 
@@ -42,7 +41,7 @@ impl Browser {
     /// Starts it with an empty page of `width` by 900 pixels.
     pub fn start(width: u32) -> Self {
         let folder = tempfile::tempdir().expect("a temporary folder");
-        // The protocol's pipe is on descriptors 3 and 4, which a shell can make of the usual two.
+        // The protocol's pipe is on descriptors 3 and 4, to which a shell can redirect the usual two.
         let mut child = Command::new("sh")
             .args(["-c", "exec \"$0\" \"$@\" 3<&0 4>&1 1>&2", program()])
             .args([
@@ -83,7 +82,7 @@ impl Browser {
         browser
     }
 
-    /// Where it saves files.
+    /// Returns the folder of saved files.
     pub fn folder(&self) -> &Path {
         self.folder.path()
     }
@@ -133,7 +132,7 @@ impl Browser {
         }
     }
 
-    /// The value of a JavaScript expression, as JSON.
+    /// Returns the value of a JavaScript expression, as JSON.
     pub fn value(&mut self, expression: &str) -> Value {
         let wanted =
             json!({ "expression": expression, "returnByValue": true, "awaitPromise": true });
@@ -163,7 +162,7 @@ impl Browser {
         }
     }
 
-    /// Everything that the page complained of since it was opened.
+    /// Returns all warnings and errors of the page since it was opened.
     pub fn complaints(&self) -> Vec<String> {
         let is_bad = |event: &&Value| match event["method"].as_str() {
             Some("Runtime.exceptionThrown") => true,

@@ -1,5 +1,5 @@
-//! A short challenge: commitments come first, shards give the bytes of the whole, and scores are of what was said.
-//! Recordings with a truth file, as others bring them, are scored the same way.
+//! A short challenge: commitments come first, shards give the bytes of the whole, and findings are scored. Recordings of
+//! others with a truth file are scored the same way.
 
 use std::fs;
 use std::path::Path;
@@ -10,7 +10,7 @@ use assert_cmd::Command;
 /// Four trials: an effect-free record, one effect, and both again.
 const SHORT: [&str; 6] = ["--trials", "4", "--families", "null,single", "--seed", "5"];
 
-/// What a challenge leaves.
+/// Files written by a challenge.
 const FILES: [&str; 5] = [
     "commitments.txt",
     "answers.jsonl",
@@ -97,7 +97,7 @@ fn shards_and_threads_give_the_bytes_of_the_whole_and_a_changed_answer_is_notice
     assert!(!at.join("twice").exists(), "nothing half written");
 }
 
-/// The last trial of `whole` by itself, and the recording that is kept of it.
+/// The last trial of `whole` by itself, and its kept recording.
 fn a_trial_repeated_alone_is_the_same_trial(at: &Path) {
     challenge(at, &["--out", "one", "--trial", "3"]);
     for file in ["answers.jsonl", "outcomes.jsonl", "commitments.txt"] {
@@ -105,7 +105,7 @@ fn a_trial_repeated_alone_is_the_same_trial(at: &Path) {
             .map(|name| fs::read_to_string(at.join(name).join(file)).expect("written"));
         assert_eq!(all.lines().nth(3), one.lines().next(), "{file}");
     }
-    // What was kept of it is the recording that was diagnosed.
+    // The kept recording is the diagnosed one.
     let recording = at.join("one/recording");
     let said = Command::cargo_bin("rlg")
         .expect("the binary")
@@ -125,7 +125,7 @@ fn a_trial_repeated_alone_is_the_same_trial(at: &Path) {
     assert_eq!(count(&said["effects"]), count(&trial["findings"]));
 }
 
-/// A triad on a table with a bias of 1 deg/h on gyro y that its model does not have.
+/// A triad on a table with a bias of 1 deg/h on gyro y that its model lacks.
 const BIASED: &str = r#"
 format = 1
 name = "biased"
@@ -205,7 +205,7 @@ fn a_recording_of_others_is_committed_to_and_scored_against_its_truth() {
         "{y}"
     );
 
-    // A truth that holds something else makes the same recording's score wrong.
+    // With another truth the same recording's score is wrong.
     fs::write(at.join("biased.truth.json"), r#"{"effects": []}"#).expect("writable");
     let output = rlg(at, &[&given[..], &["otherwise"]].concat());
     assert!(
@@ -319,7 +319,7 @@ fn exported_trials_hold_no_answer_and_answers_to_them_are_judged_as_ours_are() {
     marks(&["--out", "judged", "--judge", "answers"]);
     let outcomes = |of: &str| fs::read(at.join(of).join("outcomes.jsonl")).expect("outcomes");
     assert!(outcomes("ours") == outcomes("judged"));
-    // Without an answer nothing is said of a trial; the others count.
+    // A trial without an answer is not scored; the others count.
     fs::remove_dir_all(at.join("answers").join(&trials[0])).expect("removed");
     marks(&["--out", "half", "--judge", "answers"]);
     let half = String::from_utf8(outcomes("half")).expect("text");

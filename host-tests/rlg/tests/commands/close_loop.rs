@@ -1,4 +1,4 @@
-//! `rlg close-loop`: one cheap kind, and a kind that there is not.
+//! `rlg close-loop`: one cheap kind, and an unknown kind.
 
 use assert_cmd::Command;
 use serde_json::Value;

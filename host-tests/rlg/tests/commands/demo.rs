@@ -1,4 +1,4 @@
-//! `rlg demo`: the whole story, shortened.
+//! `rlg demo`: the whole sequence, shortened.
 
 use std::path::Path;
 
@@ -6,25 +6,26 @@ use assert_cmd::Command;
 use serde_json::Value;
 use trueaxis::Parameters;
 
-/// Seconds of recording: a third of the demo's own. Each gyro still cones for seven, in which its random walk
-/// gives a mean a standard deviation of 0.05 °/h, a twenty-eighth of the drift that the flexure causes.
+/// Seconds of recording: a third of the demo's own. Each gyro still cones for seven, in which its random walk gives a mean a
+/// standard deviation of 0.05 °/h, a twenty-eighth of the drift due to the flexure.
 const SECONDS: &str = "24";
 
-/// What the project promises of a found effect in the firmware's model.
+/// Smallest reduction of the drift by a found effect in the firmware's model, as stated by the project.
 const LEAST_TIMES_LESS: f64 = 10.0;
 
-/// Least drift to begin with \[°/h\]: (K_xy + K_xz)Ω³φ²/2 = 1.5 °/h at 15 Hz and 0.63°, less the tapers'
-/// share of a shortened segment (a fifth) and four standard deviations of the random walk.
+/// Smallest initial drift \[°/h\]: (K_xy + K_xz)Ω³φ²/2 = 1.5 °/h at 15 Hz and 0.63°, less the tapers' share of a shortened
+/// segment (a fifth) and four standard deviations of the random walk.
 const LEAST_BEFORE_DEG_H: f64 = 1.0;
 
-/// Both number systems stay this close to the f64 reference chain \[°/h\].
+/// Largest difference of both number systems from the f64 reference chain \[°/h\].
 const LARGEST_AGAINST_REFERENCE_DEG_H: f64 = 1e-3;
 
-/// Found and concealed combinations may differ by this many standard deviations: three combinations, 1 in
-/// 5000 by chance.
+/// Largest difference between found and concealed combinations in standard deviations: three combinations, 1 in 5000 by
+/// chance.
 const LARGEST_DEVIATIONS: f64 = 4.0;
 
-/// The concealed sums are 1.40e-7, 1.48e-7 and 1.43e-7 s²; four standard deviations (0.08e-7) on either side.
+/// Range of the found sums: 1.40e-7, 1.48e-7 and 1.43e-7 s² are concealed, with four standard deviations (0.08e-7) on either
+/// side.
 const CONCEALED_SUMS_S2: std::ops::Range<f64> = 1.08e-7..1.80e-7;
 
 fn demo(out: &Path, seed: &str) -> (Value, Vec<u8>, String) {

@@ -1,6 +1,6 @@
-//! The golden table: a part of it is made again and must be the reviewed file's, to the last bit of every diagnosis.
+//! The golden table: a part of it is recomputed and must equal the reviewed file, to the last bit of every diagnosis.
 //!
-//! Its bench recordings are held where they are diagnosed anyway, in `diagnose/bench_recordings.rs`. The whole table takes
+//! Its bench recordings are compared in `diagnose/bench_recordings.rs`, which diagnoses them anyway. The whole table takes
 //! minutes: `rlg challenge --golden host-tests/challenge/golden.tsv --compare --recordings R`.
 
 use std::fs;
@@ -24,7 +24,7 @@ fn rlg(folder: &Path, arguments: &[&str]) -> Output {
         .expect("it starts")
 }
 
-/// The result, then what was said beside it.
+/// Returns the result, then the other output.
 fn words(output: &Output) -> String {
     let streams = [&output.stdout, &output.stderr];
     streams.map(|bytes| String::from_utf8_lossy(bytes)).concat()
@@ -85,7 +85,7 @@ fn any_number_of_threads_gives_the_same_table_and_a_changed_field_is_named() {
     let text = read("one.tsv");
     assert_eq!(text.lines().count(), 4, "{text}");
 
-    // The hash is that of the file which rlg diagnose writes, but for the version.
+    // The hash is that of the file written by `rlg diagnose`, but for the version.
     let trial = [
         "challenge",
         "--out",
@@ -134,13 +134,13 @@ fn any_number_of_threads_gives_the_same_table_and_a_changed_field_is_named() {
     ] {
         assert!(said.contains(part), "{part}: {said}");
     }
-    // Rows that the reviewed table does not have are no match, and leave it as it was.
+    // Rows missing from the reviewed table are no match, and leave it unchanged.
     let before = read("one.tsv");
     let (code, said) = golden("one.tsv", &["--compare", "--rows", "2..3"]);
     assert_eq!(code, Some(2), "{said}");
     assert!(said.contains("does not have the rows"), "{said}");
     assert_eq!(read("one.tsv"), before);
-    // Nothing compared is not equal.
+    // An empty comparison is not equality.
     for (rows, problem) in [("0..21", "is beyond the table"), ("0..0", "leaves no row")] {
         let (code, said) = golden("one.tsv", &["--compare", "--rows", rows]);
         assert_eq!(code, Some(2), "{said}");

@@ -1,4 +1,4 @@
-//! A command that is told to end leaves what it was to write whole, or not at all.
+//! A command that is signalled to end leaves its output whole, or not at all.
 
 #![cfg(unix)]
 
@@ -9,10 +9,10 @@ use std::process::{Child, Command, Stdio};
 use std::thread;
 use std::time::Instant;
 
-/// Moments of the run at which it is told to end.
+/// Number of moments of the run at which the signal is sent.
 const MOMENTS: u32 = 10;
 
-/// What the command writes.
+/// Files written by the command.
 const RESULTS: [&str; 4] = [
     "diagnosis.json",
     "model.toml",
@@ -29,7 +29,7 @@ fn diagnose(bench: &Path, out: &Path) -> Child {
         .expect("it starts")
 }
 
-/// Every name in a folder, hidden ones too.
+/// Returns every name in a folder, hidden ones too.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
     let names = entries.map(|entry| entry.expect("an entry").file_name());

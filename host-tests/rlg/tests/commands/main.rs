@@ -1,4 +1,4 @@
-//! Commands of `rlg` from end to end, a module for each. What they refuse is in `files/bad_input`.
+//! Commands of `rlg` from end to end, a module for each. Their refusals are tested in `files/bad_input`.
 
 mod align;
 mod answer;

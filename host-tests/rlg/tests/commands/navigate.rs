@@ -1,5 +1,5 @@
-//! `rlg navigate`: what coning does to attitude and velocity against formulas written here, and what it
-//! refuses. The recordings are simulated; nothing of the navigation is used to check it.
+//! `rlg navigate`: the effect of coning on attitude and velocity compared with formulas written here, and its refusals. The
+//! recordings are simulated; no code of the navigation is used to check it.
 
 use std::f64::consts::{PI, TAU};
 use std::ffi::OsStr;
@@ -24,7 +24,7 @@ const ARCSEC_PER_RAD: f64 = 180.0 / PI * 3600.0;
 /// Angle random walk of the scenario's gyros \[rad/√s\].
 const ANGLE_RANDOM_WALK: f64 = 5.8e-7;
 
-/// Of the scenario's site \[m/s²\].
+/// Gravity at the scenario's site \[m/s²\].
 const GRAVITY_M_S2: f64 = 9.80665;
 
 /// Table 3 of the paper, which the scenario conceals \[s²\].
@@ -73,7 +73,7 @@ impl Bench {
         command.args(arguments).output().expect("the command runs")
     }
 
-    /// `rlg navigate` over the recording with its model.
+    /// Runs `rlg navigate` on the recording with its model.
     fn navigate(&self, extra: &[&str]) -> std::process::Output {
         let mut command = Command::cargo_bin("rlg").expect("the command is built");
         command
@@ -87,7 +87,7 @@ impl Bench {
         command.output().expect("the command runs")
     }
 
-    /// Refused in one line with all of `parts`, nothing written.
+    /// Checks for a refusal in one line with all of `parts`, nothing written.
     fn is_refused(&self, extra: &[&str], parts: &[&str]) {
         let output = self.navigate(extra);
         let words = String::from_utf8_lossy(&output.stderr);
@@ -111,8 +111,8 @@ fn numbers<const N: usize>(value: &Value) -> [f64; N] {
     std::array::from_fn(|index| list[index].as_f64().expect("a number"))
 }
 
-/// Seconds of full coning that one of the scenario's stretches is worth: 17 s, of which 1 s at each end is
-/// ramp, by the square of the ramp's shape (Simpson's rule).
+/// Returns the equivalent seconds of full coning of one of the scenario's stretches: 17 s, of which 1 s at each end is ramp,
+/// by the square of the ramp's shape (Simpson's rule).
 fn full_coning_s() -> f64 {
     let ramp = |x: f64| x.powi(4) * (35.0 + x * (-84.0 + x * (70.0 - 20.0 * x)));
     let steps = 1000;
@@ -143,7 +143,7 @@ fn coning_turns_the_attitude_by_the_sums_of_k_and_the_dynamic_terms_take_that_ou
             "axis {axis}: before {:.3}, after {:.3}, taken out {taken_out:.3}, law {:.3} arcsec",
             before[axis], after[axis], law[axis]
         );
-        // the level frame is off the body's axes by the gyrocompass' 0.3°, 0.5 % of the other axes' turns
+        // the level frame differs from the body's axes by the gyrocompass' 0.3°, 0.5 % of the other axes' rotations
         assert!((taken_out / law[axis] - 1.0).abs() < 0.01);
         assert!(after[axis].abs() < noise, "{} {noise}", after[axis]);
     }
@@ -241,7 +241,7 @@ fn what_a_replay_wrote_navigates_as_the_recording_does() {
     }
 }
 
-/// A short still scenario, `change`d.
+/// Makes a bench of a short still scenario, modified by `change`.
 fn short(change: impl Fn(&str) -> String) -> Bench {
     let text = r#"
 format = 1
@@ -356,8 +356,8 @@ fn perfect_instruments_find_north_and_stay_where_they_are() {
     let off_north_deg = (heading_deg + 180.0).rem_euclid(360.0) - 180.0;
     assert!(off_north_deg.abs() < 1e-3, "{off_north_deg}");
     let [north, east]: [f64; 2] = numbers(&results["after"]["max_velocity_m_s"]);
-    // 1e-9 m/s² codes, and the flexure that the model has and the unit has not: 1 °/h for half a second,
-    // 2e-6 rad, times g times half a second
+    // 1e-9 m/s² codes, and the flexure of the model that the unit lacks: 1 °/h for half a second, 2e-6 rad, times g times
+    // half a second
     assert!(north < 2e-5 && east < 2e-5, "{north} {east}");
 }
 
@@ -401,7 +401,7 @@ fn a_reference_that_moves_with_the_unit_shows_no_error_with_and_without_the_eart
         let errors = trajectory.attitude_error_rad.expect("a reference");
         let worst = errors.iter().map(Vector3::norm).fold(0.0, f64::max);
         println!("earth in the reference {earth_in_it}: {worst:.1e} rad");
-        // the transport rate of what little velocity rounding makes
+        // the transport rate of the small velocity due to rounding
         assert!(worst < 1e-9);
     }
     let weightless: Vec<_> = increments

@@ -1,4 +1,4 @@
-//! `report.html` in a headless Chromium: what only a browser can tell.
+//! `report.html` in a headless Chromium: properties that only a browser can test.
 
 use std::fs;
 use std::path::PathBuf;
@@ -18,10 +18,10 @@ use super::report::{explained, pictures};
 /// ″ in one rad.
 const ARCSEC: f64 = 180.0 * 3600.0 / std::f64::consts::PI;
 
-/// Digits that a number on the page has: a seventh is not kept.
+/// Relative rounding of numbers on the page: six digits are kept.
 const ROUNDED: f64 = 1e-6;
 
-/// A minute at 100 Hz of gyros that swing.
+/// Makes a minute at 100 Hz of oscillating gyros.
 fn swinging() -> Recording {
     let values = (0..6000)
         .map(|row| 0.1 * (f64::from(row) / 40.0).sin())
@@ -66,7 +66,7 @@ fn write_page(browser: &Browser) -> PathBuf {
     file
 }
 
-/// The middle half of a plot: left, right, and its height's middle.
+/// Returns the middle half of a plot: left, right, and its height's middle.
 fn middle_of(browser: &mut Browser, id: &str) -> [f64; 3] {
     let place = browser.value(&format!(
         "(() => {{ const plot = document.querySelector('[data-chart={id}] .u-over'); plot.scrollIntoView({{ block: 'center' }});
@@ -76,7 +76,7 @@ fn middle_of(browser: &mut Browser, id: &str) -> [f64; 3] {
     [number(0), number(1), number(2)]
 }
 
-/// What the canvas of a plot shows, once it has been drawn again.
+/// Returns the canvas of a plot, once it has been drawn again.
 fn drawn(browser: &mut Browser, id: &str) -> String {
     let canvas = format!(
         "new Promise((done) => requestAnimationFrame(() => requestAnimationFrame(() =>
@@ -124,7 +124,7 @@ fn plots_zoom_together_and_come_back_in_a_browser() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
-/// What the button of a plot saves.
+/// Returns the file saved by a plot's button.
 fn saved(browser: &mut Browser, id: &str) -> String {
     let button = format!("document.querySelector('[data-chart={id}] button.csv').click()");
     browser.value(&button);
@@ -234,7 +234,7 @@ fn every_printed_page_has_words_in_a_browser() {
     assert_eq!(browser.complaints(), Vec::<String>::new());
 }
 
-/// The drawing operators of each page of a PDF.
+/// Returns the drawing operators of each page of a PDF.
 fn contents(pdf: &[u8]) -> Vec<String> {
     let text = String::from_utf8_lossy(pdf).into_owned();
     let objects = text.split("/Type /Page\n").skip(1);
@@ -253,7 +253,7 @@ fn contents(pdf: &[u8]) -> Vec<String> {
         .collect()
 }
 
-/// The deflated stream of an object of a PDF, as text.
+/// Returns the deflated stream of an object of a PDF, as text.
 fn stream(pdf: &[u8], number: u32) -> String {
     let head = format!("\n{number} 0 obj");
     let find = |from: usize, what: &[u8]| {

@@ -1,7 +1,7 @@
-//! `rlg paper`: the promise of `paper.json`, and the figures that the paper prints.
+//! `rlg paper`: the statements of `paper.json`, and the figures printed in the paper.
 //!
-//! One run of every experiment, read by all tests. Its lengths are the short ones: ratios need no more, and the
-//! gyros' and the calibration's experiments last as long in either.
+//! One run of every experiment, read by all tests. Its lengths are the short ones: ratios need no more, and the gyros' and
+//! the calibration's experiments have the same length in both.
 
 use std::path::PathBuf;
 use std::sync::OnceLock;
@@ -83,7 +83,7 @@ fn tables_1_and_2_are_proportional_to_the_acceleration_with_the_coefficient_of_i
  {
     for item in ["Table 1", "Table 2"] {
         let ours = &entry(item)["ours"];
-        // the paper's J/k, which the mode knows only as its frequency
+        // the paper's J/k, of which the mode uses only its frequency
         assert!((number(&ours["coefficient_s2"]) / 7.9e-8 - 1.0).abs() < 1e-9);
         // rounding of a second of integration
         assert!(number(&ours["nonlinearity"]) < 1e-9);
@@ -113,7 +113,7 @@ fn laser_and_fibre_optic_gyro_differ_by_half_a_degree_an_hour_at_15_hz_and_agree
     assert!(slow.abs() <= 0.05);
     // Ω³φ²/2 (K_xy + K_xz): 0.4953 and 0.0272 °/h; the mode at 593 Hz adds (15/593)² = 6e-4
     assert!((of("Fig. 4", "of_it_flexure_deg_h").abs() / 0.4953 - 1.0).abs() < 0.003);
-    // the drift goes with the square of the angle; sin²φ/φ² leaves 1e-4 at 0.7°
+    // the drift is proportional to the square of the angle; sin²φ/φ² contributes 1e-4 at 0.7°
     let sensitivity = &entry("Fig. 4")["ours"]["flexure_deg_h_at_half_and_twice_the_angle"];
     assert!((number(&sensitivity[1]) / number(&sensitivity[0]) / 16.0 - 1.0).abs() < 1e-3);
 }
@@ -124,7 +124,7 @@ fn the_systems_diverge_by_flexure_alone_and_compensation_takes_nine_tenths_of_it
         println!("{item}: {}", entry(item)["why"]);
         assert_eq!(entry(item)["reproduced"], true, "{item}");
     }
-    // 0.495 °/h for 120 s less half of both tapers' lack: 0.0163°; the walk adds 3 × 0.0003°
+    // 0.495 °/h for 120 s less half of both tapers: 0.0163°; the walk adds 3 × 0.0003°
     let ours = &entry("Fig. 8")["ours"];
     let pitch = number(&ours["before_pitch_roll_yaw_deg"][0]).abs();
     let expected = 0.495 / 3600.0 * (number(&ours["seconds"]) - 1.2);

@@ -1,4 +1,4 @@
-//! The f64 reference against formulas, the core against the reference, and the replay around both.
+//! The f64 reference against formulas, the core against the reference, and the replay of both.
 
 use assert_cmd::Command;
 use nalgebra::{UnitQuaternion, Vector3};
@@ -23,8 +23,8 @@ use std::path::{Path, PathBuf};
 
 const SETUP: Setup = Setup::STANDARD;
 
-/// The agreement asked of both number systems with the f64 chain \[°/h\]: a tenth of the best bias
-/// stability a ring-laser gyro shows (0.01 °/h), so that arithmetic is never what limits the unit.
+/// Largest difference of both number systems from the f64 chain \[°/h\]: a tenth of the best bias stability of a ring-laser
+/// gyro (0.01 °/h), so that arithmetic never limits the unit.
 const AGREEMENT_DEG_H: f64 = 1e-3;
 
 const TABLE_3: Six = Six {
@@ -125,10 +125,10 @@ fn f64_chain_takes_the_paper_s_drift_away_and_shows_it_without_its_coefficients(
     let expected = -(TABLE_3.xy + TABLE_3.xz) * omega.powi(3) * angle_rad.sin().powi(2) / 2.0
         * DEG_H_PER_RAD_S;
     assert!((expected.abs() - 0.495).abs() < 0.001, "{expected}");
-    // whole cycles: nothing but rounding is left between drift and formula
+    // whole cycles: the difference of drift and formula is rounding
     assert!((drift(Six::default()) - expected).abs() < 1e-9);
-    // three pairs are wrong by order x⁶ (x = 0.024); sensing y and z are perfect here, so what is
-    // left is the filter's view of ω_x through y and z: none. Rounding of 16 000 f64 sums remains.
+    // three pairs are wrong by order x⁶ (x = 0.024); sensing of y and z is perfect here, so the filter's error of ω_x
+    // through y and z is zero. Rounding of 16 000 f64 sums remains.
     assert!(drift(TABLE_3).abs() < 1e-9 * expected.abs().max(1.0));
 }
 
@@ -143,13 +143,13 @@ fn f64_coning_brings_increments_to_the_output_rate_without_drift() {
         if let Some(rotation) = coning.turn(coning_increment(row, omega, angle_rad)) {
             attitude *= UnitQuaternion::from_scaled_axis(rotation);
         }
-        // after 10 and 410 cycles the body is where it was
+        // after 10 and 410 cycles the body is at the same attitude
         if row + 1 == 400 {
             begin = Some(attitude);
         }
     }
     let turned = (begin.unwrap().inverse() * attitude).scaled_axis() / seconds * DEG_H_PER_RAD_S;
-    // the algorithm's own residual at 4 kHz, 100 Hz, 0.1°: 6e-5 °/h; one term less would leave 4e-3
+    // the algorithm's own residual at 4 kHz, 100 Hz, 0.1°: 6e-5 °/h; with one term less 4e-3
     assert!(turned.x.abs() < 1e-4, "{turned}");
 }
 
@@ -220,19 +220,19 @@ fn first_sample_primes_both_chains_and_turns_nothing() {
         pickoff_gain: [1.0; 3],
         ..perfect(TABLE_3)
     });
-    // without a pickoff reading before, this would be 100 µrad of dither
+    // without a previous pickoff sample, this would be 100 µrad of dither
     assert_eq!(
         chain.process(&reading([1e-4; 3], [1e-4; 3])).case_rad,
         Vector3::zeros()
     );
     let second = chain.process(&reading([3e-5; 3], [1.2e-4; 3])).case_rad;
     for axis in second.iter() {
-        // no increment before it either: no acceleration, and Eq. (7) of a perfect triad is the identity
+        // no previous increment either: no acceleration, and Eq. (7) of a perfect triad is the identity
         assert!((axis - 1e-5).abs() < 1e-19);
     }
 }
 
-/// A short simulated recording, of which a test may change what it likes.
+/// Simulates a short recording for a test to modify.
 fn short() -> (Recording, Model) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/coning.toml");
     let text = std::fs::read_to_string(path)
@@ -341,7 +341,7 @@ fn unmeasured_rows_are_cut_at_the_ends_and_refused_in_between() {
     assert_eq!(error.channel.as_deref(), Some("dz"));
     assert_eq!(error.row, Some(1234));
 
-    // a reference that misses a row costs the output periods it touches, its own and the next
+    // a missing row of the reference costs the output periods that it touches, its own and the next
     let mut unseen = recording.clone();
     set(&mut unseen, "rx", 5005, f64::NAN);
     let input = samples_from_recording(&unseen, &model, Path::new("model.toml"), SETUP).unwrap();
@@ -369,7 +369,7 @@ fn recordings_and_models_that_disagree_about_the_dither_are_refused() {
     let mut undithered = model.clone();
     undithered.dither = None;
     assert!(samples_from_recording(&bare, &undithered, Path::new("model.toml"), SETUP).is_ok());
-    // Pickoffs that the model says nothing of are taken at their word.
+    // Pickoffs on which the model is silent are taken as calibrated.
     let plain = samples_from_recording(&recording, &undithered, Path::new("model.toml"), SETUP);
     assert_eq!(plain.unwrap().parameters.pickoff_gain, [1.0; 3]);
 
@@ -516,7 +516,7 @@ fn limits_of_the_chain_name_the_input_at_fault() {
     biased.gyro.bias_rad_s = [0.0, 0.05, 0.0];
     let text = refused(&recording, &biased, SETUP);
     assert!(text.starts_with("model.toml, bias_rad_s: "), "{text}");
-    // as the chain would hold it: over the installation's stretch, 5e-6 less than the model's 0.05
+    // as stored in the chain: relative to the installation's scaling, 5e-6 less than the model's 0.05
     assert!(text.contains("found [0.0, 0.04999"), "{text}");
 
     let seldom = Setup {
@@ -527,7 +527,7 @@ fn limits_of_the_chain_name_the_input_at_fault() {
     assert!(text.starts_with("--output-every"), "{text}");
     assert!(text.contains("found 41"), "{text}");
 
-    // a weight that no sample uses is no obstacle
+    // a weight that no sample uses is accepted
     let mut heavy = model.clone();
     heavy.gyro.pulse_weight_rad = [1e-3; 3];
     let text = refused(&recording, &heavy, SETUP);

@@ -1,4 +1,4 @@
-//! The dither of a recording: measured on its pickoffs, followed by replay, and put into the block to flash.
+//! The dither of a recording: estimated from its pickoffs, tracked by replay, and put into the block to flash.
 
 use assert_cmd::Command;
 use rlg::model::Model;
@@ -12,7 +12,7 @@ use rlg::simulate::simulate;
 use std::path::Path;
 use trueaxis::Parameters;
 
-/// 6.5 s of a dithered triad, its scenario, and the model of what is known.
+/// Simulates 6.5 s of a dithered triad; returns its scenario, the recording and the known model.
 fn recorded() -> (Scenario, Recording, Model) {
     let path = Path::new(env!("CARGO_MANIFEST_DIR")).join("../scenarios/coning.toml");
     let text = std::fs::read_to_string(path)
@@ -25,14 +25,14 @@ fn recorded() -> (Scenario, Recording, Model) {
     (scenario, simulation.recording, simulation.model)
 }
 
-/// Relative error of the frequency that the strip can bear \[1\]: with the largest delay, 100 µs, the quadrature's
-/// tap is 2πFd = 0.25 and wrong by Ω = 0.63 of this, which leaves 1.6e-4 of the dither where 1e-3 may be left.
+/// Largest relative error of the frequency for the strip \[1\]: with the largest delay, 100 µs, the quadrature's tap is 2πFd
+/// = 0.25 and wrong by Ω = 0.63 of this, a residual of 1.6e-4 of the dither where 1e-3 is allowed.
 const FREQUENCY_ERROR: f64 = 1e-3;
 
 fn assert_measured(frequency_hz: [f64; 3], amplitude_rad: [f64; 3], scenario: &Scenario) {
     let dither = scenario.dither.as_ref().unwrap();
-    // the mean of the squares is that much above the square of the mean; and an amplitude that remembers 19
-    // half-cycles has some 5200/38 independent values in 6.5 s: three sigma of their mean
+    // the mean of the squares exceeds the square of the mean by that; and an amplitude with a memory of 19 half-cycles has
+    // some 5200/38 independent values in 6.5 s: three sigma of their mean
     let spread = dither.amplitude_spread;
     let bound = 0.5 * spread.powi(2) + 3.0 * spread / 137.0_f64.sqrt();
     for axis in 0..3 {
@@ -94,7 +94,7 @@ fn replay_follows_a_pickoff_whose_gain_the_model_has_5_percent_wrong() {
             };
             let left = apart(&following) / apart(&frozen);
             println!("{core}, gyro {axis}: {left:.1e} of the error left");
-            // 0.04 % of the dither is what pulses leave on the taps of half a second, a hundredth of 5 %; three sigma
+            // pulses contribute 0.04 % of the dither to the taps of half a second, a hundredth of 5 %; three sigma
             assert!(left < 0.03, "{core}, gyro {axis}: {left}");
         }
     }
@@ -144,7 +144,7 @@ fn pickoffs_that_were_recorded_in_codes_reach_the_chain_as_those_codes() {
         let code = angle / channel.scale;
         assert!((f64::from(sample.pickoff_codes[1]) - code).abs() < 1e-6);
     }
-    // One value between two codes: then all are angles.
+    // One value between two codes: then all are taken as angles.
     let mut between = recording.clone();
     let found = between.tables[0]
         .channels
@@ -157,8 +157,8 @@ fn pickoffs_that_were_recorded_in_codes_reach_the_chain_as_those_codes() {
     assert_eq!(input.parameters.pickoff_weight_rad, PICKOFF_WEIGHT_RAD);
 }
 
-/// The chain's first sample adds no rotation whatever its counts are, so the counts of the row before the first whole one need not be
-/// known; its pickoffs are where the strip begins.
+/// The chain's first sample adds no rotation whatever its counts are, so the counts of the row before the first whole one
+/// need not be known; its pickoffs initialise the strip.
 #[test]
 fn counts_that_the_first_row_lacks_change_no_output() {
     let (_, recording, model) = recorded();

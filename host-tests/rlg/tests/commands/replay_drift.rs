@@ -1,4 +1,4 @@
-//! The slope of an angle and its standard deviation, against angles whose slope and noise are known.
+//! The slope of an angle and its standard deviation, on angles of known slope and noise.
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
@@ -12,7 +12,8 @@ const TRIALS: usize = 300;
 /// Slope of every angle, per period.
 const TRUE: f64 = 0.01;
 
-/// Increments of an angle that drifts, is read with white noise of variance `white`, and walks by `walk` per period.
+/// Simulates increments of an angle that drifts, is measured with white noise of variance `white`, and walks by `walk` per
+/// period.
 fn increments(random: &mut ChaCha8Rng, white: f64, walk: f64) -> Vec<f64> {
     let mut normal = |variance: f64| -> f64 {
         let value: f64 = StandardNormal.sample(random);
@@ -28,7 +29,7 @@ fn increments(random: &mut ChaCha8Rng, white: f64, walk: f64) -> Vec<f64> {
     (0..PERIODS).map(increment).collect()
 }
 
-/// Shares of trials whose error is within 1 and 2 stated σ, and the rms error over the rms of the stated σ.
+/// Computes the shares of trials with an error within 1 and 2 stated σ, and the rms error over the rms of the stated σ.
 fn coverage(seed: u64, white: f64, walk: f64, split: impl Fn(&[f64]) -> Vec<&[f64]>) -> [f64; 3] {
     let mut random = ChaCha8Rng::seed_from_u64(seed);
     let (mut within, mut errors, mut stated) = ([0.0; 2], 0.0, 0.0);
@@ -45,7 +46,7 @@ fn coverage(seed: u64, white: f64, walk: f64, split: impl Fn(&[f64]) -> Vec<&[f6
     [within[0], within[1], (errors / stated).sqrt()]
 }
 
-/// Three standard deviations of a share that is `share`.
+/// Returns three standard deviations of a share that is `share`.
 fn scatter(share: f64) -> f64 {
     3.0 * (share * (1.0 - share) / TRIALS as f64).sqrt()
 }
@@ -54,7 +55,7 @@ fn whole(increments: &[f64]) -> Vec<&[f64]> {
     vec![increments]
 }
 
-/// Three runs, some increments between them unmeasured.
+/// Splits the increments into three runs, with unmeasured ones between them.
 fn with_gaps(increments: &[f64]) -> Vec<&[f64]> {
     vec![
         &increments[..300],
@@ -86,10 +87,10 @@ fn without_a_walk_the_slope_is_that_of_the_straight_line_and_its_standard_deviat
         let [one, two, ratio] = coverage(3, 1.0, 0.0, split);
         println!("white: 1 σ {one:.3}, 2 σ {two:.3}, rms {ratio:.3} σ");
         assert!(one > 0.683 && two > 0.954);
-        // The recording is too short to exclude a walk: σ is wide for that, within measure.
+        // The recording is too short to exclude a walk: σ is widened for it, within bounds.
         assert!(ratio > 0.2, "{ratio}");
     }
-    // A straight line's own error: 12/n³; the difference of the ends: 2/n².
+    // Variance of a straight line's slope: 12/n³; of the difference of the ends: 2/n².
     let mut random = ChaCha8Rng::seed_from_u64(4);
     let (mut fitted, mut ends) = (0.0, 0.0);
     for _ in 0..TRIALS {

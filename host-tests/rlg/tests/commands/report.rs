@@ -1,4 +1,4 @@
-//! `report.html`: what stands on the page, and what must not.
+//! `report.html`: required and forbidden content of the page.
 
 use std::collections::BTreeMap;
 use std::f64::consts::TAU;
@@ -9,16 +9,16 @@ use rlg::diagnose::result::*;
 use rlg::report::{figure, page};
 use serde_json::Value;
 
-/// A page must travel as an attachment and open on a phone.
+/// Largest size of a page: it is sent as an attachment and opened on a phone.
 const LARGEST_PAGE_BYTES: usize = 1_500_000;
 
-/// A picture in a page on the web must appear at once.
+/// Largest size of a picture in a page on the web.
 const LARGEST_PICTURE_BYTES: usize = 60_000;
 
-/// Text that would run, were it not escaped.
+/// Text that would run if it were not escaped.
 const HOSTILE: &str = "<script>alert('1')</script><img src=x onerror=\"x()\">&amp;";
 
-/// Scripts that the page may hold: the plots' numbers, the library that draws them, our own.
+/// Scripts allowed in the page: the plots' numbers, the drawing library, our own.
 const SCRIPTS: [&str; 3] = [
     "<script type=\"application/json\" id=\"charts\">",
     concat!(
@@ -33,7 +33,7 @@ const SCRIPTS: [&str; 3] = [
     ),
 ];
 
-/// A page without the scripts that it may hold.
+/// Returns a page without the allowed scripts.
 fn without_scripts(page: &str) -> String {
     SCRIPTS.iter().fold(page.to_owned(), |page, script| {
         assert_eq!(page.matches(script).count(), 1, "{script:.60} stands once");
@@ -68,7 +68,7 @@ fn findings_stand_on_the_page_as_people_read_them() {
         "bench-17: Explained",
         "axis_flexure",
         "cubic axis flexure",
-        // 1.42e-7 ± 4.1e-9 s², to two digits of the spread
+        // 1.42e-7 ± 4.1e-9 s², to two digits of the standard deviation
         "142.0 ± 4.1",
         "xy + xz",
         "value ± σ [10⁻⁹ s²]",
@@ -347,7 +347,7 @@ fn collect(value: &Value, numbers: &mut Vec<String>) {
     }
 }
 
-/// Numbers like those of a real coning recording.
+/// Makes a diagnosis with numbers like those of a real coning recording.
 pub(super) fn explained() -> Diagnosis {
     let parameter = |name: &str, value: f64| ParameterEntry::Number {
         name: name.to_string(),
@@ -488,7 +488,7 @@ pub(super) fn explained() -> Diagnosis {
     }
 }
 
-/// Series of a recording of `seconds`, as thin as the diagnosis makes them.
+/// Makes the series of a recording of `seconds`, decimated as in the diagnosis.
 pub(super) fn pictures(seconds: f64) -> Pictures {
     let (points, rate_hz) = (1500, 4000.0);
     let time_s: Vec<f64> = (0..points)

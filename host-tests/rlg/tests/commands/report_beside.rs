@@ -1,4 +1,4 @@
-//! What `report.html` shows beside the diagnosis: rates as recorded, their Allan deviation, noise that the model declares.
+//! Content of `report.html` beyond the diagnosis: rates as recorded, their Allan deviation, noise declared by the model.
 
 use std::path::PathBuf;
 
@@ -11,7 +11,7 @@ use rlg::report::{page, page_beside};
 
 use super::report::explained;
 
-/// A recording of 1000 rows at 10 Hz whose gyros show `rate_rad_s` of each row.
+/// Makes a recording of 1000 rows at 10 Hz with gyro rates `rate_rad_s` of each row.
 fn recorded(rate_rad_s: impl Fn(usize) -> f64) -> Recording {
     let channels = ["x", "y", "z"].map(|axis| Channel {
         column: format!("g{axis}"),

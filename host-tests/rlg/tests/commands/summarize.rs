@@ -11,7 +11,7 @@ fn rlg() -> Command {
     Command::cargo_bin("rlg").expect("the command is built")
 }
 
-/// Results of a recording whose gyro y has this scale error.
+/// Writes results of a recording whose gyro y has this scale error.
 fn results(folder: &Path, scale: f64) {
     fs::create_dir_all(folder).expect("a folder");
     let effect = json!({
@@ -28,7 +28,7 @@ fn results(folder: &Path, scale: f64) {
     fs::write(folder.join("diagnosis.json"), told.to_string()).expect("a file");
 }
 
-/// Six of which one is off, and one whose file broke off.
+/// Writes six, one of which is an outlier, and one with a truncated file.
 fn fleet(folder: &Path) {
     for (k, scale) in [1e-5, 2e-5, 3e-5, 4e-5, 5e-5, 9e-4].into_iter().enumerate() {
         results(&folder.join(format!("unit-{k}")), scale);

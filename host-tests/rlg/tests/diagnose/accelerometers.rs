@@ -1,5 +1,5 @@
-//! What a model leaves out of the accelerometers, concealed by the simulator in a table programme: named right, its
-//! size right, and nothing named where nothing was concealed.
+//! Errors of the accelerometers missing from a model, concealed by the simulator in a table programme: named right, their
+//! size right, and nothing named if nothing was concealed.
 
 use std::ops::RangeInclusive;
 use std::path::Path;
@@ -26,7 +26,7 @@ fn diagnosed(simulation: &Simulation, model: &rlg::model::Model) -> Outcome {
     diagnose(&simulation.recording, model, file, 0, &|_| {}).expect("a diagnosis")
 }
 
-/// `kind` alone is named, its sizes are right, and the model with it matches.
+/// Checks that `kind` alone is named, its sizes are right, and the model with it matches.
 fn is_named(kind: &str, truth: &[(&str, f64)]) {
     let simulation = recorded(&concealed(kind, truth), 7);
     let outcome = diagnosed(&simulation, &simulation.model);
@@ -128,13 +128,13 @@ fn an_effect_of_a_gyro_and_one_of_an_accelerometer_are_both_named() {
     sizes_are(&diagnosis.effects[1], &tilt);
 }
 
-/// `kind` alone is named, and gravity, which moves with the case through the accelerometers, speaks against `others`.
+/// Checks that `kind` alone is named, and gravity, which moves with the case through the accelerometers, excludes `others`.
 fn is_told_from(others: &[&str], kind: &str, truth: &[(&str, f64)]) {
     let simulation = recorded(&concealed(kind, truth), 4);
     let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
     assert_eq!(kinds(&diagnosis), [kind], "{:#?}", diagnosis.summary);
     let found = &diagnosis.effects[0];
-    // To the gyros they are one class, whether or not it says so.
+    // For the gyros they are one class, whether or not it is reported.
     let (alike, against) = (&found.indistinguishable_from, &found.gravity_speaks_against);
     for other in others.iter().map(|other| (*other).to_string()) {
         let told = !alike.contains(&other) || against.contains(&other);
@@ -154,7 +154,7 @@ fn gravity_tells_a_turned_reference_from_turned_gyros_and_accelerometers() {
 
 #[test]
 fn gravity_tells_gyros_all_turned_alike_from_a_turned_reference() {
-    // The same to the gyros as the reference turned by TURNED: delta_ij = r_j.
+    // For the gyros equivalent to the reference rotated by TURNED: delta_ij = r_j.
     let gyros = [
         ("xy", -1e-4),
         ("xz", 3e-4),
@@ -223,7 +223,7 @@ fn a_stretch_shaken_along_a_line_is_left_out_and_said_so() {
     );
 }
 
-/// The accelerometers in a table of their own: velocity increments at a quarter of the rate, from 0.3 s later on.
+/// Moves the accelerometers to a table of their own: velocity increments at a quarter of the rate, from 0.3 s later on.
 fn in_a_table_of_their_own(simulation: &mut Simulation) {
     const EACH: usize = 4;
     const LATER: usize = 120;
@@ -336,7 +336,7 @@ fn an_effect_that_is_not_in_the_catalogue_gets_no_name_of_another() {
     }
 }
 
-/// Recordings of one unit, the last of which only tests.
+/// Diagnoses recordings of one unit, the last of which is for validation only.
 fn together(effects: &str, seeds: RangeInclusive<u64>) -> Diagnosis {
     let mut model = None;
     let mut all: Vec<Streams> = seeds
@@ -378,7 +378,7 @@ fn what_accelerometers_do_in_all_recordings_is_one_effect() {
     assert!(10 * strongest.detected > 9 * strongest.injections);
 }
 
-/// Read as if a third of its rows were all that memory holds.
+/// Diagnoses with a memory of a third of its rows.
 fn long(effects: &str) -> Diagnosis {
     let simulation = recorded(effects, 9);
     let folder = tempfile::tempdir().expect("a temporary folder");

@@ -1,7 +1,7 @@
-//! A unit that stood still, diagnosed without a reference: what is there is found, and nothing that is not.
+//! A unit at rest, diagnosed without a reference: existing effects are found, and no others.
 //!
-//! The recordings are made here from random numbers, not by the simulator. Where `RLG_RECORDINGS` names the
-//! folder of the real ones, those are imported and diagnosed too.
+//! The recordings are made here from random numbers, not by the simulator. If `RLG_RECORDINGS` names the folder of the real
+//! ones, those are imported and diagnosed, too.
 
 use std::f64::consts::TAU;
 use std::ops::Range;
@@ -17,21 +17,21 @@ use tempfile::TempDir;
 const RATE_HZ: f64 = 64.0;
 const EARTH_RAD_S: f64 = 7.292_115e-5;
 
-/// What is put into a recording of records of seven.
+/// Effects put into a recording of records of seven.
 #[derive(Default)]
 struct Made {
     /// Amplitude of a line at 9.2 Hz on gyro y [rad/s].
     line_rad_s: f64,
-    /// Amplitude on all gyros of a line at 29.9 Hz whose phase wanders by 0.6 rad, beside a third of it on gyro x that follows
-    /// its product with the line at 9.2 Hz \[rad/s\].
+    /// Amplitude on all gyros of a line at 29.9 Hz with a phase that wanders by 0.6 rad, together with a third of it on gyro
+    /// x at its product with the line at 9.2 Hz \[rad/s\].
     wandering_rad_s: f64,
-    /// Amplitude of a line of twelve turns on gyro z [rad/s].
+    /// Amplitude of a line of twelve cycles on gyro z [rad/s].
     slow_line_rad_s: f64,
     /// Relative error of the nominal rate.
     clock: f64,
     /// Bias of gyro x, which points up [rad/s].
     bias_rad_s: f64,
-    /// Without white noise of angle.
+    /// No white noise of angle.
     is_of_rate_alone: bool,
 }
 
@@ -125,7 +125,7 @@ impl Bench {
     }
 }
 
-/// What of an effect's expression begins with `stem`.
+/// Returns the effects with an expression that begins with `stem`.
 fn expressions<'a>(diagnosis: &'a Value, stem: &str) -> Vec<&'a Value> {
     let effects = diagnosis["effects"].as_array().expect("effects");
     let begins = |effect: &&Value| {
@@ -148,7 +148,7 @@ fn at_rest_a_line_and_a_clock_are_found_and_go_on_in_the_other_half() {
     assert_eq!(lines.len(), 1, "{lines:?}");
     let amplitude = lines[0]["parameters"][1]["value"].as_f64().expect("y");
     let std = lines[0]["parameters"][1]["std"].as_f64().expect("y");
-    // Five standard deviations, and what a frequency off by its own spread takes from the amplitude.
+    // Five standard deviations, including the bias of the amplitude for a frequency off by one standard deviation.
     assert!((amplitude - 1e-5).abs() < 5.0 * std, "{amplitude} ± {std}");
     let clock = expressions(&diagnosis, "row_rate(");
     let rate = clock[0]["parameters"][0]["value"].as_f64().expect("a rate");
@@ -177,7 +177,7 @@ fn at_rest_a_line_whose_phase_wanders_is_followed_and_its_product_with_it() {
         let one = parameters.iter().find(|one| one["name"] == name);
         one.expect("a number")[key].as_f64().expect("a number")
     };
-    // 9.2 + 29.9 Hz, seen at 64 less that.
+    // 9.2 + 29.9 Hz, aliased to 64 less that.
     let off = number("frequency_hz", "value") - 24.9;
     assert!(off.abs() < 4.0 * number("frequency_hz", "std"), "{off}");
     let off = number("x", "value") - 2e-5;
@@ -235,7 +235,7 @@ fn without_a_site_noise_gives_nothing_and_a_bias_stands_beyond_the_earths_rate()
     let bias = bias.expect("a bias");
     let number = |key: &str| bias["parameters"][0][key].as_f64().expect("a number");
     let (value, std) = (number("value"), number("std"));
-    // Where the Earth turns it nobody says: that is what is not known of the bias.
+    // The direction of the Earth's rotation is unknown: it dominates the uncertainty of the bias.
     assert!((value - bias_rad_s).abs() < 3.0 * std, "{value} ± {std}");
     assert!(std > 0.3 * EARTH_RAD_S && std < 2.0 * EARTH_RAD_S, "{std}");
 }
@@ -251,7 +251,7 @@ fn nothing_is_found(diagnosis: &Value, seed: u64) {
         assert_eq!(expressions(diagnosis, stem).len(), 0, "seed {seed}, {stem}");
     }
     let effects = diagnosis["effects"].as_array().expect("effects");
-    // The model of an import knows the resolution of the numbers only: the noise itself is news.
+    // The model of an import states the resolution of the numbers only: the noise itself is new.
     let news: Vec<_> = effects
         .iter()
         .map(|effect| effect["kind"].as_str().expect("a kind"))
@@ -266,7 +266,7 @@ fn at_rest_noise_is_measured_in_its_terms_and_that_of_rate_is_no_pulses() {
     let is_at = |level: &Value, expected: f64| {
         let number = |key: &str| level[key].as_f64().expect("a number");
         let (value, std) = (number("value"), number("std"));
-        // Squares are what is fitted, and of a level that is none they alone have a spread.
+        // Squares are fitted, and for a level of zero only they have a standard deviation.
         let of_square = match value > std {
             true => 2.0 * value * std,
             false => std * std,
@@ -309,7 +309,7 @@ fn at_rest_noise_is_measured_in_its_terms_and_that_of_rate_is_no_pulses() {
 
 #[test]
 fn at_rest_a_rate_that_is_not_the_earths_is_a_bias_with_all_its_other_names() {
-    // Fifty times what 200 s of this noise leave uncertain, 3e-7/sqrt(200) = 2.1e-8 rad/s.
+    // Fifty standard deviations for 200 s of this noise, 3e-7/sqrt(200) = 2.1e-8 rad/s.
     let made = Made {
         bias_rad_s: 50.0 * 2.1e-8,
         ..Made::default()
@@ -326,7 +326,7 @@ fn at_rest_a_rate_that_is_not_the_earths_is_a_bias_with_all_its_other_names() {
 
 #[test]
 fn at_rest_biases_of_any_size_are_named_with_their_values() {
-    // In standard deviations of a mean over the rows that are fitted, 3e-7/sqrt(320) rad/s.
+    // In standard deviations of a mean over the fitted rows, 3e-7/sqrt(320) rad/s.
     for (seed, deviations) in [(10, 30.0), (11, 1e3), (12, 1e5)] {
         let bias_rad_s = deviations * 1.7e-8;
         let made = Made {
@@ -351,7 +351,7 @@ fn at_rest_biases_of_any_size_are_named_with_their_values() {
             };
             let number = |key: &str| parameter[key].as_f64().expect("a number");
             let off = number("value") - expected;
-            // Two that are level may hold one azimuth of the Earth's.
+            // Two level gyros may absorb one azimuth of the Earth's rotation.
             assert!(off.abs() < 4.0 * number("std"), "{deviations}: {parameter}");
         }
         let again = bench.diagnosed_with(&bench.0.path().join("out/model.toml"), "again");
@@ -403,7 +403,7 @@ fn recordings() -> Option<PathBuf> {
     folder
 }
 
-/// Of the same rows in random order nothing is said.
+/// The same rows in random order give no finding.
 fn shuffled_ones_show_nothing(diagnosis: &Value) {
     assert_eq!(diagnosis["control"]["lines"], 0);
     assert_eq!(diagnosis["control"]["cycles"], 0);

@@ -1,8 +1,7 @@
-//! References slower than the gyros: attitudes now and then, with a clock of their own.
+//! References slower than the gyros: occasional attitudes, with a clock of their own.
 //!
-//! The simulator writes the exact attitude with white noise on every gyro row; here it is thinned, shifted in time and
-//! put into a table of its own, and the row reference taken away. No Earth rotation: the simulator's attitude is over
-//! the ground.
+//! The simulator writes the exact attitude with white noise on every gyro row; here it is decimated, shifted in time and put
+//! into a table of its own, and the row reference removed. No Earth rotation: the simulator's attitude is over the ground.
 
 use super::support::{WITHIN, concealed, findings, kinds, moves, names_nothing, poison, sizes_are};
 use rlg::diagnose::diagnose;
@@ -13,7 +12,7 @@ use rlg::simulate::{Simulation, simulate};
 use std::ops::RangeInclusive;
 use std::path::Path;
 
-/// An increment gyro of 0.4″ with 0.002 °/√h beside a reference of 0.2″.
+/// Scenario of an increment gyro of 0.4″ with 0.002 °/√h and a reference of 0.2″.
 pub(super) fn instrument(rate_hz: f64) -> String {
     format!(
         r#"format = 1
@@ -35,7 +34,7 @@ attitude = true
     )
 }
 
-/// The same counting pulses beside a dither.
+/// The same with counted pulses and a dither.
 pub(super) fn dithered(rate_hz: f64) -> String {
     let counts = instrument(rate_hz).replace("output = \"increment\"", "output = \"count\"");
     let dither = "[dither]\nfrequency_hz = [392.6, 430.1, 474.8]\namplitude_rad = [7.3e-4, 7.3e-4, 7.3e-4]\n\
@@ -97,7 +96,7 @@ pub(super) fn take(recording: &mut Recording, quantity: &Quantity) -> Vec<Channe
     taken
 }
 
-/// Leaves an attitude every `every` rows, as seen `late` rows before; as untidy as a foreign recorder's: the sign
+/// Keeps an attitude every `every` rows, of `late` rows before; with the irregularities of a foreign recorder: the sign
 /// flips, the norm is off by 5e-4, a row in 40 is missing.
 pub(super) fn slow(simulation: &Simulation, every: usize, late: usize) -> Recording {
     let mut recording = simulation.recording.clone();
@@ -138,7 +137,7 @@ pub(super) fn put_beside(
     });
 }
 
-/// Leaves one attitude at the beginning and at the end of every segment, in a stamped table.
+/// Keeps one attitude at the beginning and at the end of every segment, in a stamped table.
 fn before_and_after(simulation: &Simulation) -> Recording {
     let mut recording = simulation.recording.clone();
     take(&mut recording, &Quantity::ReferenceIncrement);
@@ -286,7 +285,7 @@ fn a_clock_that_is_late_by_a_millisecond_is_an_effect_like_any_other() {
     );
     let simulation = made(&text, 12);
     let diagnosis = told(&slow(&simulation, 100, 1), &simulation);
-    // In the longest stretch a rest of a hundredth is located beside it.
+    // In the longest stretch a residual of a hundredth is located, too.
     let named: Vec<_> = kinds(&diagnosis)
         .into_iter()
         .filter(|kind| *kind != "unlisted")
@@ -333,7 +332,7 @@ fn a_turned_reference_and_a_step_of_bias_are_named() {
         slews(),
         tumble(20.0)
     );
-    // The simulator turns its increments, not its attitudes: a turn about z on the right of every quaternion.
+    // The simulator rotates its increments, not its attitudes: a rotation about z on the right of every quaternion.
     let simulation = made(&base, 5);
     for turn_rad in [4e-4_f64, 0.08] {
         let mut recording = slow(&simulation, 20, 0);
@@ -383,7 +382,7 @@ const FLEXURE: [(&str, f64); 6] = [
 
 const ELASTIC: [(&str, f64); 3] = [("xx", 7e-8), ("yy", 7e-8), ("zz", 7e-8)];
 
-/// Cones of two sizes about each axis, with slews that show scale and installation.
+/// Cones of two sizes about each axis, with slews that identify scale and installation.
 fn cones(seconds: f64) -> String {
     let mut text = still(4.0);
     for axis in ["x", "y", "z"] {
@@ -395,7 +394,7 @@ fn cones(seconds: f64) -> String {
     text + &still(4.0)
 }
 
-/// K_xy + K_xz and so on: all that a cone about each axis shows of it.
+/// K_xy + K_xz and so on: the identifiable combinations of coning about each axis.
 const FLEXURE_SUMS: [f64; 3] = [14.0e-8, 14.8e-8, 14.3e-8];
 
 fn class_of(effect: &EffectEntry) -> Vec<&str> {
@@ -403,8 +402,8 @@ fn class_of(effect: &EffectEntry) -> Vec<&str> {
     alike.chain([effect.kind.as_str()]).collect()
 }
 
-/// Variances v_j of a filter on each gyro are, between two rests, a flexure with K_ij = v_j/2: what a cone about each axis
-/// rectifies to is known, whatever of the class it is called.
+/// Variances v_j of a filter on each gyro are, between two rests, equivalent to a flexure with K_ij = v_j/2: the rectified
+/// drift of a cone about each axis is determined, whichever kind of the class is named.
 fn rectifies(effect: &EffectEntry, sums: [f64; 3]) {
     assert_eq!(effect.kind, "gyro_bandwidth", "the fewest numbers");
     let value = |axis: usize| match &effect.parameters[axis] {
@@ -423,8 +422,8 @@ fn rectifies(effect: &EffectEntry, sums: [f64; 3]) {
     }
 }
 
-/// The wrong-physics trap: coning to attitudes before and after cannot tell a flexure from an elastic rate. One class is
-/// reported, a motion proposed, its worth promised; and that motion keeps the promise, whichever of the two is true.
+/// Confounding: coning with attitudes before and after does not distinguish a flexure from an elastic rate. One class is
+/// reported, a motion proposed, its separation predicted; and that motion achieves it, whichever of the two is true.
 #[test]
 fn what_coning_confuses_is_one_class_and_the_promised_spins_separate_it() {
     promised_spins_separate(&[("axis_flexure", "elastic_rate_by_jerk", &FLEXURE)]);
@@ -439,7 +438,7 @@ fn what_coning_confuses_is_one_class_and_the_promised_spins_separate_it_in_full(
     ]);
 }
 
-/// Rows a second: seventy in each turn of the fastest cone.
+/// Rows a second: seventy in each cycle of the fastest cone.
 const SPINS_HZ: f64 = 400.0;
 
 /// The true kind, its rival, and the concealed numbers.
@@ -486,8 +485,8 @@ fn promised_spins_separate(cases: &[Confused]) {
             "{:#?}",
             diagnosis.summary
         );
-        // ln evidence behind is half the square of the separation, which scatters by one deviation and is sized by
-        // coefficients that coning left open: half of what was promised must be there.
+        // The difference of ln evidence is half the square of the separation, which has a standard deviation of one and is
+        // computed from coefficients left open by coning: half of the prediction is required.
         let behind = diagnosis
             .runners_up
             .iter()
@@ -552,7 +551,7 @@ fn flexure_is_found_in_dithered_counts_with_one_attitude_before_and_after_each_c
     rectifies(found, FLEXURE_SUMS);
 }
 
-/// The instrument with accelerometers at a site, over the ground.
+/// Scenario of the instrument with accelerometers at a site, over the ground.
 fn with_accelerometers(rate_hz: f64, effects: &str) -> String {
     let text = instrument(rate_hz).replace(
         "[reference]",
@@ -602,7 +601,7 @@ fn accelerometers_match(seeds: RangeInclusive<u64>) {
 
 #[test]
 fn gravity_is_carried_by_gyros_whose_errors_were_found() {
-    // A gyro's scale error turns the vertical by 1e-4 rad in a slew: a thousand times what the accelerometers see.
+    // A gyro's scale error tilts the vertical by 1e-4 rad in a slew: a thousand times the accelerometers' resolution.
     let scale = [("x", 3e-4), ("y", -4e-4), ("z", 2e-4)];
     let simulation = made(
         &with_accelerometers(200.0, &concealed("gyro_scale", &scale)),

@@ -1,5 +1,5 @@
-//! Recordings made by a program that shares nothing with this project, from the folder that
-//! `RLG_RECORDINGS` names. What each conceals stands in `truth/`, which only this file reads.
+//! Recordings of a program independent of this project, from the folder of `RLG_RECORDINGS`. Their concealed values are in
+//! `truth/`, read by this file only.
 
 use std::path::{Path, PathBuf};
 use std::sync::OnceLock;
@@ -17,13 +17,13 @@ use rlg::simulate::simulate;
 
 use super::support::{at_a_quarter, of_gyros};
 
-/// 3σ in six dimensions: the squared Mahalanobis distance that holds 99.73 % of a six-dimensional normal.
+/// 3σ in six dimensions: the squared Mahalanobis distance that contains 99.73 % of a six-dimensional normal.
 const THREE_SIGMA_SIX: f64 = 20.06;
 
-/// The mark for the sums, far outside their standard deviations of 1 to 6 %.
+/// The tolerance of the sums, far outside their standard deviations of 1 to 6 %.
 const SUMS_WITHIN: f64 = 0.1;
 
-/// All entries of a block that lags its case: one with a resonance far off is the same physics.
+/// All entries of a block that lags its case: one with a distant resonance is the same physics.
 const FLEXURES: [&str; 3] = ["axis_flexure", "axis_flexure_cubic", "axis_flexure_mode"];
 
 fn recordings() -> Option<PathBuf> {
@@ -34,7 +34,7 @@ fn recordings() -> Option<PathBuf> {
     folder
 }
 
-/// What is said of each under the model beside it: tests that ask for the same share one diagnosis.
+/// Diagnosis of each with the model in its folder: tests of the same recording share it.
 static SAID: [OnceLock<Outcome>; 3] = [const { OnceLock::new() }; 3];
 
 const NAMES: [&str; 3] = ["bench-coning", "bench-null", "bench-shake"];
@@ -55,7 +55,7 @@ fn run(folder: &Path, model: &Model) -> Outcome {
     diagnose(&recording, model, &file, 0, &|_| {}).expect("a diagnosis")
 }
 
-/// Values, standard deviations and covariance of an effect's numbers.
+/// Returns values, standard deviations and covariance of an effect's numbers.
 fn numbers(effect: &EffectEntry) -> (Vec<String>, DVector<f64>, DMatrix<f64>) {
     let (names, values): (Vec<String>, Vec<f64>) = effect
         .parameters
@@ -108,7 +108,7 @@ fn flexure_is_found(name: &str) {
         let share = sum(&off).abs() / sum(&concealed);
         assert!(share < SUMS_WITHIN, "gyro {gyro}: sum off by {share}");
     }
-    // Of a gyro whose sum alone is known the two are even: an uneven pair drifts under vibration in phase.
+    // For a gyro with only its sum identifiable the two are equal: an unequal pair drifts under vibration in phase.
     let of_pair = |gyro: usize| {
         let fixed = effect.identifiable.iter();
         fixed.filter(move |one| {
@@ -130,7 +130,7 @@ fn flexure_is_found(name: &str) {
     for channel in &diagnosis.fit.channels {
         let (before, after) = (&channel.held_out_before, &channel.held_out_after);
         if channel.channel.starts_with("accel_") {
-            // Its ± leaves out how far it wanders, by a few µg here: it must not grow.
+            // Its ± excludes the scatter of its drift, a few µg here: it must not grow.
             assert!(
                 after.drift_rad_s.abs() <= before.drift_rad_s.abs() * 1.01,
                 "{channel:#?}"
@@ -152,7 +152,7 @@ fn flexure_is_found(name: &str) {
     assert!(drifted > 0, "no held-out drift to remove");
 }
 
-/// The model that is written explains the recording.
+/// Checks that the written model explains the recording.
 fn the_found_model_matches(name: &str) {
     let (Some(recordings), Some(outcome)) = (recordings(), said(name)) else {
         return;
@@ -179,8 +179,8 @@ fn the_models_that_were_found_match_in_full() {
     the_found_model_matches("bench-shake");
 }
 
-/// The unit that was diagnosed, shaken with one phase about all its axes: nothing rectifies, and the parameters made of the
-/// written model must not change that, although it splits what two K of a gyro share evenly and the unit does not.
+/// The diagnosed unit, vibrated in phase about all its axes: nothing rectifies, and the parameters of the written model must
+/// preserve that, although it splits two K of a gyro evenly and the unit does not.
 #[test]
 fn the_written_model_adds_no_drift_to_its_unit_in_phase() {
     let (Some(recordings), Some(outcome)) = (recordings(), said("bench-coning")) else {
@@ -284,7 +284,7 @@ fn without_flexure_in_the_catalogue_no_wrong_name_of_the_bench_is_confident_in_f
     }
 }
 
-/// What is scanned for goes the way of what is listed: with flexure out of the catalogue a resonant one is out as well.
+/// The scanned kinds leave the catalogue with the listed ones: without flexure a resonant one is out as well.
 #[test]
 #[ignore = "two recordings: --test diagnose -- --ignored in_full"]
 fn nothing_that_is_taken_out_of_the_catalogue_is_named_in_full() {

@@ -1,5 +1,5 @@
-//! Gyros without a dither that follow the reference in other axes, with another sign or in another unit: what is applied,
-//! what is refused, and what `--anyway` reports.
+//! Gyros without a dither that follow the reference in other axes, with another sign or in another unit: corrections
+//! applied, refusals, and reports of `--anyway`.
 
 use std::path::Path;
 
@@ -17,7 +17,7 @@ const TABLE: &str = include_str!("table_programme.toml");
 
 const REFERENCE: [Quantity; 1] = [Quantity::ReferenceIncrement];
 
-/// Turns about three axes at once of a unit without a dither.
+/// Simulates rotations about three axes at once of a unit without a dither.
 fn turns() -> Simulation {
     let instrument = TABLE.split("[accelerometer]").next().expect("it has one");
     let motion = "[[motion]]\nkind = \"tumble\"\nrate_rad_s = [0.3, 0.2, 0.4]\nduration_s = 40.0\n\
@@ -27,7 +27,7 @@ fn turns() -> Simulation {
     simulate(&scenario, 5, |_| {})
 }
 
-/// Channel i of the gyros, or of the reference, is channel `from[i].0` of the simulation, times `from[i].1`.
+/// Replaces channel i of the gyros, or of the reference, by channel `from[i].0` of the simulation, times `from[i].1`.
 fn wired(simulation: &Simulation, of: &[Quantity], from: [(usize, f64); 3]) -> Recording {
     let mut recording = simulation.recording.clone();
     let is_wired = |quantity: &Quantity| of.contains(quantity);

@@ -33,7 +33,7 @@ fn diagnosis_in(scenario: &str, effect: &str, seed: u64) -> Diagnosis {
     .diagnosis
 }
 
-/// `kind` alone is named and its parameters are the concealed ones.
+/// Checks that `kind` alone is named and its parameters are the concealed ones.
 fn is_named(kind: &str, truth: &[(&str, f64)]) {
     is_said_of(&diagnosis_of(&concealed(kind, truth), 11), kind, truth);
 }
@@ -60,7 +60,7 @@ fn nothing_concealed_is_nothing_found_in_full() {
     nothing_is_found(1..=3);
 }
 
-/// Pulses of 70 times a row's noise, without a dither: single ones were taken for motion, of 80 % scale.
+/// Pulses of 70 times a row's noise, without a dither: single ones were once taken for motion, of 80 % scale.
 #[test]
 fn gyros_that_hardly_turn_and_count_coarsely_name_nothing() {
     let text = instrument(400.0).replace("attitude = true\n", "") + &still(60.0);
@@ -87,7 +87,7 @@ fn nothing_is_found(seeds: RangeInclusive<u64>) {
         );
         assert!(diagnosis.effects.is_empty());
         let test = diagnosis.self_test.expect("a self-test");
-        // One in 1e4 slides may name something: three of 200 would come once in a million recordings.
+        // One in 1e4 time slides may name something: three of 200 have a probability of 1e-6 a recording.
         assert!(test.false_names < 3, "seed {seed}: {test:#?}");
         let (weak, strong) = (&test.curve[0], &test.curve[3]);
         // Theory: one in seven of the weakest, all of the strongest.
@@ -115,7 +115,7 @@ fn a_kind_is_found_from_the_size_that_the_report_promises_and_not_far_below_it()
     assert!(below.effects.is_empty(), "{:#?}", below.summary);
 }
 
-/// Half a minute of vibration of undithered gyros, with a root mean square about each axis.
+/// Makes half a minute of vibration of undithered gyros, with a root mean square about each axis.
 fn shaken(rate_rms_rad_s: [f64; 3]) -> String {
     let motion = format!(
         "[[motion]]\nkind = \"vibration\"\nlow_hz = 0.5\nhigh_hz = 8.0\n\
@@ -127,8 +127,8 @@ fn shaken(rate_rms_rad_s: [f64; 3]) -> String {
     format!("{gyros}{}{motion}", still(3.0))
 }
 
-/// A gyro that hardly moves shows no delay, and none is told of it. The uncertainty of what is found is that of what would
-/// have been.
+/// A delay is not identifiable on a gyro that hardly moves, and none is reported. The uncertainty of a finding is that of a
+/// hypothetical effect.
 #[test]
 fn a_late_gyro_that_moves_alone_is_late_alone() {
     let scenario = shaken([3e-5, 0.02, 3e-5]);
@@ -142,7 +142,7 @@ fn a_late_gyro_that_moves_alone_is_late_alone() {
         let found = diagnosis_in(&scenario, &concealed("gyro_delay", &truth), 1);
         assert_eq!(kinds(&found), ["gyro_delay"], "{:#?}", found.summary);
         sizes_are(&found.effects[0], &truth);
-        // Of one that is far off it is known that it is late by itself.
+        // A gyro with a large delay is identified as late by itself.
         if late_s < 1e-3 {
             let said = &found.effects[0].what_was_left_out;
             assert!(said.contains("Gyros x and z move too little"), "{said}");
@@ -156,7 +156,7 @@ fn a_late_gyro_that_moves_alone_is_late_alone() {
     }
 }
 
-/// One angle of six is an installation error, and not the expression that has one number.
+/// One angle of six is an installation error, and not the expression with one number.
 #[test]
 fn one_tilted_axis_is_named() {
     let truth = [("xy", 1.8e-4)];
@@ -199,7 +199,7 @@ fn a_wrong_dither_gain_is_named() {
 #[test]
 #[ignore = "delays beside attitudes in `slow_reference` by day: --test diagnose -- --ignored in_full"]
 fn a_wrong_dither_delay_is_named_in_full() {
-    // At a quarter of the rows the dither's phase moves so fast that a rest stays unexplained.
+    // At a quarter of the rows the dither's phase advances so fast that a residual stays unexplained.
     let (kind, truth) = ("dither_delay", [("x", 5e-7), ("y", -8e-7), ("z", 1e-6)]);
     let effect = format!("\n{}", concealed(kind, &truth));
     let diagnosis = diagnosis_in(&of_gyros(STILL_SLEWS_AND_VIBRATION), &effect, 11);
@@ -221,7 +221,7 @@ fn a_jump_in_angle_is_no_physics_of_motion() {
 
 #[test]
 fn pulses_that_a_counter_loses_now_and_then_are_all_found() {
-    // One pulse each, more often than terms may come in one by one, and none in rows that only test.
+    // One pulse each, more often than terms can be selected one by one, and none in test rows.
     let pulse_rad = 2e-6;
     let truth: Vec<(f64, f64)> = (0..10)
         .map(|k| {
@@ -248,7 +248,7 @@ fn pulses_that_a_counter_loses_now_and_then_are_all_found() {
         diagnosis.summary
     );
     for (slip, (time_s, size)) in found.iter().zip(&truth) {
-        // Noise of single readings moves the row.
+        // Noise of single samples shifts the row.
         assert!((number(slip, "time_s").0 - time_s).abs() < 0.02, "{slip:?}");
         holds(slip, &[("size", *size)]);
     }

@@ -1,5 +1,5 @@
-//! Faults of the data of gyros without a dither, put into simulated rates: what is left out, what is said, and that nothing
-//! else is named for it.
+//! Faults of the data of gyros without a dither, put into simulated rates: rows left out, reports, and no other name given
+//! for them.
 
 use std::path::Path;
 
@@ -13,7 +13,7 @@ use super::support::kinds;
 const RATE_HZ: f64 = 200.0;
 const ROWS: usize = 8000;
 
-/// Rates of gyros and reference that move about all axes.
+/// Diagnoses rates of gyros and reference that move about all axes.
 fn rates(change: impl Fn(&mut [Vec<f64>; 3])) -> Diagnosis {
     let mut state = 11_u64;
     let mut noise = || {

@@ -1,5 +1,5 @@
-//! Effects with a number inside, on gyros without a dither: each is named alone, with its numbers, and its model explains
-//! the recording on a second pass.
+//! Nonlinear effects on gyros without a dither: each is named alone, with its numbers, and its model explains the recording
+//! on a second pass.
 
 use std::path::Path;
 
@@ -33,12 +33,12 @@ fn tumble(rate_rad_s: f64) -> String {
     )
 }
 
-/// The diagnosis of a vibration with an effect, without accelerometers, at 1000 rows a second; and of its model.
+/// Diagnoses a vibration with an effect, without accelerometers, at 1000 rows a second; and once more with its model.
 fn diagnosed(motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
     diagnosed_at("1000.0", 1e-9, motion, effect)
 }
 
-/// The same of turns, which the table's own 400 rows a second show, by gyros that count in pulses.
+/// Does the same for rotations at the table's own 400 rows a second, by gyros that count pulses.
 fn turned(pulse_rad: f64, motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
     diagnosed_at("400.0", pulse_rad, motion, effect)
 }
@@ -124,8 +124,8 @@ fn an_encoders_harmonic_is_found_with_its_order() {
     assert!(found.parameters.iter().any(on_z));
 }
 
-/// Motion a million times the noise: resonances come out to parts in a hundred thousand, and what columns of that accuracy
-/// leave is neither physics nor noise.
+/// Motion a million times the noise: resonances are estimated to parts in a hundred thousand, and the residual of columns of
+/// that accuracy is neither physics nor noise.
 #[test]
 fn a_soft_mount_is_found_with_its_resonances_and_what_is_left_is_not_called_physics() {
     let mount = [
@@ -176,8 +176,8 @@ fn a_step_is_found_in_vibration_with_its_instant_in_full() {
     );
 }
 
-/// Two delays at once: every row holds their difference alone. One finding, of that size, which says that it cannot tell
-/// whose delay it is.
+/// Two delays at once: every row depends on their difference alone. One finding, of that size, reports that the two are not
+/// distinguishable.
 #[test]
 fn delays_of_gyros_and_reference_are_seen_by_their_difference() {
     const GYRO_S: f64 = 5e-5;
@@ -201,8 +201,8 @@ fn delays_of_gyros_and_reference_are_seen_by_their_difference() {
     );
 }
 
-/// Turns through rest without a dither: the beams lock within 170 to 250 °/h of it, which scale terms of any order would have to
-/// stand for.
+/// Rotations through zero rate without a dither: the beams lock within 170 to 250 °/h of it, which scale terms of any order
+/// would have to approximate.
 #[test]
 fn a_dead_band_about_rest_is_lock_in_with_each_gyros_threshold() {
     let thresholds = [("x", 1.2e-3), ("y", 8e-4), ("z", 1e-3)];
@@ -217,8 +217,8 @@ fn a_dead_band_about_rest_is_lock_in_with_each_gyros_threshold() {
     names_nothing(&free, "no threshold");
 }
 
-/// Pulses of 0.25 to 0.35″ come rarely at this rate, in tones that go with the motion: they are read off the values, and what
-/// they make is no slip and no mismatch.
+/// Pulses of 0.25 to 0.35″ are rare at this rate, in tones that follow the motion: their weight is read off the values, and
+/// their effect is no slip and no mismatch.
 #[test]
 fn coarse_pulses_are_named_by_their_weight_and_nothing_that_they_make() {
     let pulses = [("x", 1.2e-6), ("y", 1.7e-6), ("z", 1.4e-6)];

@@ -1,4 +1,4 @@
-//! Gross and small errors beside noise that nobody declared: a stranger's first recording.
+//! Gross and small errors with undeclared noise: a foreign recording.
 
 use std::path::Path;
 
@@ -11,7 +11,7 @@ use rlg::simulate::simulate;
 /// White noise of the reference's rate \[rad/√s\]: a hundred times the gyros'.
 const REFERENCE_RAD_SQRT_S: f64 = 1e-3;
 
-/// A minute of three oscillations, the third of which stands still where `axes` says so.
+/// A minute of three oscillations, the third of which is replaced by rest for a zero of `axes`.
 fn scenario(axes: [f64; 3], effect: &str) -> String {
     let rates = axes.map(|axis| 0.5 * axis);
     format!(
@@ -30,7 +30,7 @@ fn scenario(axes: [f64; 3], effect: &str) -> String {
     )
 }
 
-/// The diagnosis of it by a model that says nothing of noise.
+/// Diagnoses it with a model that declares no noise.
 fn diagnosed(axes: [f64; 3], effect: &str) -> Diagnosis {
     let scenario = Scenario::parse(&scenario(axes, effect), Path::new("stranger.toml"));
     let simulation = simulate(&scenario.expect("a scenario"), 11, |_| {});
@@ -43,14 +43,14 @@ fn diagnosed(axes: [f64; 3], effect: &str) -> Diagnosis {
     outcome.expect("a recording").diagnosis
 }
 
-/// One effect of the class of `kind` with `truth`, as near as its standard deviations say, and nothing else.
+/// Checks for one effect of the class of `kind` with `truth` within its standard deviations, and nothing else.
 fn is_alone(diagnosis: &Diagnosis, kind: &str, truth: &[(&str, f64)]) {
     assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
     let effect = &diagnosis.effects[0];
     let in_class =
         effect.kind == kind || effect.indistinguishable_from.iter().any(|one| one == kind);
     assert!(in_class, "{:#?}", diagnosis.summary);
-    // Of many numbers one is beyond three deviations by chance; their mean square is within three of its own.
+    // Of many numbers one exceeds three deviations by chance; their mean square is within three of its own.
     let pull = |(name, value): &(&str, f64)| {
         let (estimate, std) = number(effect, name);
         (estimate - value) / std

@@ -1,4 +1,4 @@
-//! The tool never sees the answer, and its answer does not depend on the machine.
+//! The tool never reads the answer, and its result does not depend on the machine.
 
 use std::fs;
 use std::path::{Path, PathBuf};

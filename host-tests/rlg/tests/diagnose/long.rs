@@ -1,4 +1,4 @@
-//! A recording of which only a part may be held at once: what stretches and blocks say of it together.
+//! A recording held in memory only in part: joint findings of stretches and blocks.
 
 use super::support::names_nothing;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
@@ -7,7 +7,7 @@ use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
 use std::path::Path;
 
-/// The hour in two minutes: 1 kHz, a stronger vibration, a quicker warming.
+/// Makes the hour's scenario in two minutes: 1 kHz, a stronger vibration, a quicker warming.
 fn shortened(effects: &str) -> String {
     let hour = include_str!("../../../scenarios/hour.toml");
     let (instrument, _) = hour.split_once("[[effect]]").expect("it conceals effects");
@@ -84,7 +84,7 @@ fn numbers(effect: &EffectEntry) -> Vec<f64> {
     effect.parameters.iter().map(value).collect()
 }
 
-/// Within three standard deviations.
+/// Checks that they agree within three standard deviations.
 fn agrees(what: &str, value: f64, std: f64, truth: f64) {
     assert!(
         (value - truth).abs() < 3.0 * std,

@@ -1,4 +1,4 @@
-//! The mismatch tool against recordings whose truth is known to these tests and to nothing they test.
+//! The mismatch tool on recordings whose truth is known to these tests only, not to the code under test.
 
 mod accelerometers;
 

@@ -1,5 +1,5 @@
-//! Resonances and encoder errors concealed by this workspace's simulator: effects that are not linear in their
-//! parameters, and the linear ones they could be taken for.
+//! Resonances and encoder errors concealed by this workspace's simulator: effects nonlinear in their parameters, and the
+//! linear ones that resemble them.
 
 use super::support::{at_a_quarter, concealed, holds, number, of_gyros};
 use rlg::diagnose::diagnose;
@@ -18,7 +18,7 @@ fn run(recording: &Recording, model: &Model) -> (Diagnosis, Model) {
     (outcome.diagnosis, outcome.model)
 }
 
-/// Diagnosis of the scenario's gyros with `effect`, which the diagnosis with the found model must call a match.
+/// Diagnoses the scenario's gyros with `effect`; the diagnosis with the found model must be a match.
 fn diagnosis_of(scenario: &str, effect: &str) -> Diagnosis {
     diagnosis_in(&of_gyros(&at_a_quarter(scenario)), effect)
 }
@@ -34,7 +34,7 @@ fn diagnosis_in(scenario: &str, effect: &str) -> Diagnosis {
         "{:#?}",
         diagnosis.summary
     );
-    // Through the file, as people run it again.
+    // Through the file, as a user runs it again.
     let folder = tempfile::tempdir().expect("a folder");
     let file = folder.path().join("model.toml");
     explained.write(&file).expect("a model file");
@@ -66,7 +66,7 @@ fn a_soft_mount_is_named_with_its_frequency_and_damping() {
     let scenario = Scenario::parse(&text, Path::new("scenario.toml")).expect("a scenario");
     let simulation = simulate(&scenario, 11, |_| {});
     let (diagnosis, _) = run(&simulation.recording, &simulation.model);
-    // Near the resonance the reference's own noise, which no mount amplifies, may be located beside it.
+    // Near the resonance the reference's own noise, not amplified by a mount, may be located, too.
     let named: Vec<&EffectEntry> = diagnosis
         .effects
         .iter()
@@ -79,7 +79,7 @@ fn a_soft_mount_is_named_with_its_frequency_and_damping() {
     holds(named[0], &truth);
 }
 
-/// Slews of two turns about each axis on a table whose encoder does not see the Earth turn.
+/// Slews of two revolutions about each axis on a table with an encoder that does not sense the Earth's rotation.
 fn table() -> String {
     STILL_SLEWS_AND_VIBRATION
         .replace("earth_rate = true ", "earth_rate = false ")
@@ -181,7 +181,7 @@ fn a_suspension_that_resonates_within_the_motion_is_told_from_a_stiff_one_in_ful
 #[test]
 #[ignore = "half a minute: --test diagnose -- --ignored in_full"]
 fn a_weak_resonance_that_no_other_effect_resembles_is_sought_by_itself_in_full() {
-    // Above and below 45 Hz the tilts take opposite signs: a stiff suspension explains next to nothing of it.
+    // Above and below 45 Hz the tilts have opposite signs: a stiff suspension explains almost none of it.
     let mut values = FLEXURE.map(|(name, value)| (name, 0.8 * value)).to_vec();
     values.extend([("frequency_hz", 45.0), ("damping", 0.08)]);
     let diagnosis = diagnosis_of(vibration(), &concealed("axis_flexure_mode", &values));
@@ -202,7 +202,7 @@ fn a_stiff_suspension_is_no_resonance_in_full() {
 #[test]
 #[ignore = "half a minute: --test diagnose -- --ignored in_full"]
 fn an_elastic_block_is_no_soft_mount_in_full() {
-    // Off the diagonal no isolator has anything.
+    // An isolator has no terms off the diagonal.
     let values = [("xx", 4e-8), ("xy", -3e-8), ("yz", 5e-8), ("zz", 3e-8)];
     let diagnosis = diagnosis_of(
         STILL_SLEWS_AND_VIBRATION,

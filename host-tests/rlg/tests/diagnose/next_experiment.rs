@@ -1,5 +1,5 @@
-//! What a diagnosis proposes to do next keeps its promise: the experiment is simulated as it is written, and read together
-//! with the recording that it was proposed for.
+//! The proposed next experiment achieves its predicted separation: it is simulated as written, and diagnosed together with
+//! the recording for which it was proposed.
 
 use std::path::Path;
 
@@ -19,11 +19,11 @@ fn on_each_axis(motion: &str) -> String {
     STILL.to_string() + &["x", "y", "z"].map(one).concat()
 }
 
-/// One motion that shows an effect and not which.
+/// One motion that detects an effect without identifying it.
 struct Case<'a> {
     motion: &'a str,
     truth: (&'a str, &'a [(&'a str, f64)]),
-    /// What it is confused with and will not be.
+    /// Kinds not distinguishable from it now, to be distinguished by the experiment.
     rivals: &'a [&'a str],
 }
 
@@ -39,7 +39,7 @@ impl Case<'_> {
         (streams.expect("it aligns"), simulation.model)
     }
 
-    /// The diagnosis before, and of both recordings.
+    /// Returns the diagnosis before, and that of both recordings.
     fn before_and_after(&self) -> (Diagnosis, Diagnosis) {
         let motion = on_each_axis(self.motion);
         let settings = Settings::default();
@@ -71,7 +71,8 @@ fn std_of(effect: &EffectEntry, wanted: &str) -> f64 {
     found.unwrap_or_else(|| panic!("no {wanted}"))
 }
 
-/// The promise is at least what decides; what it tells apart is told apart, and the numbers are as well known as it says.
+/// Checks that the predicted separation is decisive, that its kinds are then distinguished, and that the numbers have their
+/// predicted standard deviations.
 fn keeps_its_promise(case: &Case) {
     let (before, after) = case.before_and_after();
     let confused = class(&before.effects[0]);
@@ -97,7 +98,7 @@ fn keeps_its_promise(case: &Case) {
     }
 }
 
-/// Cones of one amplitude: a tilt that grows with acceleration, or with its cube.
+/// Cones of one amplitude: a tilt proportional to acceleration, or to its cube.
 #[test]
 fn stronger_coning_tells_a_linear_flexure_from_a_cubic_one() {
     keeps_its_promise(&Case {
@@ -110,7 +111,7 @@ fn stronger_coning_tells_a_linear_flexure_from_a_cubic_one() {
     });
 }
 
-/// Slews of one rate and one sense: a scale error by any power of the rate.
+/// Slews of one rate and one sense: a scale error of any power of the rate.
 #[test]
 fn faster_motion_of_both_senses_tells_a_scale_error_from_one_that_grows_with_the_rate() {
     keeps_its_promise(&Case {

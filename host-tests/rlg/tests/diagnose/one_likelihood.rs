@@ -1,4 +1,4 @@
-//! The engine of one likelihood: what its findings may depend on.
+//! The engine of one likelihood: inputs on which its findings may depend.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ use rlg_signal::partition::Use;
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
 const TABLE: &str = include_str!("table_programme.toml");
 
-/// What the gyros sensed in rows that only give the report's figures is replaced by garbage: no finding may change.
+/// Gyro values in rows used only for the report's figures are replaced by garbage: no finding may change.
 #[test]
 fn findings_do_not_depend_on_the_rows_that_test_them() {
     let effect = concealed("gyro_scale", &[("x", 2e-5), ("y", -3e-5), ("z", 2e-5)]);
@@ -24,7 +24,7 @@ fn findings_do_not_depend_on_the_rows_that_test_them() {
     the_same_with_other_test_rows(&format!("{scenario}{effect}"), &["gyro_scale"]);
 }
 
-/// The weight of coarse pulses is read off the values, of the rows that may be looked at.
+/// The weight of coarse pulses is determined from values of the rows in use.
 #[test]
 fn pulses_are_not_read_off_the_rows_that_test() {
     let effect = concealed(
@@ -34,7 +34,7 @@ fn pulses_are_not_read_off_the_rows_that_test() {
     the_same_with_other_test_rows(&turns(&effect), &["pulse_quantisation"]);
 }
 
-/// Turns through rest of a unit without a dither, with an effect.
+/// Makes rotations through zero rate of a unit without a dither, with an effect.
 fn turns(effect: &str) -> String {
     let instrument = TABLE.split("[accelerometer]").next().expect("it has one");
     let motion = "[[motion]]\nkind = \"tumble\"\nrate_rad_s = [0.05, 0.04, 0.06]\nduration_s = 60.0\n\
@@ -42,7 +42,7 @@ fn turns(effect: &str) -> String {
     format!("{instrument}{motion}{effect}")
 }
 
-/// Increments that are rounded one by one lie on multiples of one number as well, but their errors add up: they are no pulses.
+/// Increments rounded one by one are multiples of one number as well, but their errors accumulate: they are no pulses.
 #[test]
 fn rounded_increments_are_no_pulses() {
     const ROUNDED_RAD: f64 = 2e-6;
@@ -67,7 +67,7 @@ fn rounded_increments_are_no_pulses() {
     }
 }
 
-/// Holds the findings of a scenario against those with garbage in the rows that only test.
+/// Compares the findings of a scenario with those for garbage in the test rows.
 fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
     let scenario = Scenario::parse(text, Path::new("scenario.toml")).expect("a scenario");
     let simulation = simulate(&scenario, 5, |_| {});
@@ -79,7 +79,7 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
     let partition = Data::new(&mut whole, model, &plan, file)
         .expect("data")
         .partition;
-    // What is not needed once the residual exists is given away.
+    // Inputs not needed once the residual exists are dropped.
     let mut whole = Streams::align(&simulation.recording, model).expect("channels");
     let mut replaced = 0;
     for (row, of) in partition.uses.iter().enumerate() {
@@ -124,8 +124,8 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
     );
 }
 
-/// A constant of some eight standard deviations is also what a weak random walk makes. A model that declares the drift
-/// says which of the two it is.
+/// A constant of some eight standard deviations is also explained by a weak random walk. A model that declares the drift
+/// decides between the two.
 #[test]
 #[ignore = "half a minute: --test diagnose -- --ignored in_full"]
 fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias_in_full() {
@@ -153,7 +153,7 @@ fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias_in_full() {
         assert_eq!(kinds(diagnosis), ["gyro_bias"], "{:#?}", diagnosis.summary);
         holds(&diagnosis.effects[0], &[("x", BIAS_RAD_S)]);
     }
-    // Other kinds that this motion does not tell from a bias, a step near the start among them, are another matter.
+    // Other kinds not distinguishable from a bias in this motion, a step near the start among them, are not considered.
     let [mut or_drift, or_none] =
         [&unknown, &none].map(|one| one.effects[0].indistinguishable_from.clone());
     assert_eq!(or_drift.pop().as_deref(), Some(DRIFT));
@@ -166,8 +166,8 @@ fn a_declared_drift_takes_drift_out_of_the_class_of_a_bias_in_full() {
     names_nothing(&walking, "a declared random walk");
 }
 
-/// A dither turns lock-in into a random walk of angle, N = Ω_L/√(S Ω_D): the finding keeps both names, and says which thresholds
-/// would leave as much.
+/// A dither turns lock-in into a random walk of angle, N = Ω_L/√(S Ω_D): the finding keeps both names, and reports the
+/// thresholds with the same effect.
 #[test]
 #[ignore = "half a minute: --test diagnose -- --ignored in_full"]
 fn lock_in_of_dithered_gyros_is_a_random_walk_whose_thresholds_are_said_in_full() {

@@ -1,5 +1,5 @@
-//! Small recordings that others made, from `outside/` in the folder that `RLG_RECORDINGS` names: what is refused, what is
-//! put right, which rows are left out, and what the search then names. None of their models declares the reference's noise.
+//! Small recordings made by others, from `outside/` in the folder of `RLG_RECORDINGS`: refusals, corrections, rows left out,
+//! and findings. None of their models declares the reference's noise.
 
 use std::collections::BTreeMap;
 use std::path::PathBuf;
@@ -10,13 +10,13 @@ use rlg::diagnose::{Outcome, Settings, diagnose_under};
 use rlg::model::Model;
 use rlg::recording::Recording;
 
-/// What is said of one of them, or why it is refused.
+/// Diagnosis of one of them, or the reason of its refusal.
 type Said = Arc<OnceLock<Result<Outcome, String>>>;
 
-/// By recording and whether anyway: tests that ask for the same share one diagnosis.
+/// Diagnoses by recording and `anyway`: tests of the same share one diagnosis.
 static SAID: Mutex<BTreeMap<(String, bool), Said>> = Mutex::new(BTreeMap::new());
 
-/// What is said of one of them; `None` where they are not there.
+/// Returns the diagnosis of one of them; `None` if they are not available.
 fn diagnosed(name: &str, anyway: bool) -> Option<Said> {
     let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
         eprintln!("skipped: RLG_RECORDINGS names no folder of recordings");
@@ -44,7 +44,7 @@ fn diagnosed(name: &str, anyway: bool) -> Option<Said> {
     Some(said)
 }
 
-/// The outcome or the refusal, which is there.
+/// Returns the outcome or the refusal, which exists.
 fn of(said: &Said) -> Result<&Outcome, &String> {
     said.get().expect("it was diagnosed").as_ref()
 }
@@ -57,7 +57,7 @@ fn refused(name: &str, words: &str) {
     }
 }
 
-/// The diagnosis, handed to `judge`.
+/// Passes the diagnosis to `judge`.
 fn accepted(name: &str, anyway: bool, judge: impl Fn(&Diagnosis)) {
     match diagnosed(name, anyway).as_ref().map(of) {
         None => {}
@@ -75,7 +75,7 @@ fn says(diagnosis: &Diagnosis, words: &str) -> bool {
     diagnosis.summary.iter().any(|line| line.contains(words))
 }
 
-/// No kind that predicts nothing: no fault of the data, no channel put right.
+/// Checks that no kind is found that predicts nothing: no fault of the data, no corrected channel.
 fn is_sound(diagnosis: &Diagnosis) {
     for kind in rlg::model::kinds::FAULT_KINDS {
         assert_eq!(
@@ -123,7 +123,7 @@ fn a_doubled_rate_is_refused_and_a_scale_error_anyway() {
     });
 }
 
-/// Value and standard deviation of a number among parameters.
+/// Returns value and standard deviation of a number among parameters.
 fn parameter(parameters: &[ParameterEntry], wanted: &str) -> Option<(f64, f64)> {
     parameters.iter().find_map(|parameter| match parameter {
         ParameterEntry::Number {
@@ -133,7 +133,7 @@ fn parameter(parameters: &[ParameterEntry], wanted: &str) -> Option<(f64, f64)> 
     })
 }
 
-/// Value and standard deviation of a parameter of the one effect of a kind.
+/// Returns value and standard deviation of a parameter of the one effect of a kind.
 fn number(diagnosis: &Diagnosis, kind: &str, name: &str) -> (f64, f64) {
     let mut of_kind = diagnosis.effects.iter().filter(|one| one.kind == kind);
     let effect = of_kind
@@ -148,7 +148,7 @@ fn number(diagnosis: &Diagnosis, kind: &str, name: &str) -> (f64, f64) {
     found.unwrap_or_else(|| panic!("{kind} without {name}: {:#?}", diagnosis.summary))
 }
 
-/// Kinds that are named, of all that are known.
+/// Lists the named kinds among all known ones.
 fn kinds(diagnosis: &Diagnosis) -> Vec<&str> {
     let mut kinds: Vec<&str> = diagnosis
         .effects
@@ -214,7 +214,7 @@ fn one_tone_an_axis_shows_a_scale_error_of_60_ppm_and_nothing_that_cancels_it() 
     });
 }
 
-/// The filter's own difference from a continuous low pass, a quarter of a millisecond, shows beside it.
+/// The filter's deviation from a continuous low pass, a quarter of a millisecond, is found, too.
 #[test]
 fn a_low_pass_of_33_ms_is_a_low_pass() {
     accepted("low-pass-rate", false, |diagnosis| {
@@ -239,7 +239,7 @@ fn a_motor_with_an_encoder_shows_its_delay() {
     shows_its_delay("encoder-yaw", "z");
 }
 
-/// An outside analysis has 6.5 to 7.1 ms.
+/// An outside analysis found 6.5 to 7.1 ms.
 fn shows_its_delay(name: &str, axis: &str) {
     accepted(name, false, |diagnosis| {
         let (late_s, std_s) = number(diagnosis, "gyro_delay", axis);
@@ -294,7 +294,7 @@ fn spikes_at_rest_are_listed() {
     });
 }
 
-/// Values of the three axes within three of their standard deviations, and those no larger than `largest`.
+/// Checks that values of the three axes are within three of their standard deviations, and those no larger than `largest`.
 fn within(diagnosis: &Diagnosis, kind: &str, expected: [f64; 3], largest: f64) {
     for (axis, expected) in ["x", "y", "z"].iter().zip(expected) {
         let (value, std) = number(diagnosis, kind, axis);
@@ -316,7 +316,7 @@ fn a_mean_rate_of_63_times_the_earths_is_a_bias_and_no_drift() {
         is_explained(diagnosis);
         assert_eq!(kinds(diagnosis), ["gyro_bias"]);
         within(diagnosis, "gyro_bias", [3.67e-3, -2.33e-3, 0.98e-3], 1e-4);
-        // No rotation of the Earth is as large.
+        // The Earth's rotation is not as large.
         let alike = &diagnosis.effects[0].indistinguishable_from;
         assert!(!alike.iter().any(|kind| kind == "earth_rate"), "{alike:?}");
         for noise in &diagnosis.noise {
@@ -357,14 +357,14 @@ fn spikes_at_rest_are_one_line_of_the_summary_and_change_neither_bias_nor_noise(
         assert_eq!(count(diagnosis, "spikes"), 25);
         assert_eq!(kinds(diagnosis).len(), 26);
         assert!(says(diagnosis, "25 single readings of gyro_y"));
-        // By the rows without the spikes: the means, and the scatter over the root of the row rate.
+        // From the rows without the spikes: the means, and the scatter over the root of the row rate.
         let of_mean = [3.509e-4, -2.011e-4, 1.645e-4];
         let mut square = 0.0;
         for (axis, mean) in ["x", "y", "z"].iter().zip(of_mean) {
             let (value, _) = number(diagnosis, "gyro_bias", axis);
             square += (mean - value).powi(2);
         }
-        // What is no bias is the Earth's rotation, to what 60 s of this noise leave open.
+        // The part that is no bias is the Earth's rotation, within the uncertainty of 60 s of this noise.
         assert!((square.sqrt() - 7.292e-5).abs() < 4e-5, "{}", square.sqrt());
         for noise in &diagnosis.noise {
             let terms = noise.terms.as_ref().expect("noise in its terms");
@@ -374,7 +374,7 @@ fn spikes_at_rest_are_one_line_of_the_summary_and_change_neither_bias_nor_noise(
     });
 }
 
-/// A number of the registration, and whether it is supported.
+/// Returns a number of the registration, and true if it is supported.
 fn registered(diagnosis: &Diagnosis, kind: &str, name: &str) -> (f64, f64, bool) {
     let entry = diagnosis
         .registration
@@ -386,7 +386,7 @@ fn registered(diagnosis: &Diagnosis, kind: &str, name: &str) -> (f64, f64, bool)
     (value, std, entry.supported)
 }
 
-/// Diagnoses it again with the model that was written: nothing is left.
+/// Diagnoses it again with the written model: nothing remains.
 fn matches_again(name: &str) {
     let said = diagnosed(name, false);
     let Some(Ok(outcome)) = said.as_ref().map(of) else {
@@ -409,7 +409,7 @@ fn matches_again(name: &str) {
 fn a_delay_against_attitudes_is_one_delay_and_nothing_else() {
     accepted("delay-att-0.008", false, |diagnosis| {
         assert_eq!(kinds(diagnosis), ["reference_delay"]);
-        // Gyros that are late are a reference that is early.
+        // Late gyros are equivalent to an early reference.
         let (late_s, std_s) = number(diagnosis, "reference_delay", "all");
         assert!(
             (late_s + 0.008).abs() < 3.0 * std_s && std_s < 1e-4,
@@ -436,7 +436,7 @@ fn a_bias_against_attitudes_is_one_at_any_size() {
     }
 }
 
-/// The filter's own difference from a continuous low pass, a quarter of a millisecond, shows beside it.
+/// The filter's deviation from a continuous low pass, a quarter of a millisecond, is found, too.
 #[test]
 fn a_low_pass_against_attitudes_is_a_low_pass() {
     accepted("low-pass-attitude", false, |diagnosis| {
@@ -459,11 +459,11 @@ fn a_doubled_rate_against_attitudes_is_refused() {
     });
 }
 
-/// An outside analysis has a delay of 7.6 ms and a bias of (−1.3, −2.6, −3.4)e-3 rad/s.
+/// An outside analysis found a delay of 7.6 ms and a bias of (−1.3, −2.6, −3.4)e-3 rad/s.
 #[test]
 fn an_autopilots_own_attitude_shows_its_delay_and_a_bias() {
     accepted("autopilot-attitude", false, |diagnosis| {
-        // Its filter errs by more while the hand moves it.
+        // Its filter has larger errors while it is moved by hand.
         assert_eq!(diagnosis.verdict, Verdict::PartlyExplained);
         assert!(says(diagnosis, "What is left moves with the motion"));
         let mut named = kinds(diagnosis);
@@ -478,7 +478,7 @@ fn an_autopilots_own_attitude_shows_its_delay_and_a_bias() {
     });
 }
 
-/// One turn of 360° by hand, attitudes before and after: three numbers, and what the gyros read at rest.
+/// One rotation of 360° by hand, attitudes before and after: three numbers, and the gyros' rates at rest.
 #[test]
 fn one_turn_between_two_attitudes_shows_a_bias_and_no_more() {
     const DEG: f64 = std::f64::consts::PI / 180.0;
@@ -506,7 +506,7 @@ fn gyros_and_a_reference_of_two_motions_are_unusable_and_nothing_is_named() {
     });
 }
 
-/// The command leaves no model, not even one of an earlier run.
+/// The command writes no model, and removes that of an earlier run.
 #[test]
 fn of_two_motions_no_model_is_written() {
     let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
@@ -552,7 +552,7 @@ fn half_a_second_that_a_recorder_lost_is_put_back() {
             diagnosis.summary
         );
         assert_eq!(kinds(diagnosis), ["lost_samples"]);
-        // As the simulator made them: 0.3 °/√h, and 0.3 mrad in every attitude.
+        // As simulated: 0.3 °/√h, and 0.3 mrad in every attitude.
         for noise in &diagnosis.noise {
             let walk = noise.angle_random_walk_rad_sqrt_s / 8.73e-5;
             assert!((0.8..1.25).contains(&walk), "{walk}");
@@ -576,7 +576,7 @@ fn an_attitude_computed_from_the_gyros_shows_its_pull_and_nothing_else() {
     matches_again("ahrs-reference");
 }
 
-/// Without the pull in the catalogue it has no name, and is still no noise.
+/// Without the pull in the catalogue it has no name, and is still not noise.
 #[test]
 fn a_pull_that_no_kind_explains_is_in_step_with_the_motion() {
     let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {

@@ -1,4 +1,4 @@
-//! Accelerometers in still positions without a reference, concealed here and told by the length of gravity alone.
+//! Accelerometers in still positions without a reference, with concealed errors identified by the length of gravity alone.
 
 use std::path::Path;
 
@@ -25,7 +25,7 @@ const RATE_HZ: f64 = 50.0;
 const MOVED_S: f64 = 2.0;
 const HELD_S: f64 = 8.0;
 
-/// What a bench hides: errors by axis, and one angle between x and y.
+/// Concealed errors of a bench: by axis, and one angle between x and y.
 #[derive(Clone, Copy, Default)]
 struct Hidden {
     bias_m_s2: [f64; 3],
@@ -33,7 +33,7 @@ struct Hidden {
     skew_rad: f64,
 }
 
-/// Directions of up: faces, edges and corners of a cube, hand-held to half a degree.
+/// Returns directions of up: faces, edges and corners of a cube, hand-held to half a degree.
 fn ups(count: usize) -> Vec<Vector3<f64>> {
     let step = [-1.0, 0.0, 1.0];
     let mut all: Vec<Vector3<f64>> = step
@@ -49,7 +49,7 @@ fn ups(count: usize) -> Vec<Vector3<f64>> {
         .collect()
 }
 
-/// A recording of so many positions; `more` adds to a reading in position and row.
+/// Makes a recording of so many positions; `more` adds to a sample in position and row.
 fn recorded(
     count: usize,
     hidden: Hidden,
@@ -149,7 +149,7 @@ fn a_tumble_tells_bias_scale_and_the_angles_between_the_axes() {
     assert_eq!(named, all, "{:#?}", diagnosis.summary);
     assert_eq!(diagnosis.verdict, Verdict::Explained);
     bias_and_scale(diagnosis);
-    // f_x += 1e-3 f_y is δ_xz; δ_xz − δ_yz is all that gravity tells.
+    // f_x += 1e-3 f_y is δ_xz; δ_xz − δ_yz is the combination identifiable from gravity.
     let tilts = diagnosis.effects.iter().find(|one| one.kind == all[1]);
     let mut combinations = tilts.expect("named").identifiable.iter();
     let xz = combinations.find(|one| one.combination.contains_key("xz"));
@@ -196,7 +196,7 @@ fn six_faces_tell_bias_and_scale_and_say_that_they_tell_no_angles() {
 #[test]
 fn what_is_knocked_or_shaken_is_left_out_and_changes_nothing() {
     let disturbed = |place: usize, held_s: f64| match place {
-        // A knock, which takes a moment, and a motor, which takes the whole position.
+        // A knock, of a moment, and a motor, of the whole position.
         4 if (3.0..3.1).contains(&held_s) => Vector3::repeat(5.0),
         9 if held_s > 0.0 => Vector3::x() * 0.3 * (45.0 * held_s).sin(),
         _ => Vector3::zeros(),
@@ -229,7 +229,7 @@ fn a_position_that_does_not_fit_is_no_error_of_the_accelerometers() {
 #[test]
 fn positions_that_only_test_change_no_finding() {
     let before = diagnosed(&recorded(24, UNIT, none, 7), &ideal()).diagnosis;
-    // Every fifth position only tests.
+    // Every fifth position is for testing only.
     let poisoned = |place: usize, held_s: f64| match place % 5 == 4 && held_s > 0.0 {
         true => Vector3::repeat(0.3),
         false => Vector3::zeros(),
@@ -299,7 +299,7 @@ fn scores(trials: u64, planted: &[&str]) -> Scores {
     score(&plan, &prepared.answers, &outcomes)
 }
 
-/// What is asserted of a few trials here holds for hundreds (docs/measured.md).
+/// A few trials of the hundreds in docs/measured.md.
 #[test]
 fn drawn_positions_get_no_false_name_and_most_units_their_right_ones() {
     let nulls = scores(20, &["none"]);

@@ -1,5 +1,5 @@
-//! Errors of an attitude reference, put into `outside/bias-0.0076` (attitudes at 25 Hz, 1.99e-4 rad of noise): what is
-//! refused, what is left out and said, and that the bias stays what it is.
+//! Errors of an attitude reference, put into `outside/bias-0.0076` (attitudes at 25 Hz, 1.99e-4 rad of noise): refusals,
+//! rows left out, reports, and an unchanged bias.
 
 use std::path::PathBuf;
 
@@ -12,10 +12,10 @@ use rlg::recording::{Quantity, Recording};
 
 const AXES: [&str; 4] = ["w", "x", "y", "z"];
 
-/// The bias that was put in \[rad/s\].
+/// Bias put in \[rad/s\].
 const BIAS: [f64; 3] = [2e-4, 2e-3, 7.6e-3];
 
-/// The recording, and its model with the file that it is from; `None` where they are not there.
+/// Returns the recording, and its model with its file; `None` if they are not available.
 fn recorded() -> Option<(Recording, Model, PathBuf)> {
     let Some(folder) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
         eprintln!("skipped: RLG_RECORDINGS names no folder of recordings");
@@ -83,7 +83,7 @@ fn number(parameters: &[ParameterEntry], wanted: &str) -> (f64, f64) {
     found.unwrap_or_else(|| panic!("no {wanted} in {parameters:?}"))
 }
 
-/// The bias within three of its standard deviations, and besides it kinds in this order.
+/// Checks the bias within three of its standard deviations, and the other kinds in this order.
 fn has_its_bias_and(diagnosis: &Diagnosis, others: &[&str]) {
     let mut kinds: Vec<&str> = diagnosis
         .effects

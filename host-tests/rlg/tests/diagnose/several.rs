@@ -12,8 +12,8 @@ use std::path::Path;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
 
-/// A recording of gyros of that name with an effect concealed, of a quarter of the rows: a family of recordings is the work of one,
-/// several times.
+/// Makes a recording of gyros of that name with an effect concealed, of a quarter of the rows: several recordings cost
+/// several times one.
 fn made(name: &str, seed: u64, effect: &str) -> (Streams, Model) {
     made_at(1000, name, seed, effect)
 }
@@ -79,7 +79,7 @@ fn three_recordings_find_together_what_none_finds_alone_in_full() {
         panic!("{:#?}", large.summary);
     };
     let (_, std) = number(effect, "x");
-    /// Of each: among 30 kinds a name needs some 5. Three together have 6.1.
+    /// SNR of each: among 30 kinds a name requires some 5. Three together have 6.1.
     const SNR_EACH: f64 = 3.5;
     let size = SNR_EACH * std;
     let names = ["monday", "tuesday", "wednesday"];
@@ -102,7 +102,7 @@ fn three_recordings_find_together_what_none_finds_alone_in_full() {
         panic!("{:#?}", found.summary);
     };
     assert_eq!(effect.text("recording"), None);
-    // At this strength the dither does not yet tell whose scale it is: the gyro's, or minus that of the reference.
+    // At this strength the dither does not yet distinguish the gyro's scale error from minus that of the reference.
     let mut names = std::iter::once(&effect.kind).chain(&effect.indistinguishable_from);
     assert!(
         names.any(|kind| kind == "gyro_scale"),
@@ -116,7 +116,7 @@ fn three_recordings_find_together_what_none_finds_alone_in_full() {
         (value.abs() - size).abs() < 4.0 * std,
         "{value:e} ± {std:e}, {size:e}"
     );
-    // Selection never saw it.
+    // Not used in the selection.
     let friday = &found.fit.recordings[3];
     assert!(friday.held_out_whole && friday.fitted_on.is_empty());
     assert!(!found.fit.recordings[0].fitted_on.is_empty());
@@ -132,7 +132,7 @@ fn an_effect_that_is_not_the_same_in_each_recording_keeps_no_name_in_common() {
         made("warm", 32, &tilt(50e-6)),
     ]);
     let summary = &found.summary;
-    // Where force_z is g all along its products are tilts, too: a class that holds the tilt is right.
+    // If force_z is g all along its products are tilts, too: a class that contains the tilt is right.
     let is_tilt = |effect: &EffectEntry| {
         let alike = &effect.indistinguishable_from;
         effect.kind == "installation" || alike.iter().any(|kind| kind == "installation")
@@ -187,7 +187,7 @@ fn a_step_on_its_own_recordings_clock_leaves_nothing_in_full() {
 const STEP: &str = "[[effect]]\nkind = \"gyro_bias_step\"\nconcealed = true\naxis = \"y\"\ntime_s = 31.0\n\
     size = 3e-6\n";
 
-/// The model with the step of the second of two recordings.
+/// Returns the model with the step of the second of two recordings.
 fn step_on_its_own_clock() -> Model {
     let (first, second) = (made("first", 41, ""), made("second", 42, STEP));
     let model = first.1.clone();
@@ -199,7 +199,7 @@ fn step_on_its_own_clock() -> Model {
     };
     assert_eq!(effect.kind, "gyro_bias_step", "{summary:#?}");
     assert_eq!(effect.text("recording"), Some("second"));
-    // 3e-6 rad/s against 6e-7 rad/√s: the step of a second's walk is 0.2 of its size.
+    // 3e-6 rad/s against 6e-7 rad/√s: a second's random walk is 0.2 of its size.
     assert!((effect.number("time_s") - 31.0).abs() < 2.0, "{effect:?}");
     outcome.model
 }

@@ -1,5 +1,5 @@
-//! Slow references that sum up increments, and what the gyros beside a slow reference may bring along: dithers that were
-//! taken out wrongly, noise that the model does not state or states too much of.
+//! Slow references that sum up increments, and complications of the gyros with a slow reference: wrongly compensated
+//! dithers, noise that the model omits or overstates.
 
 use std::ops::RangeInclusive;
 
@@ -14,7 +14,7 @@ use super::attitude::{
 };
 use super::support::{concealed, kinds, names_nothing, sizes_are};
 
-/// Leaves the sums of `every` rows of the reference's increments, in a table that begins `late_s` late.
+/// Keeps the sums of `every` rows of the reference's increments, in a table that begins `late_s` late.
 fn sums(simulation: &Simulation, every: usize, late_s: f64) -> Recording {
     let mut recording = simulation.recording.clone();
     take(&mut recording, &Quantity::ReferenceAttitude);
@@ -27,12 +27,13 @@ fn sums(simulation: &Simulation, every: usize, late_s: f64) -> Recording {
     recording
 }
 
-/// Stands still, turns about each axis, and tumbles.
+/// Scenario of rest, rotations about each axis, and tumbling.
 fn moved(instrument: &str) -> String {
     format!("{instrument}{}{}{}", still(3.0), slews(), tumble(20.0))
 }
 
-/// Gyros that no pulses hide: without a dither coarse ones read a sawtooth while they hardly turn, which walks and jumps.
+/// Gyros with negligible pulses: without a dither coarse ones read a sawtooth while they hardly rotate, which walks and
+/// jumps.
 fn fine_gyros(rate_hz: f64) -> String {
     instrument(rate_hz).replace("[2.1e-6, 1.9e-6, 2.0e-6]", "[2.1e-9, 1.9e-9, 2.0e-9]")
 }
@@ -47,7 +48,7 @@ fn increments_of_a_reference_at_a_rate_of_its_own_are_summed_up() {
     sizes_are(&diagnosis.effects[0], &truth);
 }
 
-/// A table's encoder has its noise about its own axis; about the others the reference is a standstill that is known.
+/// A table's encoder has its noise about its own axis; about the others the reference is a known zero rate.
 #[test]
 fn the_noise_of_an_encoder_is_about_its_own_axis() {
     const ENCODER_RAD: f64 = 3e-5;
@@ -75,7 +76,7 @@ fn the_noise_of_an_encoder_is_about_its_own_axis() {
     }
 }
 
-/// An attitude integrated from increments at 100 Hz misses what cones of 90 Hz add: 2 degrees an hour.
+/// An attitude integrated from increments at 100 Hz lacks the drift of cones of 90 Hz: 2 degrees an hour.
 #[test]
 fn a_cone_faster_than_the_reference_is_in_the_sums_of_both() {
     fast_cones_are_in_the_sums(1..=1);
@@ -129,8 +130,8 @@ fn sums_of_a_reference_that_is_turned_or_late_say_so() {
     }
 }
 
-/// Read at 40 Hz a dither of 0.7 mrad does not average out of an attitude that is known to 1 urad, and what is left of one
-/// that was taken out wrongly is no motion whose derivatives could explain it.
+/// Sampled at 40 Hz a dither of 0.7 mrad does not average out of an attitude known to 1 urad, and the residual of a wrongly
+/// compensated one is no motion whose derivatives could explain it.
 #[test]
 fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
     let gains = [("x", 3e-3), ("y", -2e-3), ("z", 2e-3)];
@@ -153,8 +154,8 @@ fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
     sizes_are(&diagnosis.effects[1], &gains);
 }
 
-/// Rates that come and go within a second or two are no random walk of angle: a third of the band of the attitudes would
-/// have to have three times the declared one.
+/// Rates that vary within a second or two are no random walk of angle: it would have to be three times the declared one in a
+/// third of the band of the attitudes.
 #[test]
 fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle() {
     drift_is_no_walk(1..=1);
@@ -215,7 +216,8 @@ fn stated_pulses_may_be_absent(seeds: RangeInclusive<u64>) {
     }
 }
 
-/// Before and after a motion a few seconds of attitudes know no random walk; the one step between them is then no physics.
+/// A few seconds of attitudes before and after a motion do not determine a random walk; the one step between them is then no
+/// physics.
 #[test]
 fn a_walk_that_nobody_states_is_as_large_as_the_attitudes_allow() {
     a_walk_is_as_large_as_allowed(1..=1);

@@ -1,4 +1,4 @@
-//! Single stages of the diagnosis against what can be worked out by hand.
+//! Single stages of the diagnosis compared with results computed by hand.
 
 use rlg::diagnose::streams::Streams;
 use rlg::model::Model;
@@ -40,7 +40,7 @@ fn a_dither_that_the_model_does_not_speak_of_is_taken_at_its_pickoffs_word() {
     let told = silent.dither.take().expect("a dithered unit");
     assert_eq!(told.pickoff_gain, [1.0; 3]);
     assert_eq!(residual(&silent), residual(&simulation.model));
-    // A swing of 1e-4 rad at 400 Hz would stand out of the pulses.
+    // An oscillation of 1e-4 rad at 400 Hz would exceed the pulses.
     let most = residual(&silent)
         .iter()
         .flatten()

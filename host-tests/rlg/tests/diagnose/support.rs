@@ -1,4 +1,4 @@
-//! What the tests of this folder share: effects as a scenario conceals them, and a diagnosis held against them.
+//! Common parts of the tests of this folder: effects as concealed in a scenario, and comparison of a diagnosis with them.
 
 use std::fmt::Display;
 
@@ -7,18 +7,19 @@ use rlg::diagnose::result::{
     Diagnosis, EffectEntry, ExperimentEntry, MoveEntry, ParameterEntry, Verdict,
 };
 
-/// Each number within this many of its standard deviations. A file holds some forty to a hundred: one in three hundred is
-/// further than three by chance, one in fifteen thousand further than four.
+/// Tolerance of each number in its standard deviations. A file holds some forty to a hundred: one in three hundred exceeds
+/// three by chance, one in fifteen thousand four.
 pub const WITHIN: f64 = 4.0;
 
-/// The scenario at a quarter of its rows, 1000 a second: enough for dithers and motion, and a quarter of the work.
+/// Returns the scenario at a quarter of its rows, 1000 a second: enough for dithers and motion, and a quarter of the work.
 pub fn at_a_quarter(scenario: &str) -> String {
     let thinned = scenario.replace("\nrate_hz = 4000.0\n", "\nrate_hz = 1000.0\n");
     assert_ne!(thinned, scenario, "it has 4000 rows a second");
     thinned
 }
 
-/// The scenario without its accelerometers, whose columns and noise are a third of the work: for what gyros alone show.
+/// Returns the scenario without its accelerometers, whose columns and noise are a third of the work: for effects observable
+/// on gyros alone.
 pub fn of_gyros(scenario: &str) -> String {
     let (before, rest) = scenario
         .split_once("[accelerometer]")
@@ -27,7 +28,7 @@ pub fn of_gyros(scenario: &str) -> String {
     format!("{before}[[motion]]{motion}")
 }
 
-/// An effect of a scenario that its model does not tell.
+/// Formats an effect of a scenario that is missing from its model.
 pub fn concealed(kind: &str, values: &[(&str, f64)]) -> String {
     let values: String = values
         .iter()
@@ -36,7 +37,7 @@ pub fn concealed(kind: &str, values: &[(&str, f64)]) -> String {
     format!("[[effect]]\nkind = \"{kind}\"\nconcealed = true\n{values}")
 }
 
-/// The names that were given.
+/// Returns the names of the findings.
 pub fn kinds(diagnosis: &Diagnosis) -> Vec<&str> {
     diagnosis
         .effects
@@ -45,14 +46,14 @@ pub fn kinds(diagnosis: &Diagnosis) -> Vec<&str> {
         .collect()
 }
 
-/// The model is right, and no name was given.
+/// Checks that the model is a match, and no name is given.
 pub fn names_nothing(diagnosis: &Diagnosis, which: impl Display) {
     let summary = &diagnosis.summary;
     assert_eq!(kinds(diagnosis), [""; 0], "{which}: {summary:#?}");
     assert_eq!(diagnosis.verdict, Verdict::Matches, "{which}: {summary:#?}");
 }
 
-/// The effect's numbers: name, value, standard deviation.
+/// Returns the effect's numbers: name, value, standard deviation.
 fn numbers(effect: &EffectEntry) -> impl Iterator<Item = (&str, f64, f64)> {
     effect
         .parameters
@@ -65,7 +66,7 @@ fn numbers(effect: &EffectEntry) -> impl Iterator<Item = (&str, f64, f64)> {
         })
 }
 
-/// One of the effect's numbers with its standard deviation.
+/// Returns one of the effect's numbers with its standard deviation.
 pub fn number(effect: &EffectEntry, wanted: &str) -> (f64, f64) {
     numbers(effect)
         .find(|(name, ..)| *name == wanted)
@@ -73,7 +74,7 @@ pub fn number(effect: &EffectEntry, wanted: &str) -> (f64, f64) {
         .unwrap_or_else(|| panic!("no {wanted} in {:?}", effect.parameters))
 }
 
-/// The effect has these numbers.
+/// Checks that the effect has these numbers.
 pub fn holds(effect: &EffectEntry, truth: &[(&str, f64)]) {
     for (name, truth) in truth {
         let (value, std) = number(effect, name);
@@ -85,7 +86,7 @@ pub fn holds(effect: &EffectEntry, truth: &[(&str, f64)]) {
     }
 }
 
-/// The effect has these numbers, and all its others are zero.
+/// Checks that the effect has these numbers, and all its others are zero.
 pub fn sizes_are(effect: &EffectEntry, truth: &[(&str, f64)]) {
     holds(effect, truth);
     let others: Vec<(&str, f64)> = numbers(effect)
@@ -95,7 +96,7 @@ pub fn sizes_are(effect: &EffectEntry, truth: &[(&str, f64)]) {
     holds(effect, &others);
 }
 
-/// The moves of a proposed experiment as a scenario has them, as often as it says.
+/// Formats the moves of a proposed experiment as in a scenario, with their repetitions.
 pub fn moves(experiment: &ExperimentEntry) -> String {
     let one = |one: &MoveEntry| {
         let turning = match one.kind {
@@ -126,10 +127,10 @@ pub fn moves(experiment: &ExperimentEntry) -> String {
     once.repeat(experiment.repeats as usize)
 }
 
-/// Adds garbage of a size to a channel's values in the times that only test.
+/// Adds garbage of a size to a channel's values in the test rows.
 ///
 /// # Returns
-/// How many values.
+/// Number of values changed.
 pub fn poison(
     values: &mut [f64],
     (start_s, rate_hz): (f64, f64),
@@ -152,7 +153,7 @@ pub fn poison(
     count
 }
 
-/// Effects and model, as they are written.
+/// Returns effects and model, as written.
 pub fn findings(outcome: &Outcome) -> String {
     serde_json::to_string(&outcome.diagnosis.effects).expect("JSON") + &outcome.model.to_toml()
 }

@@ -1,5 +1,5 @@
-//! Channels that are reversed, exchanged or of another scale than the model says: refused with a sentence, in no time. And
-//! what only looks like it.
+//! Channels reversed, exchanged or of another scale than in the model: refused with a sentence, at once. And effects that
+//! only resemble it.
 
 use std::path::Path;
 
@@ -22,7 +22,7 @@ fn moved() -> Simulation {
     made(&text, 5)
 }
 
-/// What is said of a recording after a change.
+/// Returns the refusal of a recording after a change.
 fn said(simulation: &Simulation, change: impl Fn(&mut Recording, &mut Model)) -> Option<String> {
     let mut recording = simulation.recording.clone();
     let mut model = simulation.model.clone();
@@ -49,7 +49,7 @@ fn exchange(recording: &mut Recording, quantity: &Quantity, a: &str, b: &str) {
     channel(recording, quantity, a).values = of_b;
 }
 
-/// Refused, and these words are in the sentence.
+/// Checks that it is refused, and these words are in the sentence.
 fn is_refused(said: Option<String>, words: &[&str]) {
     let said = said.expect("an error");
     for word in words {
@@ -125,7 +125,7 @@ fn a_pulse_weight_of_twice_the_size_is_told() {
     );
 }
 
-/// Half a period's delay of a tone is a sign, a reference of noise turns a rate into nothing: neither is a wrong axis.
+/// Half a period's delay of a tone is a sign, a reference of noise hides a rate: neither is a wrong axis.
 #[test]
 fn what_a_delay_or_noise_could_do_is_not_refused() {
     let text = format!(

@@ -1,4 +1,4 @@
-//! `rlg export`: what comes out is what stands in the recording, and `rlg import` reads it back value for value.
+//! `rlg export`: the file equals the recording, and `rlg import` reads it back value for value.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,7 +10,7 @@ use tempfile::TempDir;
 
 const ROWS: usize = 40;
 
-/// Numbers that need every digit of f64; row 7 was not measured.
+/// Makes numbers that need every digit of f64; row 7 is missing.
 fn values(seed: f64, rows: usize) -> Vec<f64> {
     let value = |row: usize| match row {
         7 => f64::NAN,
@@ -30,7 +30,7 @@ fn channel(column: &str, quantity: Quantity, axis: Option<&str>, values: Vec<f64
     }
 }
 
-/// Gyros, forces, fields and a thermometer on even rows; attitudes on uneven ones.
+/// Makes gyros, forces, fields and a thermometer on even rows; attitudes on uneven ones.
 fn recording(folder: PathBuf) -> Recording {
     let mut channels = Vec::new();
     let mut seed = 0.0;
@@ -114,7 +114,7 @@ fn done(output: &Output) {
     assert_eq!(output.status.code(), Some(0), "{words}");
 }
 
-/// A recording in a folder, and what `rlg export` made of it beside.
+/// Exports a recording in a folder with `rlg export`, next to it.
 fn exported(format: &str) -> (TempDir, Recording, PathBuf) {
     let folder = tempfile::tempdir().expect("a folder");
     let recording = recording(folder.path().join("recording"));
@@ -128,7 +128,7 @@ fn exported(format: &str) -> (TempDir, Recording, PathBuf) {
     (folder, recording, file)
 }
 
-/// Whether `found` has every channel of `expected`, bit for bit, at the same times.
+/// Checks that `found` has every channel of `expected`, bit for bit, at the same times.
 fn is_same(found: &Recording, expected: &Recording) {
     for table in &expected.tables {
         for channel in &table.channels {

@@ -1,5 +1,5 @@
-//! A new user's path: a logger's file in deg/s and g with stamps in milliseconds, and an encoder on one axis at half the gyros'
-//! rate, becomes a recording and a finding in two commands. Nothing is written by hand. The same from MATLAB's files.
+//! A new user's path: a logger's file in deg/s and g with stamps in milliseconds, and an encoder on one axis at half the
+//! gyros' rate, becomes a recording and a finding in two commands. Nothing is written by hand. The same from MATLAB's files.
 
 use std::f64::consts::PI;
 use std::fmt::Write as _;
@@ -12,7 +12,7 @@ use rlg::recording::{Clock, Quantity, Recording};
 use super::import_columns::{Bench, values};
 use super::import_matrices::{mat, matrix};
 
-/// What the logger's gyros and encoder do wrong.
+/// Errors of the logger's gyros and encoder.
 const SCALE_Z: f64 = 800e-6;
 const BIAS_Z_RAD_S: f64 = 2e-4;
 const LATE_S: f64 = 0.004;
@@ -93,7 +93,7 @@ impl Log {
         text
     }
 
-    /// Names, columns and values as a script of MATLAB would keep them: the encoder with stamps of its own.
+    /// Returns names, columns and values as a script of MATLAB would keep them: the encoder with stamps of its own.
     fn variables(&self) -> [(&'static str, usize, Vec<f64>); 5] {
         let second = |values: &[f64]| {
             values
@@ -113,7 +113,7 @@ impl Log {
     }
 }
 
-/// Value and standard deviation of a parameter, in effects or registration, under any name of its class.
+/// Returns value and standard deviation of a parameter, in effects or registration, under any name of its class.
 fn found(diagnosis: &serde_json::Value, kind: &str, parameter: &str) -> (f64, f64) {
     let lists = ["effects", "registration"].map(|list| diagnosis[list].as_array());
     let entries = lists.into_iter().flatten().flatten();
@@ -128,7 +128,7 @@ fn found(diagnosis: &serde_json::Value, kind: &str, parameter: &str) -> (f64, f6
     (of("value"), of("std"))
 }
 
-/// Everything that was planted, within three standard deviations that are small beside it.
+/// Checks that everything planted is found within three standard deviations, which are small compared with it.
 fn is_found(diagnosis: &serde_json::Value) {
     let planted = [
         ("gyro_scale", "z", SCALE_Z),

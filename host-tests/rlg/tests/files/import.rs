@@ -17,8 +17,8 @@ use trueaxis::{
 /// Samples in an output period: 200 frames a second, the unit's default.
 const PERIOD: u32 = 20;
 
-/// Frames of a unit at 200 Hz that turns about z with 3 pulses of 1e-6 rad a sample; frame `missing`'s
-/// samples never came.
+/// Makes frames of a unit at 200 Hz that rotates about z with 3 pulses of 1e-6 rad a sample; the samples of frame `missing`
+/// are lost.
 fn frames(count: u32, parameters: &Parameters, missing: Option<u32>) -> Vec<TelemetryFrame> {
     let mut processor = Processor::<F32>::new(parameters, BootReport::default()).expect("in range");
     let mut periods = 0;
@@ -76,7 +76,7 @@ impl Bench {
         command.arg(self.out()).args(more).arg(file);
         command.output().expect("the command runs")
     }
-    /// The result, and the recording as any reader of recordings sees it.
+    /// Imports and returns the result, and the recording as read by any reader of recordings.
     fn imported(&self, more: &[&str]) -> (serde_json::Value, Recording) {
         let output = self.import(&self.file(), more);
         let words = String::from_utf8_lossy(&output.stderr);
@@ -163,7 +163,7 @@ fn what_is_lost_on_the_way_leaves_rows_that_were_not_measured() {
     let sent = frames(100, &parameters(), None);
     let mut stream = vec![0x17, 0xEB, 0x90, 0x55];
     stream.extend(bytes(&sent[..10]));
-    // Frames 10 to 12 never came, 20 is damaged, 30 is cut short, the last one unfinished.
+    // Frames 10 to 12 are lost, 20 is damaged, 30 is truncated, the last one unfinished.
     stream.extend(bytes(&sent[13..20]));
     let mut damaged = sent[20].to_bytes();
     damaged[17] ^= 4;
@@ -201,7 +201,7 @@ fn a_gap_of_the_units_own_keeps_its_angle_and_names_itself() {
 
 #[test]
 fn a_stream_too_short_to_tell_its_rate_needs_it_on_the_command_line() {
-    // The first frame tells the sample rate, the second the samples of an output period.
+    // The first frame holds the sample rate, the second the samples of an output period.
     let short = Bench::new(&bytes(&frames(1, &parameters(), None)));
     short.is_refused(
         &[],

@@ -12,7 +12,7 @@ use tempfile::TempDir;
 
 const DEG: f64 = PI / 180.0;
 
-/// A folder with foreign files and the recording that one becomes.
+/// A folder with foreign files and the recording imported from one.
 pub(super) struct Bench {
     folder: TempDir,
     name: String,
@@ -36,7 +36,7 @@ impl Bench {
     pub(super) fn out(&self) -> PathBuf {
         self.folder.path().join("recording")
     }
-    /// What a diagnosis says of what was imported, with the model that came with it.
+    /// Diagnoses the import with the model written with it.
     pub(super) fn diagnosis(&self) -> serde_json::Value {
         let results = self.folder.path().join("results");
         let mut command = Command::cargo_bin("rlg").expect("the command is built");
@@ -99,7 +99,7 @@ fn close(found: f64, expected: f64) {
     );
 }
 
-/// A log at 100 Hz with gyros in deg/s and these columns more, whose cells are the same in every row.
+/// Makes a log at 100 Hz with gyros in deg/s and these additional columns, whose cells are the same in every row.
 fn log(more: &str, cells: &str) -> String {
     let mut text = format!("t (s),gx (deg/s),gy (deg/s),gz (deg/s){more}\n");
     for row in 1..=4 {
@@ -273,7 +273,7 @@ fn delimiters_comments_decimal_commas_and_lines_of_units_are_read() {
         let y = values(&table, &Quantity::GyroRate, "y");
         assert!(!y[0].is_nan() && y[1].is_nan(), "{text}");
     }
-    // A degree sign of Latin-1, which is no UTF-8.
+    // A degree sign of Latin-1, which is not UTF-8.
     let mut latin = b"gx (\xB0/s),gy (\xB0/s),gz (\xB0/s)\n1,2,3\n4,5,6\n".to_vec();
     let table = Bench::new("log.csv", &latin).table(&["--rate", "10"]);
     close(values(&table, &Quantity::GyroRate, "z")[1], 6.0 * DEG);
@@ -376,7 +376,7 @@ fn gyros_by_uneven_stamps_are_read_off_the_even_clock() {
     }
     let y = values(table, &Quantity::GyroRate, "y");
     let sum: f64 = y.iter().filter(|rate| !rate.is_nan()).sum::<f64>() * period_s;
-    // The rows that the gap leaves out turn by 15 deg/s for less than 0.02 s.
+    // In the rows left out at the gap the rotation is at 15 deg/s for less than 0.02 s.
     assert!((sum / DEG - turned_deg).abs() < 0.4, "{sum} {turned_deg}");
     assert!(matches!(recording.tables[1].clock, Clock::Stamped { .. }));
     assert_eq!(recording.tables[1].rows, 295);
@@ -725,7 +725,7 @@ fn rlg_diagnose_runs_on_what_was_imported() {
     );
 }
 
-/// Lines of a page that import files with columns, or export recordings.
+/// Returns the lines of a page that import files with columns, or export recordings.
 fn imports(page: &str) -> Vec<String> {
     let path = std::path::Path::new(env!("CARGO_MANIFEST_DIR"))
         .join("../..")

@@ -1,4 +1,4 @@
-//! `rlg import` of date-times: they are a clock, and they say when the recording started.
+//! `rlg import` of date-times: they are a clock, and they give the start of the recording.
 
 use std::path::Path;
 use std::sync::Arc;
@@ -9,7 +9,7 @@ use rlg::recording::{About, Clock};
 
 use super::import_columns::Bench;
 
-/// Twenty rows at 100 Hz whose stamps are written by `stamp` from milliseconds since 2026-03-01T12:00:00Z.
+/// Makes twenty rows at 100 Hz with stamps written by `stamp` from milliseconds since 2026-03-01T12:00:00Z.
 fn csv(header: &str, stamp: impl Fn(u32) -> String) -> String {
     let mut text = format!("{header},gx_dps,gy_dps,gz_dps\n");
     for row in 1..=20 {
@@ -18,7 +18,7 @@ fn csv(header: &str, stamp: impl Fn(u32) -> String) -> String {
     text
 }
 
-/// Rate, beginning and date of what a file becomes.
+/// Returns rate, beginning and date of an imported file.
 fn clock(bench: &Bench, more: &[&str]) -> (f64, f64, Option<String>) {
     let (_, recording) = bench.imported(more);
     let Clock::Uniform { rate_hz, start_s } = recording.tables[0].clock else {

@@ -1,6 +1,6 @@
 //! `rlg import` of files of others: they become recordings with the right units, or are refused in one sentence.
 //!
-//! The files are made here. Where `RLG_RECORDINGS` names a folder with the real ones, those are read too.
+//! The files are made here. If `RLG_RECORDINGS` names a folder with the real ones, those are read, too.
 
 use std::fs;
 use std::path::{Path, PathBuf};

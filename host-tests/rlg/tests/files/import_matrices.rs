@@ -1,6 +1,6 @@
 //! `rlg import` of MATLAB's and HDF5's files. The MAT-files are made here byte by byte, by the format's description.
 //!
-//! Where `RLG_RECORDINGS` names a folder with recordings of others, two of those are read too.
+//! If `RLG_RECORDINGS` names a folder with recordings of others, two of those are read, too.
 
 use std::io::Write as _;
 use std::path::PathBuf;
@@ -145,7 +145,7 @@ fn fields_of_a_structure_are_named_after_it_and_single_precision_is_read() {
         &[head(4, &[1, 2], ""), element(4, &[b'o', 0, b'k', 0])].concat(),
     );
     let names = [b"gyr\0\0\0\0\0".as_slice(), b"note\0\0\0\0"].concat();
-    // A small element: up to four bytes beside the tag.
+    // A small element: up to four bytes in the tag.
     let length = [5_u16.to_le_bytes(), 4_u16.to_le_bytes()].concat();
     let length = [length, 8_u32.to_le_bytes().to_vec()].concat();
     let structure = [
@@ -176,7 +176,7 @@ fn a_damaged_mat_file_is_refused() {
     }
     Bench::new("run.mat", &changed).is_refused(&UNIT, &["truncated or damaged"]);
     let plain = mat(&variables(), false);
-    // The number of rows in the sides says more than there are values.
+    // The sides state more rows than there are values.
     let mut changed = plain.clone();
     changed[128 + 8 + 16 + 8] = 9;
     Bench::new("run.mat", &changed).is_refused(&UNIT, &["truncated or damaged"]);
@@ -212,7 +212,7 @@ fn variables_of_different_length_need_stamps() {
 fn hdf5_is_read_as_matlab_and_as_others_write_it() {
     let rows: Vec<f64> = (0..12).map(f64::from).collect();
     let mut builder = hdf5_pure::FileBuilder::new();
-    // As MATLAB 7.3: three columns one behind the other; as h5py: four rows.
+    // As of MATLAB 7.3: three contiguous columns; as of h5py: four rows.
     builder
         .create_dataset("gyro")
         .with_f64_data(&rows)
@@ -279,7 +279,7 @@ fn two_real_files_come_in_without_a_word() {
     }
 }
 
-/// How far the attitudes turn about body x otherwise than the gyro says, as a share of what it says, both rms.
+/// Computes the rms difference of the attitudes' rotation about body x from the gyro's, relative to the gyro's rms.
 fn agreement(table: &rlg::recording::Table) -> f64 {
     let quaternion =
         ["w", "x", "y", "z"].map(|axis| values(table, &Quantity::ReferenceAttitude, axis));
@@ -300,7 +300,7 @@ fn agreement(table: &rlg::recording::Table) -> f64 {
     (off / all).sqrt()
 }
 
-/// A number of the registration: value and standard deviation.
+/// Returns a number of the registration: value and standard deviation.
 fn registered(diagnosis: &serde_json::Value, kind: &str, name: &str) -> (f64, f64) {
     let find = |list: &serde_json::Value, key: &str, wanted: &str| {
         let mut entries = list.as_array().expect("a list").iter();
@@ -313,7 +313,7 @@ fn registered(diagnosis: &serde_json::Value, kind: &str, name: &str) -> (f64, f6
     (of("value"), of("std"))
 }
 
-/// What an outside analysis of the same files found: a unit mounted 47 mrad askew about x, and one delay of −2.40 ms with a
+/// Findings of an outside analysis of the same files: a unit mounted 47 mrad askew about x, and one delay of −2.40 ms with a
 /// bias; no physics in either, and glitches of the cameras.
 #[test]
 fn two_real_files_are_aligned_as_an_outside_analysis_has_it() {

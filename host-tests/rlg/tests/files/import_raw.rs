@@ -1,4 +1,5 @@
-//! `rlg import` of the unit's raw stream: every code comes back, every gap is said, and a replay gives the chain the same bits.
+//! `rlg import` of the unit's raw stream: every code comes back, every gap is reported, and a replay gives the chain the
+//! same bits.
 
 use std::fs;
 use std::path::PathBuf;
@@ -30,7 +31,7 @@ fn parameters() -> Parameters {
     })
 }
 
-/// Codes that differ from row to row and from axis to axis.
+/// Makes codes that differ from row to row and from axis to axis.
 fn sample(row: u32) -> Sample {
     let row = row as i32;
     Sample {
@@ -40,7 +41,7 @@ fn sample(row: u32) -> Sample {
     }
 }
 
-/// A unit's stream, a frame a period; `lost` says of which periods the unit had no sample.
+/// Makes a unit's stream, a frame a period; `lost` lists the periods without a sample.
 fn stream(periods: u32, lost: &[u32], slow: SlowReadings) -> Vec<RawFrame> {
     let mut counters = RawCounters::NONE;
     let mut items = RawItems::new(&parameters(), 5);
@@ -55,7 +56,7 @@ fn stream(periods: u32, lost: &[u32], slow: SlowReadings) -> Vec<RawFrame> {
                 let covered = std::mem::take(&mut since);
                 let mut sample = sample(number);
                 if number == 1 {
-                    // A bank's first frame has nothing to be differenced with.
+                    // A bank's first frame has no predecessor to be differenced with.
                     sample.pulse_counts = [0; 3];
                     sample.accelerometer_codes = [0; 3];
                 }
@@ -88,7 +89,7 @@ impl Bench {
     fn out(&self) -> PathBuf {
         self.0.path().join("run")
     }
-    /// Without `--format`: the stream is known by its frames.
+    /// Without `--format`: the stream is detected by its frames.
     fn import(&self, more: &[&str]) -> Output {
         let mut command = Command::cargo_bin("rlg").expect("the command is built");
         command.args(["import", "--json", "--out"]).arg(self.out());
@@ -116,7 +117,7 @@ impl Bench {
     }
 }
 
-/// The rows of a quantity as codes of their scale.
+/// Returns the rows of a quantity as codes of their scale.
 fn codes(recording: &Recording, quantity: &Quantity) -> Vec<[f64; 3]> {
     let channels = ["x", "y", "z"].map(|axis| {
         let (_, channel) = recording.channel(quantity, axis).expect("a channel");
@@ -172,8 +173,8 @@ fn temperatures_and_flux_densities_have_a_table_of_their_own() {
     assert!(z.values.iter().all(|value| *value == f64::from(3e-5_f32)));
 }
 
-/// Bytes that are cut out and bits that are flipped cost the frames that they touch; each gap is said with its row, its length
-/// and what was counted over it, and every other row keeps its codes.
+/// Bytes cut out and bits flipped cost the frames that they touch; each gap is reported with its row, its length and the
+/// counts over it, and every other row keeps its codes.
 #[test]
 fn damage_is_said_and_nothing_is_invented() {
     let whole = bytes(&stream(2000, &[], SlowReadings::default()));
@@ -233,7 +234,7 @@ fn a_period_in_which_the_unit_had_no_sample_is_a_gap_of_its_own_kind() {
     assert_eq!(gaps[0]["rows"], 3);
     assert_eq!(gaps[0]["without_sample"], 2);
     assert_eq!(gaps[0]["frames_lost"], 0);
-    // The sample after the gap has what the bank counted meanwhile.
+    // The sample after the gap includes the bank's counts during it.
     assert_eq!(
         gaps[0]["counts"],
         serde_json::json!(sample(102).pulse_counts)

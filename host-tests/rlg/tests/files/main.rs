@@ -1,5 +1,5 @@
-//! Recordings, models and results on disk: what is written comes back, what others write is read, and what cannot be used
-//! is refused in one sentence. One binary, because linking each of these tests takes longer than running it.
+//! Recordings, models and results on disk: written files are read back, files of others are read, and unusable files are
+//! refused in one sentence. One binary, because linking each of these tests takes longer than running it.
 
 mod bad_input;
 mod damaged_recordings;

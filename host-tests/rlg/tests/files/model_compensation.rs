@@ -1,4 +1,4 @@
-//! The parameters of the chain undo what the model says the gyros sense.
+//! The chain's parameters are the inverse of the model's sensing of the gyros.
 
 use std::collections::BTreeMap;
 
@@ -76,7 +76,7 @@ proptest! {
             effect("installation", &SIX, &tilts),
             effect("dither_gain", &XYZ, &dither_gain),
         ];
-        // What the gyros read, from the contract's words and the tilts of physics.md, section 1.
+        // The gyros' rates, from the contract's words and the tilts of physics.md, section 1.
         let w = Vector3::from(case);
         let static_part = eq7(angles).try_inverse().expect("small angles") * w;
         let [xy, xz, yx, yz, zx, zy] = tilts;

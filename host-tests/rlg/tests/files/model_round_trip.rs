@@ -1,4 +1,4 @@
-//! A model comes back as it was written, every f64 bit for bit, and the same bytes twice.
+//! A model is read back as it was written, every f64 bit for bit, and the same bytes twice.
 
 use std::collections::BTreeMap;
 
@@ -43,7 +43,7 @@ fn model(numbers: [f64; 3], effects: Vec<ModelEffect>) -> Model {
     }
 }
 
-/// An effect of every kind of the catalogue with all its parameters.
+/// Makes an effect of every kind of the catalogue with all its parameters.
 fn every_kind(number: f64) -> Vec<ModelEffect> {
     let effect = |kind: &rlg::model::catalogue::Kind| {
         let mut parameters = BTreeMap::new();
@@ -176,7 +176,7 @@ fn accelerometer_noise_is_one_number_or_three_and_only_counts_need_a_pulse_weigh
     }
 }
 
-/// What the engine of one likelihood can name can be written and read: kinds, parameters and units have one home.
+/// All kinds named by the engine of one likelihood can be written and read: kinds, parameters and units are defined once.
 #[test]
 fn every_kind_that_is_sought_is_a_kind_of_the_model() {
     let entries = rlg_catalogue::CATALOGUE.iter();

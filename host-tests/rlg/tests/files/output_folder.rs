@@ -1,11 +1,11 @@
-//! A folder of results is there whole, or it is as it was before.
+//! A folder of results is written whole, or left unchanged.
 
 use std::fs;
 use std::path::Path;
 
 use rlg::output::{OutputFolder, write_file};
 
-/// Every name under `folder`, hidden ones included.
+/// Returns every name under `folder`, hidden ones included.
 fn names(folder: &Path) -> Vec<String> {
     let entries = fs::read_dir(folder).expect("a folder");
     let name = |entry: std::io::Result<fs::DirEntry>| {

@@ -1,11 +1,11 @@
-//! Recordings this project did not make, from the folder that `RLG_RECORDINGS` names.
+//! Recordings not made by this project, from the folder of `RLG_RECORDINGS`.
 
 use std::path::PathBuf;
 
 use rlg::model::Model;
 use rlg::recording::{Quantity, Recording};
 
-/// The bench recordings, or `None` with a printed reason.
+/// Returns the bench recordings, or `None` with a printed reason.
 fn bench() -> Option<PathBuf> {
     let folder = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from);
     if folder.is_none() {

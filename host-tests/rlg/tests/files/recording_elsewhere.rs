@@ -1,4 +1,4 @@
-//! `docs/recording-elsewhere.md`: what its Python lines write is a recording that `rlg` reads and explains.
+//! `docs/recording-elsewhere.md`: its Python lines write a recording that `rlg` reads and explains.
 
 use std::fs;
 use std::path::Path;
@@ -8,7 +8,7 @@ use serde_json::Value;
 
 const PAGE: &str = include_str!("../../../../docs/recording-elsewhere.md");
 
-/// The lines between ```` ```language ```` and the next fence.
+/// Returns the lines between ```` ```language ```` and the next fence.
 fn block(language: &str) -> String {
     let begin = format!("```{language}\n");
     let (_, rest) = PAGE.split_once(&begin).expect("the page has such lines");
@@ -16,7 +16,7 @@ fn block(language: &str) -> String {
     format!("{lines}\n")
 }
 
-/// Runs the lines in `folder`; `None` where this machine cannot.
+/// Runs the lines in `folder`; `None` if this machine cannot.
 fn run(lines: &str, needs: &str, folder: &Path) -> Option<()> {
     let python = |code: &str| {
         let mut command = Command::new("python3");

@@ -1,4 +1,4 @@
-//! Parquet as others write it: any number type, nulls, row groups, dictionaries, codecs; and damage.
+//! Parquet as written by others: any number type, nulls, row groups, dictionaries, codecs; and damage.
 
 use std::fs::{self, File};
 use std::path::Path;
@@ -144,7 +144,7 @@ proptest! {
     #[test]
     fn a_damaged_file_never_ends_in_a_panic(place in any::<prop::sample::Index>(), bits in 1..=255_u8, tail in any::<bool>()) {
         let (folder, mut bytes) = whole();
-        // Half of the cases hit the last kilobyte, where the file's own description is.
+        // Half of the cases hit the last kilobyte, which holds the file's own description.
         let from = if tail { bytes.len() - 1000 } else { 0 };
         let at = from + place.index(bytes.len() - from);
         bytes[at] ^= bits;

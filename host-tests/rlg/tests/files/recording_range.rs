@@ -1,4 +1,4 @@
-//! A stretch of a recording is what reading all of it gives for that time, row by row.
+//! A stretch of a recording equals the whole recording for that time, row by row.
 
 use std::fs;
 use std::path::Path;
@@ -70,7 +70,7 @@ fn a_stretch_has_the_rows_and_the_clock_of_the_whole() {
                 assert_eq!(values.values, all.values[first..first + table.rows]);
             }
         }
-        // A slower table reaches over both ends, so that a line between its rows does.
+        // A slower table extends over both ends, so that interpolation between its rows does, too.
         let slow = &part.tables[1];
         assert!(slow.start_s() <= 5.9 && slow.end_s() >= 6.6, "{suffix}");
     }

@@ -1,4 +1,4 @@
-//! What is written comes back: every value bit for bit, whatever its scale, and the same bytes twice.
+//! Written values are read back: every value bit for bit, whatever its scale, and the same bytes twice.
 
 use std::path::Path;
 
@@ -16,7 +16,7 @@ fn channel(column: &str, quantity: Quantity, axis: &str, scale: f64, values: Vec
     }
 }
 
-/// A recording with counted, scaled and free floating-point channels, and gaps.
+/// Makes a recording with counted, scaled and free floating-point channels, and gaps.
 fn recording(
     file: &str,
     counts: Vec<i32>,
@@ -138,7 +138,7 @@ fn the_same_recording_gives_the_same_bytes() {
 
 #[test]
 fn a_channel_that_its_scale_does_not_explain_keeps_its_values() {
-    // Values that are no multiple of the scale: stored as they are, with scale 1.
+    // Values that are no multiple of the scale: stored unchanged, with scale 1.
     let mut original = recording("t.parquet", vec![1, 2], vec![0, 0], vec![0.0, 1.0], 1e-9);
     original.tables[0].channels[2].scale = 0.3;
     original.tables[0].channels[2].values = vec![0.1, std::f64::consts::PI];

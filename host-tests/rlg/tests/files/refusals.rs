@@ -1,4 +1,4 @@
-//! `docs/refusals.md`: each mistake that the page lists is made here, and gets the sentence that the page has.
+//! `docs/refusals.md`: each mistake listed in the page is made here, and gets the page's sentence.
 //!
 //!     RLG_WRITE_TABLES=1 cargo test --release -p rlg --test files refusals
 
@@ -11,7 +11,7 @@ use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, Normal};
 
-/// Where this is set, the table is written into the page instead of compared.
+/// If this is set, the table is written into the page instead of compared.
 const WRITE: &str = "RLG_WRITE_TABLES";
 
 const ROWS: usize = 6000;
@@ -33,7 +33,8 @@ fn angle_rad(time_s: f64) -> f64 {
     1.5 * (1.0 - (0.7 * time_s).cos()) + 0.2 * (5.1 * time_s).sin()
 }
 
-/// A minute on a table that turns to and fro about z: stamps in s, gyros in rad/s, forces in m/s², the table's angle in rad.
+/// A minute on a table that rotates to and fro about z: stamps in s, gyros in rad/s, forces in m/s², the table's angle in
+/// rad.
 fn log() -> Log {
     let mut chance = ChaCha8Rng::seed_from_u64(7);
     let mut normal = |std: f64| {
@@ -80,7 +81,7 @@ impl Log {
             .expect("the column")
     }
 
-    /// Columns whose values are multiplied.
+    /// Multiplies the values of columns.
     fn times(mut self, stems: &[&str], factor: f64) -> Self {
         for stem in stems {
             let place = self.place(stem);
@@ -91,7 +92,7 @@ impl Log {
         self
     }
 
-    /// A column under another header.
+    /// Renames a column.
     fn named(mut self, stem: &str, name: &str) -> Self {
         let place = self.place(stem);
         self.names[place] = name.to_owned();
@@ -107,7 +108,7 @@ impl Log {
         self
     }
 
-    /// A column with values of its own.
+    /// Replaces the values of a column.
     fn with(mut self, stem: &str, value: impl Fn(usize, f64) -> f64) -> Self {
         let place = self.place(stem);
         let column = &mut self.columns[place];
@@ -136,30 +137,30 @@ impl Log {
     }
 }
 
-/// What a user does, and where the sentence comes.
+/// A user's mistake, and the place of its sentence.
 struct Mistake {
-    /// What is wrong.
+    /// Description of the mistake.
     what: &'static str,
     /// Files to import, with their content.
     files: Vec<(&'static str, String)>,
     /// More arguments of `rlg import`.
     import: &'static [&'static str],
-    /// Text of `recording.toml` that is replaced by another before `rlg diagnose`.
+    /// Text of `recording.toml` replaced by another before `rlg diagnose`.
     edit: Option<(&'static str, &'static str)>,
-    /// Where the sentence is said.
+    /// Command that reports it.
     said: Said,
 }
 
-/// Which command says it, and how.
+/// Command that reports a mistake, and the form of the report.
 #[derive(Clone, Copy, PartialEq)]
 enum Said {
     /// Refused by the import.
     Import,
     /// Refused by the diagnosis.
     Diagnose,
-    /// A line of the answer that holds these words: the work goes on.
+    /// A line of the answer with these words: the work goes on.
     Answer(&'static str),
-    /// A warning of the import that holds these words.
+    /// A warning of the import with these words.
     Note(&'static str),
 }
 
@@ -245,7 +246,7 @@ fn of_motion() -> Vec<Mistake> {
     ]
 }
 
-/// Stamps and rows that are not what they seem.
+/// Stamps and rows that are misleading.
 fn of_rows() -> Vec<Mistake> {
     let log = log();
     let bursts = log.clone().with("t", |row, _| {
@@ -326,7 +327,7 @@ fn of_rows() -> Vec<Mistake> {
     ]
 }
 
-/// The log of a table that stands still: the Earth's rate at 53° about x and z, a tenth of the noise, and no encoder.
+/// Makes the log of a table at rest: the Earth's rate at 53° about x and z, a tenth of the noise, and no encoder.
 fn at_rest(log: Log) -> Log {
     let noise = log.columns[1].clone();
     log.with("gx", |_, rate| 0.6 * EARTH_RAD_S + 0.1 * rate)
@@ -337,7 +338,7 @@ fn at_rest(log: Log) -> Log {
         .without(&["encoder_z"])
 }
 
-/// The log with date-times of the form month/day/year for its seconds.
+/// Replaces the log's seconds by date-times of the form month/day/year.
 fn dated(csv: &str) -> String {
     let of = |line: &str| {
         let (time, rest) = line.split_once(',').expect("two columns");
@@ -353,7 +354,7 @@ fn dated(csv: &str) -> String {
     csv.lines().map(of).collect()
 }
 
-/// Slips of the pen in `recording.toml`.
+/// Typing errors in `recording.toml`.
 fn of_manifests() -> Vec<Mistake> {
     let log = log();
     let edited = |what, edit| Mistake {
@@ -386,7 +387,7 @@ fn rlg(folder: &Path, arguments: &[&str]) -> (Option<i32>, String, String) {
 }
 
 impl Mistake {
-    /// The sentence that it gets.
+    /// Returns its sentence.
     fn sentence(&self) -> String {
         let folder = tempfile::tempdir().expect("a folder");
         let folder = folder.path();

@@ -1,4 +1,4 @@
-//! `docs/tutorial.md`: its script and commands run in the order of the page, and print what the page says that they print.
+//! `docs/tutorial.md`: its script and commands run in the order of the page, and print the output shown on it.
 
 use std::fs;
 use std::path::{Path, PathBuf};
@@ -10,14 +10,14 @@ fn docs() -> PathBuf {
     Path::new(env!("CARGO_MANIFEST_DIR")).join("../../docs")
 }
 
-/// What a reader does or sees.
+/// An action of the reader, or an output.
 #[derive(Debug, PartialEq)]
 enum Step {
     /// A script of Python.
     Script(String),
     /// A command of `rlg`.
     Command(String),
-    /// How the output of the last command begins.
+    /// Beginning of the last command's output.
     Printed(String),
 }
 

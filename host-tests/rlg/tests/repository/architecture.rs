@@ -1,4 +1,4 @@
-//! The walls of the house: which package may know which, and no import cycle between the modules of a package.
+//! Structure of the workspace: allowed dependencies between packages, and no import cycle between the modules of a package.
 
 use std::collections::{BTreeMap, BTreeSet};
 use std::fs;
@@ -145,11 +145,11 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
     ("verify", &[]),
 ];
 
-/// Packages that hold the answer, or something made from it: the diagnosis may not reach them, through anybody.
+/// Packages that hold the answer, or derive from it: the diagnosis may not reach them, even indirectly.
 const OUT_OF_REACH: [&str; 4] = ["trueaxis", "rlg-simulator", "rlg-reference", "rlg-replay"];
 
-/// Folders of the firmware library, and those that each may import: so the chain alone can be taken, and every feature
-/// of the crate is a folder or a file that nothing below it needs.
+/// Folders of the firmware library, and the imports allowed to each: so the chain alone can be taken, and every feature of
+/// the crate is a folder or a file that nothing below it needs.
 const FIRMWARE_MAY_IMPORT: [(&str, &[&str]); 5] = [
     ("chain", &[]),
     ("store", &["chain"]),
@@ -158,7 +158,7 @@ const FIRMWARE_MAY_IMPORT: [(&str, &[&str]); 5] = [
     ("service", &["chain", "store", "wire"]),
 ];
 
-/// What the workspace's manifests say.
+/// Content of the workspace's manifests.
 struct Workspace {
     /// Package, and the packages of this workspace that its code depends on, tests apart.
     dependencies: BTreeMap<String, BTreeSet<String>>,
@@ -170,7 +170,7 @@ struct Workspace {
     roots: BTreeMap<String, Vec<PathBuf>>,
 }
 
-/// The files of a package's targets that `is_one` wants.
+/// Returns the files of a package's targets selected by `is_one`.
 fn targets(package: &Value, is_one: impl Fn(&Value) -> bool) -> Vec<PathBuf> {
     let targets = package["targets"].as_array().expect("targets").iter();
     targets
@@ -253,7 +253,7 @@ fn every_package_depends_only_on_what_it_may_know() {
     }
 }
 
-/// A package and all that it reaches.
+/// Returns a package and all that it reaches.
 fn closure(workspace: &Workspace, package: &str) -> BTreeSet<String> {
     let mut reached = BTreeSet::from([package.to_owned()]);
     let mut open = vec![package.to_owned()];
@@ -296,7 +296,7 @@ fn the_three_implementations_know_nothing_of_each_other() {
     }
 }
 
-/// Every module of a package, by its path in the crate, with its source.
+/// Returns every module of a package, by its path in the crate, with its source.
 fn modules(folder: &Path) -> BTreeMap<Vec<String>, String> {
     let root = folder.join("src");
     let mut found = BTreeMap::new();
@@ -331,7 +331,7 @@ fn modules(folder: &Path) -> BTreeMap<Vec<String>, String> {
     found
 }
 
-/// The modules of the same crate that a source names by `crate::`, `super::` or `self::`; the crate's root apart.
+/// Returns the modules of the same crate named in a source by `crate::`, `super::` or `self::`; the crate's root apart.
 fn imports(
     name: &[String],
     source: &str,
@@ -367,7 +367,7 @@ fn imports(
     imports
 }
 
-/// The modules that reach themselves through others.
+/// Returns the modules that reach themselves through others.
 fn in_cycles(all: &BTreeMap<Vec<String>, String>) -> BTreeSet<Vec<String>> {
     let graph: BTreeMap<_, _> = all
         .iter()
@@ -393,7 +393,7 @@ fn in_cycles(all: &BTreeMap<Vec<String>, String>) -> BTreeSet<Vec<String>> {
         .collect()
 }
 
-/// Run with `--nocapture` it prints the count by package.
+/// With `--nocapture` it prints the count by package.
 #[test]
 fn no_module_imports_itself_through_others() {
     for (package, folder) in workspace().folders {
@@ -409,7 +409,7 @@ fn no_module_imports_itself_through_others() {
     }
 }
 
-/// A crate without unit tests is not compiled again for none, and no unit test stands where no harness is built for it.
+/// A crate without unit tests is not compiled again for none, and every unit test has a harness.
 #[test]
 fn unit_tests_are_built_once_and_only_where_there_are_any() {
     let workspace = workspace();
@@ -440,7 +440,7 @@ fn folders_of_the_firmware_library_import_in_one_direction() {
             .iter()
             .filter(|(name, _)| name.first().is_some_and(|first| first == folder));
         for (name, source) in of_folder {
-            // By the crate's root a module could import from any folder unseen.
+            // Through the crate's root a module could import from any folder undetected.
             let by_root = source
                 .lines()
                 .filter(|line| !line.trim_start().starts_with("//"))

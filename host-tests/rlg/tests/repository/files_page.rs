@@ -1,4 +1,4 @@
-//! `docs/files.md`: its tables are those of the code, and the code's tables name what the readers read.
+//! `docs/files.md`: its tables equal the code's, and the code's tables list the keys of the readers.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -11,7 +11,7 @@ use rlg::recording::keys::{self, Key};
 
 use super::pages::root;
 
-/// Where this is set, the tables are written into the page instead of compared.
+/// If this is set, the tables are written into the page instead of compared.
 const WRITE: &str = "RLG_WRITE_TABLES";
 
 /// A row for the parameters of a kind that share a unit.
@@ -111,7 +111,7 @@ fn the_tables_of_the_files_page_are_those_of_the_code() {
     }
 }
 
-/// Section and name of each key in a list, the top's tables apart.
+/// Returns section and name of each key in a list, the top's tables apart.
 fn listed(of: &[Key]) -> BTreeSet<(&str, &str)> {
     of.iter().map(|key| (key.section, key.name)).collect()
 }
@@ -131,13 +131,13 @@ fn read<'a>(names: &[(&'a str, &'a [&'a str])]) -> BTreeSet<(&'a str, &'a str)> 
 fn the_lists_of_keys_are_what_the_readers_read() {
     let mut recording = read(&keys::read_names());
     assert!(recording.len() > 12, "{recording:?}");
-    // The format is judged before anything else is read.
+    // The format is checked before anything else is read.
     recording.insert(("", "format"));
     assert_eq!(listed(keys::KEYS), recording);
 
     let mut model = read(&model::read_names());
     assert!(model.len() > 12, "{model:?}");
-    // An effect is a table of free names, which the catalogue judges.
+    // An effect is a table of free names, which the catalogue checks.
     model.remove(&("", "effect"));
     model.insert(("", "format"));
     model.insert(("[effect]", "kind"));

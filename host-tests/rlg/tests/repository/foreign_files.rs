@@ -1,4 +1,4 @@
-//! Files of others are unchanged: each has the sum, and its folder the licence, that `vendor/README.md` gives.
+//! Files of others are unchanged: each has its sum, and its folder the licence, from `vendor/README.md`.
 
 use std::fs;
 use std::path::Path;

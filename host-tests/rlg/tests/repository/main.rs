@@ -1,4 +1,4 @@
-//! The repository itself: which package knows which, and whether the pages are right.
+//! The repository itself: dependencies between packages, and correctness of the pages.
 
 mod architecture;
 mod files_page;

@@ -4,7 +4,7 @@ use std::collections::BTreeSet;
 use std::fs;
 use std::path::{Path, PathBuf};
 
-/// Lines that a first reader still reads.
+/// Largest number of lines for a first reader.
 const MOST_README_LINES: usize = 120;
 
 /// Greek letters of the glossary under the name by which they are sorted.
@@ -43,7 +43,7 @@ fn links(text: &str) -> Vec<&str> {
         .collect()
 }
 
-/// The anchor that GitHub gives a heading.
+/// Returns GitHub's anchor of a heading.
 fn anchor(heading: &str) -> String {
     let letters = heading.trim().to_lowercase();
     let letters = letters.chars().filter_map(|letter| match letter {
@@ -120,7 +120,7 @@ fn every_command_on_a_page_is_one_of_the_tool() {
     let help = String::from_utf8_lossy(&help.stdout).into_owned();
     let (_, list) = help.split_once("Commands:\n").expect("a list of commands");
     let (list, _) = list.split_once("\n\n").expect("its end");
-    // A name stands two columns in; the lines that continue a description further.
+    // A name is indented by two columns; the lines that continue a description by more.
     let named = list.lines().filter_map(|line| line.strip_prefix("  "));
     let known: BTreeSet<&str> = named
         .filter(|line| !line.starts_with(' '))

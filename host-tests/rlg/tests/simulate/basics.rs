@@ -1,4 +1,4 @@
-//! Motion, sites, counts, seeds: what every scenario stands on.
+//! Motion, sites, counts, seeds: the basis of every scenario.
 
 use super::support::*;
 use rlg::recording::Quantity;
@@ -18,7 +18,7 @@ fn flexure_under_coning_drifts_by_the_sum_of_the_coefficients() {
         // the body rate's amplitude is Ω sin φ, exactly
         let predicted =
             -(6.9e-8 + 7.1e-8) * omega.powi(3) * angle_rad.sin().powi(2) / 2.0 * DEG_H_PER_RAD_S;
-        // what is left: the counter's granularity, one pulse of 1e-13 rad over 4 s
+        // residual: the counter's granularity, one pulse of 1e-13 rad over 4 s
         const COUNTER_DEG_H: f64 = 2.0 * 1e-13 / 4.0 * DEG_H_PER_RAD_S;
         let drift = drift_deg_h(&simulation, 0);
         assert!(
@@ -58,9 +58,9 @@ fn coning_turns_the_body_backwards_by_the_cone_and_returns_it() {
     for axis in [0, 1] {
         let force = channel(&recording, Quantity::SpecificForce, axis);
         let swing = force.iter().fold(0.0_f64, |most, f| most.max(f.abs()));
-        // the tilt about y carries gravity to x; the tilt about z carries none to y but in second order
+        // the tilt about y carries gravity to x; the tilt about z carries it to y in second order only
         assert!(axis == 1 || swing > 0.9 * 10.0 * angle_rad);
-        // third-order Bortz terms of 32 000 periods of 1.2e-3 rad, were they all of one sign
+        // third-order Bortz terms of 32 000 periods of 1.2e-3 rad, if all were of one sign
         let left_rad = force.last().unwrap().abs() / 10.0;
         assert!(left_rad < 1e-7, "axis {axis}: {left_rad} rad left");
     }
@@ -126,8 +126,8 @@ fn equation_7_applied_to_the_stripped_increments_gives_the_case_back() {
         ];
         for axis in 0..3 {
             let error = case[axis] - simulation.case_increments_rad[row][axis];
-            // a count and two pickoff codes of 1e-13 rad, each floored or rounded, and what the contract's
-            // b T/(1 − s) leaves of Eq. (7)'s b T: second order, 2e-5 °/h for 2 °/h at 10 ppm
+            // a count and two pickoff codes of 1e-13 rad, each floored or rounded, and the difference of the contract's b
+            // T/(1 − s) from Eq. (7)'s b T: second order, 2e-5 °/h for 2 °/h at 10 ppm
             let second_order = (bias[axis] * scale[axis] / 4000.0).abs();
             assert!(
                 error.abs() < 3e-13 + 1.01 * second_order,
@@ -167,10 +167,10 @@ fn dither_has_the_amplitude_and_the_spread_asked_for() {
         let angle = channel(&recording, Quantity::DitherAngle, axis);
         let mean_square = angle.iter().map(|p| p * p).sum::<f64>() / angle.len() as f64;
         let expected = 0.5 * amplitude_rad.powi(2) * (1.0 + 0.15_f64.powi(2));
-        // a² deviates by 2·0.15; 30 s hold 2·390·30/(2·20) = 585 independent amplitudes: 4·0.3/√585
+        // a² has a relative deviation of 2·0.15; 30 s hold 2·390·30/(2·20) = 585 independent amplitudes: 4·0.3/√585
         assert!((mean_square / expected - 1.0).abs() < 0.05, "axis {axis}");
         let peak = angle.iter().fold(0.0_f64, |most, p| most.max(p.abs()));
-        // no amplitude goes beyond three spreads, and 585 draws reach at least one
+        // no amplitude exceeds three standard deviations, and 585 draws reach at least one
         assert!(peak <= 1.45 * amplitude_rad && peak > 1.15 * amplitude_rad);
     }
 }
@@ -190,7 +190,7 @@ fn stationary_body_shows_the_earth_and_gravity_at_its_latitude() {
         increments.iter().map(|increment| increment[axis]).sum()
     };
     let (north, up) = (7.292115e-5 * 0.6_f64.cos(), 7.292115e-5 * 0.6_f64.sin());
-    // body axes north, west, up; after half a turn about x: north, east, down
+    // body axes north, west, up; after half a revolution about x: north, east, down
     let after = 12000..16000;
     for (rows, expected) in [
         (0..4000, [north, 0.0, up]),
@@ -219,7 +219,7 @@ fn vibration_has_the_rms_rate_and_the_band_asked_for() {
             .map(|row| (row[axis] * 4000.0).powi(2))
             .sum::<f64>()
             / rows.len() as f64;
-        // 60 Hz for 20 s: 2400 independent values of a square; and increments of 80 Hz read 0.07 % low
+        // 60 Hz for 20 s: 2400 independent values of a square; and increments of 80 Hz are low by 0.07 %
         let allowed = (4.0 * (2.0 / 2400.0_f64).sqrt() + 1e-3) * rms * rms;
         assert!(
             (mean_square - rms * rms).abs() <= allowed,
@@ -274,13 +274,13 @@ fn late_pickoff_with_a_wrong_gain_leaves_that_much_dither() {
             .map(|left| left * left);
         (left.sum::<f64>() / (sensed.len() - 1) as f64).sqrt()
     };
-    // with the right gain nothing is left but codes of 1e-13 rad
+    // with the right gain the residual is codes of 1e-13 rad
     assert!(rms(0, 1.001) < 3e-13);
     assert!(rms(2, 0.99) < 3e-13);
     // an increment of a sine of amplitude A at f is 2A sin(πfT); a delay d leaves 2 sin(πfd) of it
     let increment = 2.0 * 6.0e-4 * (PI * 430.1 / 4000.0).sin() / 2.0_f64.sqrt();
     let expected = 1.01 * increment * 2.0 * (PI * 430.1 * 2e-5).sin();
-    // the spread of the amplitude over 2 s: 4·0.15/√(2·430·2/40), and its square on top
+    // the standard deviation of the amplitude over 2 s: 4·0.15/√(2·430·2/40), and its square on top
     assert!((rms(1, 1.01) / expected - 1.0).abs() < 0.11);
 }
 

@@ -1,4 +1,4 @@
-//! What stands beside the gyros: accelerometers, a fibre-optic triad, a reported attitude.
+//! Instruments other than the gyros: accelerometers, a fibre-optic triad, a reported attitude.
 
 use super::support::*;
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
@@ -31,7 +31,7 @@ fn accelerometers_err_as_the_catalogue_says() {
             Box::new(|f| Vector3::new(1e-5, -2e-5, 3e-5).component_mul(&f.component_mul(&f))),
         ),
         (
-            // a whole triad turned by r reads f − r × f: δ_ij = r_j
+            // a whole triad rotated by r reads f − r × f: δ_ij = r_j
             "accel_misalignment",
             "yx = 1e-4, zx = 1e-4, xy = -2e-4, zy = -2e-4, xz = 3e-4, yz = 3e-4".into(),
             Box::new(move |f| -tilt.cross(&f)),
@@ -58,7 +58,7 @@ fn accelerometers_err_as_the_catalogue_says() {
             let (whole, part) = (late.floor() as usize, late.fract());
             let (now, before) = (truth(row - whole)[1], truth(row - whole - 1)[1]);
             let expected = now + (before - now) * part;
-            // straight lines between rows, f''T²/8: 9.8 m/s² turned at 5 rad/s² and (1.4 rad/s)²
+            // linear interpolation between rows, f''T²/8: 9.8 m/s² rotated at 5 rad/s² and (1.4 rad/s)²
             assert!((reads(row)[1] - expected).abs() < 6e-7, "row {row}");
         }
     }
@@ -78,13 +78,13 @@ fn accelerometer_on_an_arm_feels_the_arm_turn() {
         triad(&with.recording, Quantity::SpecificForce)(row)
             - triad(&without.recording, Quantity::SpecificForce)(row)
     };
-    // steady: inwards, ω² r; an arm along the axis feels nothing. The Earth turns with it: 2 · 3 · 7e-5 · r
+    // steady: inwards, ω² r; an arm along the axis has no effect. The Earth's rotation adds 2 · 3 · 7e-5 · r
     let inwards = felt(6000) - Vector3::new(-9.0 * 0.1, 9.0 * 0.03, 0.0);
     assert!(
         inwards.amax() < 2.0 * 3.0 * 7.3e-5 * 0.2 + 1e-10,
         "{inwards}"
     );
-    // starting: α × r in its own direction, at the middle of the ramp where the step is half way: 3·2.1875/0.5
+    // starting: α × r in its own direction, at the middle of the ramp, half of the step: 3·2.1875/0.5
     let alpha = 3.0 * 2.1875 / 0.5;
     let half: f64 = 1.5;
     let expected = Vector3::new(
@@ -92,7 +92,7 @@ fn accelerometer_on_an_arm_feels_the_arm_turn() {
         half.powi(2) * 0.03 + alpha * 0.05,
         0.0,
     );
-    // the row's middle is half a row after the ramp's: α'' T²/8 of 13 rad/s² over 0.5 s, and ω moves by α T/2
+    // the row's middle is half a row after the ramp's: α'' T²/8 of 13 rad/s² over 0.5 s, and ω changes by α T/2
     let got = felt(1000);
     assert!(
         (got - expected).amax() < 2e-3 + 2.0 * 3.0 * 7.3e-5 * 0.2,
@@ -116,11 +116,11 @@ fn fibre_optic_triad_stands_beside_and_serves_as_the_reference_where_there_is_no
         for (axis, bias) in [1e-6, -2e-6, 3e-6].into_iter().enumerate() {
             let scale = if axis == 0 { 1.0 + 1e-5 } else { 1.0 };
             let expected = case[axis] * scale + bias * T;
-            // no dither, no flexure: the case, a code either side
+            // no dither, no flexure: the case, within a code
             assert!((table.channels[axis].values[row] - expected).abs() < 2e-13);
         }
     }
-    // beside another reference it is the second
+    // with another reference it is the second
     let both = run(&(PERFECT.to_owned() + REFERENCE + fibre + STILL), 1);
     assert_eq!(both.recording.tables.len(), 2);
     assert_eq!(both.recording.tables[0].channels[3].column, "rx");
@@ -141,7 +141,7 @@ fn reported_attitude_is_the_case_carried_by_its_rates() {
     let mut before = Vector3::zeros();
     for row in 0..12_000 {
         let turn = Vector3::from(simulation.case_increments_rad[row]);
-        // two-sample coning term: what is left is of fourth order in a turn of 3e-4 rad
+        // two-sample coning term: the residual is of fourth order in a rotation of 3e-4 rad
         attitude *= UnitQuaternion::from_scaled_axis(turn + before.cross(&turn) / 12.0);
         before = turn;
         let reported = UnitQuaternion::from_quaternion(Quaternion::new(
@@ -153,7 +153,7 @@ fn reported_attitude_is_the_case_carried_by_its_rates() {
         assert!(attitude.angle_to(&reported) < 1e-9, "row {row}");
     }
     assert!(attitude.angle() > 0.1);
-    // over the ground: with the Earth turning, a case at rest keeps its attitude
+    // over the ground: with the Earth's rotation, a case at rest keeps its attitude
     let rest = run(
         &(PERFECT.to_owned() + SITE + REFERENCE + "attitude = true\n" + STILL),
         1,

@@ -28,7 +28,7 @@ fn command_puts_the_truth_beside_the_recording_and_leaves_nothing_when_it_refuse
     for file in ["samples.parquet", "recording.toml", "model.toml"] {
         assert_eq!(bytes(&format!("one/{file}")), bytes(&format!("two/{file}")));
     }
-    // neither folder nor model tells what is concealed
+    // neither folder nor model reveals the concealed effect
     assert!(
         !String::from_utf8(bytes("one/model.toml"))
             .unwrap()
@@ -40,12 +40,12 @@ fn command_puts_the_truth_beside_the_recording_and_leaves_nothing_when_it_refuse
             .unwrap()
             .contains("axis_flexure")
     );
-    // what was written is what was simulated
+    // the written recording equals the simulated one
     let read = Recording::read(place("one")).unwrap();
     let simulated = run(&(text.clone() + TABLE_3), 5).recording;
     assert_eq!(read.tables[0].channels, simulated.tables[0].channels);
 
-    // where the truth has no place there is no recording either
+    // without a place for the truth there is no recording either
     std::fs::create_dir(place("four.truth.json")).unwrap();
     let output = rlg("good.toml", "four").code(2).get_output().clone();
     let message = String::from_utf8(output.stderr).unwrap();
@@ -113,7 +113,7 @@ fn every_kind_of_channel_comes_back_from_disk_as_it_was_simulated() {
                 (&one.column, &one.quantity, &one.axis),
                 (&other.column, &other.quantity, &other.axis)
             );
-            // NaN where nothing was measured
+            // NaN for missing values
             let same = |(a, b): (&f64, &f64)| a == b || (a.is_nan() && b.is_nan());
             assert!(
                 one.values.iter().zip(&other.values).all(same),

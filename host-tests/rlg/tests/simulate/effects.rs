@@ -1,4 +1,4 @@
-//! Effects that act on anything but the gyros' case part, and the instruments beside the gyros, against formulas.
+//! Effects on anything but the gyros' case part, and on the other instruments, compared with formulas.
 
 use super::support::*;
 use nalgebra::{Complex, Vector3};
@@ -30,7 +30,7 @@ fn turned_stretched_reference_reads_what_the_catalogue_says() {
     let (angle, axis) = (turn_rad.norm(), turn_rad.normalize());
     for row in 0..12_000 {
         let case = Vector3::from(simulation.case_increments_rad[row]);
-        // Rodrigues' formula, turned the other way.
+        // Rodrigues' formula, rotated the other way.
         let turned = case * angle.cos() - axis.cross(&case) * angle.sin()
             + axis * axis.dot(&case) * (1.0 - angle.cos());
         let expected = turned.component_mul(&Vector3::new(1.0001, 1.0002, 0.9997));
@@ -41,7 +41,7 @@ fn turned_stretched_reference_reads_what_the_catalogue_says() {
 
 #[test]
 fn late_reference_shows_the_case_of_a_while_ago() {
-    // a whole number of rows, a part of one, many, and too early
+    // delays of a whole number of rows, a part of one, many, and a negative one
     for delay_rows in [3.0, 0.4, 11.7, -2.3] {
         let text = PERFECT.to_owned()
             + REFERENCE
@@ -50,7 +50,7 @@ fn late_reference_shows_the_case_of_a_while_ago() {
         let simulation = run(&text, 1);
         let reads = channel(&simulation.recording, Quantity::ReferenceIncrement, 0);
         for (row, read) in reads.iter().enumerate().take(13_000).skip(3000) {
-            // the angle is 0.1 sin ψ where the taper is 1
+            // the angle is 0.1 sin ψ for a taper of 1
             let angle = |rows: f64| 0.1 * (TAU * 5.0 * (rows - delay_rows) * T).sin();
             let expected = angle(row as f64 + 1.0) - angle(row as f64);
             assert!(
@@ -87,7 +87,7 @@ fn encoder_errs_at_its_harmonic_knows_no_earth_and_the_model_says_so() {
             "row {row}"
         );
     }
-    // the gyros turn with the Earth, the encoder does not, and the model admits it
+    // the gyros rotate with the Earth, the encoder does not, and the model states it
     assert!(!simulation.model.earth_rate_in_reference);
     let known = &simulation.model.effects[0];
     assert_eq!(known.kind, "earth_rate");
@@ -114,7 +114,7 @@ fn case_follows_the_reference_through_the_isolator() {
         let phase = |rows: f64| Complex::from_polar(1.0, TAU * frequency_hz * rows * T);
         let step = phase(row as f64 + 1.0) - phase(row as f64);
         assert!((read - amplitude * step.im).abs() < 3e-13);
-        // the transient of the ramp has died by e^{−0.2·2π·40·1} = 1e-22 at 2 s
+        // the transient of the ramp has decayed by e^{−0.2·2π·40·1} = 1e-22 at 2 s
         let case = amplitude * (follows * step).im;
         let error = simulation.case_increments_rad[row][0] - case;
         assert!(error.abs() < 1e-12, "row {row}: {error:e}");
@@ -156,7 +156,7 @@ fn linear_vibration_rocks_a_case_that_hangs_off_its_mounts_centre() {
             motion
         });
         let case = isolator.advance(&base);
-        // by then the transients have died by e^{−0.15·2π·30·1.5} = 4e-19
+        // by then the transients have decayed by e^{−0.15·2π·30·1.5} = 4e-19
         if row < 6000 {
             continue;
         }
@@ -200,7 +200,7 @@ fn flexure_as_a_mode_drifts_by_its_response_and_statically_by_k() {
         // only the part of the tilt in phase with α rectifies
         let expected = statically * response.re * DEG_H_PER_RAD_S;
         let drift = drift_deg_h(&run(&text, 1), 0);
-        // the counter, 1e-8 °/h; e^{−0.01·2π·9000·2 s} and faster have died
+        // the counter, 1e-8 °/h; e^{−0.01·2π·9000·2 s} and faster have decayed
         assert!(
             (drift - expected).abs() < 1e-8 + 1e-6 * expected.abs(),
             "{frequency_hz} Hz: {drift} for {expected} °/h"
@@ -251,14 +251,14 @@ fn dithers_rock_the_case_at_three_frequencies() {
             let expected = -[1e-3, 2e-3, 3e-3][axis] * block[axis];
             let error = simulation.case_increments_rad[row][axis] - expected;
             worst = worst.max(error.abs());
-            // where the amplitude steps by 5 % the rate, 2 rad/s, steps with it, and quadrature of four nodes
-            // misplaces that by up to a seventh of a row: 3e-3 · 0.1 · 2 rad/s · T/7 twice
+            // if the amplitude steps by 5 % the rate, 2 rad/s, steps with it, and quadrature of four nodes misplaces that by
+            // up to a seventh of a row: 3e-3 · 0.1 · 2 rad/s · T/7 twice
             assert!(error.abs() < 4.5e-8, "axis {axis}, row {row}: {error:e}");
         }
     }
-    // and where no amplitude changes, not at all
+    // and exact while the amplitude is constant
     assert!(worst > 0.0);
-    // gyros feel the case rock: their sum of block and case
+    // gyros sense the rocking of the case: their sum of block and case
     let sensed = sensed_rad(&simulation, 2);
     for (row, sensed) in sensed.iter().enumerate().skip(1) {
         let block = 0.99 * (pickoff(row)[2] - pickoff(row - 1)[2]);
@@ -356,6 +356,6 @@ fn faults_of_the_data_take_hold_of_their_channel_for_their_time() {
             changed += usize::from(name == "gz" && a != b);
         }
     }
-    // 48 % of a sine of constant amplitude is beyond two thirds of its peak; the amplitude wanders by 15 %
+    // 48 % of a sine of constant amplitude is beyond two thirds of its peak; the amplitude varies by 15 %
     assert!((200..600).contains(&changed), "{changed}");
 }

@@ -1,4 +1,4 @@
-//! Scenarios and instruments that cannot be used: errors that name the line.
+//! Unusable scenarios and instruments: errors that name the line.
 
 use super::support::*;
 use rlg::simulate::scenario::Scenario;
@@ -63,7 +63,7 @@ fn misspelt_keys_and_absent_physics_are_errors_that_name_the_line() {
     );
 }
 
-/// Where `text` stands, from 1.
+/// Returns the line of `text`, from 1.
 fn line_of(text: &str, part: &str) -> usize {
     1 + text[..text.find(part).unwrap()].matches('\n').count()
 }
@@ -95,7 +95,7 @@ fn each_error_names_the_line_and_what_was_expected() {
             "amplitude_rad",
             "is beyond the counter",
         ),
-        // 11 bits hold the dither but not 8.75 rad/s beside it
+        // 11 bits hold the dither but not an additional 8.75 rad/s
         (
             narrow + slew,
             "kind = \"slew\"",
@@ -144,7 +144,7 @@ fn each_error_names_the_line_and_what_was_expected() {
             "depth",
             "is an unknown key here",
         ),
-        // tables that are none
+        // invalid tables
         (
             PERFECT.to_owned() + &psd("[[20.0, 0.1]]"),
             "linear_psd_m2_s4_hz",
@@ -216,14 +216,14 @@ fn instrument_in_a_file_of_its_own_serves_several_scenarios_and_errors_name_that
     let good = read(scenario).unwrap();
     assert!(good.dither.is_some() && good.known_effects.len() == 1);
 
-    // the error stands in the instrument's file
+    // the error is in the instrument's file
     write("triad.toml", &instrument.replace("392.6", "3000.0"));
     let error = read(scenario).unwrap_err();
     assert!(error.file.ends_with("triad.toml"), "{error}");
     let line = format!("line {}:", line_of(&instrument, "frequency_hz"));
     assert!(error.to_string().contains(&line), "{error}");
 
-    // what belongs to the scenario does not belong to the instrument, and nothing stands twice
+    // keys of the scenario are refused in the instrument, and no key occurs twice
     write(
         "triad.toml",
         &(instrument.clone() + "[site]\nlatitude_rad = 0.6\ngravity_m_s2 = 9.8\n"),

@@ -1,7 +1,7 @@
-//! Every effect on the gyros, switched on alone: what it adds against the catalogue's formula.
+//! Every effect on the gyros, switched on alone: its increment compared with the catalogue's formula.
 //!
-//! The case tumbles slowly, ω_i = R_i cos(2πf_i t + φ_i), so that a row's mean of any product is its value at the row's
-//! middle to (2πfT)²/12 = 2e-8. Forces are those that a perfect accelerometer read.
+//! The case tumbles slowly, ω_i = R_i cos(2πf_i t + φ_i), so that a row's mean of any product equals its value at the row's
+//! middle within (2πfT)²/12 = 2e-8. Forces are those of a perfect accelerometer.
 
 use super::support::*;
 use nalgebra::Vector3;
@@ -12,7 +12,7 @@ const RATE_RAD_S: [f64; 3] = [1.0, -0.8, 0.6];
 const FREQUENCY_HZ: [f64; 3] = [0.31, 0.23, 0.17];
 const PHASE_RAD: [f64; 3] = [0.2, 1.1, 2.3];
 
-/// What the effect may depend on, at a row's middle.
+/// Arguments of an effect, at a row's middle.
 struct Middle {
     t: f64,
     w: Vector3<f64>,
@@ -34,7 +34,7 @@ fn scenario(effect: &str, extra: &str) -> String {
         + effect
 }
 
-/// The effect adds `expected` to the gyros' rates; NaN where nothing is expected.
+/// Checks that the effect adds `expected` to the gyros' rates; NaN if not compared.
 fn adds(effect: &str, extra: &str, expected: impl Fn(&Middle) -> [f64; 3]) {
     let with = run(&scenario(effect, extra), 1);
     let without = run(&scenario("", extra), 1);
@@ -73,7 +73,7 @@ fn adds(effect: &str, extra: &str, expected: impl Fn(&Middle) -> [f64; 3]) {
         .iter()
         .flatten()
         .fold(0.0_f64, |most, value| most.max(value.abs()));
-    // far above what can be told: two counters of 1e-13 rad a row
+    // far above the resolution: two counters of 1e-13 rad a row
     assert!(largest * T > 1e-10, "{effect} is too small to be tested");
     for (row, predicted) in rows.zip(predicted) {
         for axis in (0..3).filter(|&axis| !predicted[axis].is_nan()) {
@@ -95,7 +95,7 @@ fn kind(kind: &str, parameters: &str) -> String {
     format!("[[effect]]\nkind = \"{kind}\"\n{parameters}")
 }
 
-/// x, y, z in units of `unit`.
+/// Formats x, y, z in units of `unit`.
 fn xyz(name: &str, unit: f64) -> String {
     let values = ["x", "y", "z"]
         .iter()
@@ -104,7 +104,7 @@ fn xyz(name: &str, unit: f64) -> String {
     kind(name, &values.collect::<String>())
 }
 
-/// The nine or the six, every one different, in units of `unit`.
+/// Makes the nine or the six, every one different, in units of `unit`.
 fn matrix(name: &str, unit: f64, diagonal: bool) -> (String, [[f64; 3]; 3]) {
     let mut values = [[0.0; 3]; 3];
     let mut text = String::new();
@@ -120,7 +120,7 @@ fn matrix(name: &str, unit: f64, diagonal: bool) -> (String, [[f64; 3]; 3]) {
     (kind(name, &text), values)
 }
 
-/// x: +δ_xz ω_y − δ_xy ω_z, y: +δ_yx ω_z − δ_yz ω_x, z: +δ_zy ω_x − δ_zx ω_y, as physics settles it.
+/// x: +δ_xz ω_y − δ_xy ω_z, y: +δ_yx ω_z − δ_yz ω_x, z: +δ_zy ω_x − δ_zx ω_y, as derived in physics.
 fn tilt_adds(d: [[f64; 3]; 3], w: &Vector3<f64>) -> [f64; 3] {
     [
         d[0][2] * w[1] - d[0][1] * w[2],
@@ -207,7 +207,7 @@ fn tilts_of_the_sensing_axes_add_as_the_catalogue_says() {
 #[test]
 fn elastic_rates_follow_the_derivatives_of_force_and_rate() {
     let (effect, u) = matrix("elastic_rate_by_force", 1e-6, true);
-    // gravity is fixed in space: seen from the body it turns by −ω × f
+    // gravity is fixed in space: in the body frame it changes by −ω × f
     adds(&effect, "", |at| times(u, &-at.w.cross(&at.f)));
     let (effect, w) = matrix("elastic_rate_by_jerk", 1e-5, true);
     adds(&effect, "", |at| times(w, &at.j));
@@ -302,16 +302,16 @@ fn magnetic_field_of_earth_and_coil_moves_the_bias_and_the_magnetometers_show_it
     let (effect, c) = matrix("gyro_bias_magnetic", 1e-2, true);
     let simulation = run(&scenario("", magnetic), 1);
     let field = &simulation.recording.tables[1].channels;
-    // at rest at first: the Earth's field as it is, and the coil's
+    // initially at rest: the Earth's field, and the coil's
     for (i, earth) in [2e-5, 0.0, -4e-5].into_iter().enumerate() {
         let t = 9.93 * T;
         let coil = [1e-4, 2e-4, -1e-4][i] * (TAU * 0.4 * t).sin();
-        // the reading is that of the last node, 0.07 of a row before its end
+        // the sample is that of the last node, 0.07 of a row before its end
         assert!(
             (field[i].values[9] - earth - coil).abs() < 1e-3 * 2e-4 * TAU * 0.4 * T + 1e-9 * 4e-5
         );
     }
-    // the length of the Earth's part is kept however the case turns
+    // the length of the Earth's part is constant under rotation of the case
     let at = |row: usize| {
         let t = (row as f64 + 0.930_568) * T;
         Vector3::from_fn(|i, _| {
@@ -326,7 +326,7 @@ fn magnetic_field_of_earth_and_coil_moves_the_bias_and_the_magnetometers_show_it
     }
     adds(&effect, magnetic, |at| {
         let row = (at.t / T) as usize;
-        // between two readings, which stand 0.43 of a row after the middle of each row
+        // between two samples, 0.43 of a row after the middle of each row
         let b = Vector3::from_fn(|i, _| {
             let (before, now) = (field[i].values[row - 1], field[i].values[row]);
             before + (now - before) * (1.0 - 0.430_568)
@@ -364,7 +364,7 @@ fn unlisted_physics_is_the_product_that_is_written() {
 #[test]
 fn earths_rotation_beside_the_reference_is_carried_by_the_attitude() {
     let effect = kind("earth_rate", "x = 3e-5\ny = -4e-5\nz = 5e-5\n");
-    // a vector fixed in space, along gravity's change: its angle to the specific force stays
+    // a vector fixed in space, along gravity's change: its angle to the specific force is constant
     let gravity = Vector3::new(0.0, 0.0, 9.8);
     let earth: Vector3<f64> = Vector3::new(3e-5, -4e-5, 5e-5);
     let with = run(&scenario(&effect, ""), 1);
@@ -383,6 +383,6 @@ fn earths_rotation_beside_the_reference_is_carried_by_the_attitude() {
         );
         assert!((rate.dot(&f) - earth.dot(&gravity)).abs() < 4e-5 * earth.norm() * 9.8);
     }
-    // the reference does not show it
+    // the reference does not contain it
     assert_eq!(with.case_increments_rad, without.case_increments_rad);
 }

@@ -1,4 +1,4 @@
-//! Lock-in: the fast scheme against fine integration, and against what is known of dithered lasers.
+//! Lock-in: the fast scheme compared with fine integration, and with known results on dithered lasers.
 
 use super::support::*;
 use rlg::recording::Quantity;
@@ -20,7 +20,7 @@ fn biased(rate_rad_s: f64) -> String {
         .replace("bias_rad_s = [0.0", &format!("bias_rad_s = [{rate_rad_s}"))
 }
 
-/// Mean rate of gyro x from `from` to `to` seconds.
+/// Computes the mean rate of gyro x from `from` to `to` seconds.
 fn mean_rate_rad_s(simulation: &rlg::simulate::Simulation, from: f64, to: f64) -> f64 {
     let rows = (from * 4000.0) as usize..(to * 4000.0) as usize;
     sensed_rad(simulation, 0)[rows].iter().sum::<f64>() / (to - from)
@@ -48,7 +48,7 @@ fn undithered_laser_shows_nothing_below_the_threshold_and_adlers_rate_above() {
     }
 }
 
-/// Angle that the cavity turns since 0: a rate and a dither whose amplitude is new each half-cycle.
+/// Computes the angle of the cavity since 0: a rate and a dither with a new amplitude each half-cycle.
 fn cavity_rad(t: f64, rate_rad_s: f64, amplitudes_rad: &[f64], frequency_hz: f64) -> f64 {
     let half_cycle = (2.0 * frequency_hz * t).floor() as usize;
     rate_rad_s * t + amplitudes_rad[half_cycle] * (TAU * frequency_hz * t).sin()
@@ -67,8 +67,8 @@ fn fast_scheme_follows_runge_kutta_in_fiftieths_of_a_pulse() {
         let steps = sub_steps(3.1e-4 * omega * omega + 200.0, PULSE_RAD, PERIOD_S);
         let mut beat = BeatPhase::new(PULSE_RAD, threshold, phase_rad);
         let mut shown_rad = 0.0;
-        // psi = S (angle + e), e' = -threshold sin(S (angle + e) + phase): only the slow part is integrated,
-        // in steps in which the fastest dither turns a fiftieth of a pulse
+        // psi = S (angle + e), e' = -threshold sin(S (angle + e) + phase): only the slow part is integrated, in steps in
+        // which the fastest dither moves by a fiftieth of a pulse
         let fine_s = PULSE_RAD / 50.0 / (3.1e-4 * omega);
         let slope = |t: f64, e: f64| -threshold * (S * (angle(t) + e) + phase_rad).sin();
         let (mut t, mut e) = (0.0, 0.0);
@@ -92,7 +92,7 @@ fn fast_scheme_follows_runge_kutta_in_fiftieths_of_a_pulse() {
             }
             worst = worst.max((shown_rad - (angle(end_s) + e)).abs());
         }
-        // what lock-in does over these 32 turnarounds: kicks of threshold √(2π/(S α)), here a random walk of 32
+        // effect of lock-in over these 32 turnarounds: kicks of threshold √(2π/(S α)), here a random walk of 32
         let kick = threshold * (TAU / (S * 3e-4 * omega * omega)).sqrt();
         let done = (angle(t) - (angle(t) + e)).abs();
         // 3 % of a kick a turnaround, of random sign; the end points' ripple is threshold/(S · dither rate)
@@ -154,7 +154,7 @@ fn random_walk_of_the_beat_is_the_threshold_over_the_root_of_s_times_the_dither_
             "pulse {pulse:e} rad, {amplitude:e} rad at {frequency_hz} Hz, threshold {threshold:e} rad/s: \
              {walk:.3e} rad/sqrt(s), {ratio:.3} of the formula"
         );
-        // what is promised; the estimate from 1200 spans deviates by 2 %
+        // the stated accuracy; the estimate from 1200 spans has a standard deviation of 2 %
         assert!((ratio - 1.0).abs() < 0.10, "{ratio}");
     }
 }
@@ -193,8 +193,8 @@ fn random_walk_stands_in_the_counts_too() {
                 angle
             })
             .collect();
-        // means over windows, which thin the counter's q²/12 out; neighbouring means of a walk σ√t differ by
-        // (2/3) σ² of the window's length
+        // means over windows, which average the counter's q²/12 out; neighbouring means of a walk σ√t differ by (2/3) σ² of
+        // the window's length
         let means: Vec<f64> = angles
             .chunks_exact(WINDOW)
             .map(|window| window.iter().sum::<f64>() / WINDOW as f64)
@@ -210,7 +210,7 @@ fn random_walk_stands_in_the_counts_too() {
     }
 }
 
-/// Mean rate with a dither of `spread`, driven at `rate`.
+/// Computes the mean rate with a dither of `spread`, driven at `rate`.
 fn dithered_rate(rate_rad_s: f64, spread: f64, threshold: f64) -> f64 {
     let dither = DITHER
         .replace("392.6", "400.0")
@@ -236,7 +236,7 @@ const BAND_AMPLITUDE_RAD: f64 = 1010.5 * PULSE_RAD / 2.0;
 #[test]
 fn dynamic_bands_lock_without_randomisation_and_vanish_with_it() {
     const THRESHOLD: f64 = 2e-3;
-    // band n stands at n pulses a dither cycle; its half-width is the threshold times |J_n(S a)|
+    // band n is at n pulses a dither cycle; its half-width is the threshold times |J_n(S a)|
     let sa = S * BAND_AMPLITUDE_RAD;
     let half_width = THRESHOLD * (1.0 / (std::f64::consts::PI * sa)).sqrt();
     for order in [0.0, 1.0] {
@@ -244,7 +244,7 @@ fn dynamic_bands_lock_without_randomisation_and_vanish_with_it() {
         for share in [0.5, -0.5] {
             let driven = centre + share * half_width;
             let shown = dithered_rate(driven, 0.0, THRESHOLD);
-            // locked: whole pulses a cycle, to the pulse at either end
+            // locked: whole pulses a cycle, within a pulse at either end
             assert!(
                 (shown - centre).abs() < 2.0 * PULSE_RAD / 10.0,
                 "order {order}: {shown:e} for {driven:e}"
@@ -253,7 +253,7 @@ fn dynamic_bands_lock_without_randomisation_and_vanish_with_it() {
         let outside = centre + 2.0 * half_width;
         let shown = dithered_rate(outside, 0.0, THRESHOLD);
         let pulled = centre + 3.0_f64.sqrt() * half_width;
-        // √(2² − 1²) of the half-width; the asymptotic J_n is good to 1/(8 S a), the neighbours pull by half²/spacing
+        // √(2² − 1²) of the half-width; the asymptotic J_n is accurate to 1/(8 S a), the neighbours pull by half²/spacing
         assert!(
             (shown - pulled).abs() < 0.02 * half_width + 2.0 * PULSE_RAD / 10.0,
             "{shown:e} against {pulled:e}"
@@ -265,7 +265,7 @@ fn dynamic_bands_lock_without_randomisation_and_vanish_with_it() {
         println!(
             "band {order}: half-width {half_width:.2e} rad/s; randomised, driven {driven:.3e}, shown {free:.3e} +- {noise:.1e}"
         );
-        // four deviations of the walk that the band turned into
+        // four deviations of the random walk of the band
         assert!(
             (free - driven).abs() < 4.0 * noise,
             "{free:e} for {driven:e}"

@@ -1,4 +1,4 @@
-//! The simulator against formulas written here, not against itself.
+//! The simulator compared with formulas written here, not with itself.
 
 mod basics;
 mod beside;

@@ -1,4 +1,4 @@
-//! Motions against what is known of them in closed form.
+//! Motions compared with closed forms.
 
 use super::support::*;
 use nalgebra::Vector3;
@@ -88,7 +88,7 @@ fn every_motion_starts_and_ends_at_rest_and_its_derivatives_integrate_to_it() {
         });
         let mut sums = [Vector3::zeros(); 3];
         for nodes in periods {
-            // up to each node: what is integrated so far, and the part of this period
+            // up to each node: the integral so far, and the part of this period
             for node in 0..4 {
                 let weights = quadrature.weights_until(quadrature.nodes[node]);
                 for (place, pick) in pick.into_iter().enumerate() {
@@ -96,8 +96,8 @@ fn every_motion_starts_and_ends_at_rest_and_its_derivatives_integrate_to_it() {
                         (0..4).map(|j| pick(&nodes[j]).1 * (weights[j] * T)).sum();
                     let value = pick(&nodes[node]).0;
                     let error = (sums[place] + part - value).amax();
-                    // inside a period the rule is of order five only: (ωT)⁵ = 0.023 at 300 Hz times
-                    // max ∫∏(x − c_j)/4! < 5e-5
+                    // inside a period the rule is of order five only: (ωT)⁵ = 0.023 at 300 Hz times max ∫∏(x − c_j)/4! <
+                    // 5e-5
                     assert!(
                         error <= 1e-6 * largest[place],
                         "{profile:?}: {error:e} of derivative {place}"
@@ -250,7 +250,7 @@ fn random_vibration_has_the_power_of_its_table_band_by_band() {
                 .enumerate()
                 .map(|(bin, power)| (bin as f64 * width_hz, power))
                 .filter(|(hz, _)| (low..high).contains(hz))
-                // a row's mean reads a tone low
+                // a row's mean attenuates a tone
                 .map(|(hz, power)| power * (PI * hz * T / (PI * hz * T).sin()).powi(2))
                 .sum();
             let expected = spectrum.power(low, high);
@@ -267,7 +267,7 @@ fn random_vibration_has_the_power_of_its_table_band_by_band() {
     assert!(still.iter().all(|f| *f == 0.0));
 }
 
-/// Power of each bin \[unit²\] under a Hann window, so that a tone between bins leaks little.
+/// Computes the power of each bin \[unit²\] with a Hann window, so that a tone between bins leaks little.
 fn spectrum(values: &[f64]) -> Vec<f64> {
     let count = values.len();
     let fft = RealFftPlanner::<f64>::new().plan_fft_forward(count);

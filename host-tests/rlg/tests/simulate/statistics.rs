@@ -1,9 +1,9 @@
-//! The simulator's own statistics are what its instrument file says: Allan variance, densities, pulses.
+//! The simulator's statistics equal those of its instrument file: Allan variance, densities, pulses.
 
 use super::support::*;
 use rlg::recording::Quantity;
 
-/// Overlapping Allan variance of rates, from a running angle and `m` rows \[(rad/s)²\].
+/// Computes the overlapping Allan variance of rates, from a running angle and `m` rows \[(rad/s)²\].
 fn allan_variance(angle_rad: &[f64], m: usize, period_s: f64) -> f64 {
     let tau = m as f64 * period_s;
     let differences = (0..angle_rad.len() - 2 * m)
@@ -21,8 +21,8 @@ fn running(increments: impl Iterator<Item = f64>) -> Vec<f64> {
         .collect()
 }
 
-/// Four deviations of an Allan variance of white or walking rate from `rows` rows in spans of `m`: two spans are
-/// one degree of freedom, and more than that where they overlap.
+/// Returns four relative standard deviations of an Allan variance of white or walking rate from `rows` rows in spans of `m`:
+/// two spans are one degree of freedom, and more than that if they overlap.
 fn allowed(rows: usize, m: usize) -> f64 {
     4.0 * (2.0 * m as f64 / rows as f64).sqrt()
 }

@@ -1,4 +1,4 @@
-//! A perfect instrument, and what the tests read of a simulation.
+//! A perfect instrument, and quantities computed by the tests from a simulation.
 
 use nalgebra::Vector3;
 use rlg::recording::{Quantity, Recording};
@@ -9,7 +9,7 @@ use std::path::Path;
 
 pub const DEG_H_PER_RAD_S: f64 = 180.0 / PI * 3600.0;
 
-/// Perfect instruments: what is left is the physics. The weights are far below every effect asked for.
+/// Perfect instruments: the residual is the physics. The weights are far below every effect under test.
 pub const PERFECT: &str = r#"
 format = 1
 name = "perfect"

@@ -1,11 +1,11 @@
-//! The fault campaign in the emulator: both images play it, every frame and every counter equal to the host's,
-//! where each injection is judged one by one. What the faults are: `firmware_tests::campaign` and `boots`.
-//! `cargo test --release -p rlg --test target fault_campaign -- --ignored --nocapture` prints the tables; those of the
-//! tests `..._in_full` are in `docs/board.md`.
+//! The fault campaign in the emulator: both images play it, every frame and every counter equal to the host's, whose
+//! injections are checked one by one. The faults are defined in `firmware_tests::campaign` and `boots`. `cargo test
+//! --release -p rlg --test target fault_campaign -- --ignored --nocapture` prints the tables; those of the tests
+//! `..._in_full` are in `docs/board.md`.
 //!
-//! Not here: the source that has nothing ready (a bus always answers; an emulated bank without a record is a
-//! bus error), a boot with an oscillator (the emulator has none, so every boot of it shows that fault), and
-//! bounds of the angles, which the host's own campaign holds.
+//! Not here: the source that has nothing ready (a bus always answers; an emulated bank without a record is a bus error), a
+//! boot with an oscillator (the emulator has none, so every boot of it has that fault), and bounds of the angles, which the
+//! host's own campaign tests.
 
 use std::time::Instant;
 
@@ -26,15 +26,15 @@ const TIMES: usize = 10;
 /// The same in full: minutes.
 const TIMES_IN_FULL: usize = 100;
 
-/// How far beyond a period's end the bus holds the interrupt, so that the next one is late \[1/32 of a period\]:
-/// a quarter, four times the limit.
+/// Time beyond a period's end for which the bus holds the interrupt, so that the next one is late \[1/32 of a period\]: a
+/// quarter, four times the limit.
 const LATE_PARTS: u32 = HOLD_PARTS / 4;
 
-/// The same, where the next one is to be in time for its own period \[1/32 of a period\]: half the limit.
+/// The same for a next one in time for its own period \[1/32 of a period\]: half the limit.
 const IN_TIME_PARTS: u32 = 1;
 
-/// What the emulated bank must play for these interrupts to happen: the bus holds the one before a late one,
-/// or before one that finds others missed.
+/// Returns the records of the emulated bank for these interrupts: the bus holds the one before a late one, or before one
+/// that finds others missed.
 pub fn records(interrupts: &[Interrupt]) -> Vec<BankRecord> {
     let timings = interrupts.iter().skip(1).map(|next| next.timing);
     let timings = timings.chain([Default::default()]);
@@ -128,7 +128,7 @@ fn the_fixed_image_counts_every_fault_as_the_host_does() {
     campaign::<Fixed>(TargetCore::Fixed, 5, TIMES);
 }
 
-/// Interrupts of one boot: ten frames, to show that what the boot found stays in them.
+/// Interrupts of one boot: ten frames, to check that the boot's faults stay in them.
 const BOOT_INTERRUPTS: usize = 100;
 
 fn boots(core: TargetCore, seed: u64, times: usize) {

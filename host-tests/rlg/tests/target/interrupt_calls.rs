@@ -1,5 +1,5 @@
-//! What the sampling interrupt can reach, read off the linked image: no panic, no logging, no host call, no
-//! loop without a bound; and how much stack everything can take.
+//! Code reachable from the sampling interrupt, in the linked image: no panic, no logging, no host call, no loop without a
+//! bound; and the largest stack depth of all code.
 
 use rlg::target::budgets::Budgets;
 use rlg::target::code::Code;
@@ -7,7 +7,7 @@ use rlg::target::lines::Lines;
 use rlg::target::stack::{StackBound, StackError};
 use rlg::target::{Image, Platform, TargetCore};
 
-/// Every image by its name: the board's and the emulator's.
+/// Returns every image by its name: the board's and the emulator's.
 fn images() -> impl Iterator<Item = (&'static str, Image)> {
     [Platform::Board, Platform::Emulator]
         .into_iter()
@@ -18,7 +18,7 @@ fn images() -> impl Iterator<Item = (&'static str, Image)> {
         })
 }
 
-/// Names of everything that `from` reaches; none of it may call through a register, which would hide where.
+/// Returns the names of everything reached from `from`; none of it may call through a register, which would hide the target.
 fn reached(code: &Code, from: &str, forbid_indirect: bool) -> Vec<String> {
     let begin = code.find(from).expect("it is in the image");
     code.reachable(begin)
@@ -52,7 +52,7 @@ fn the_interrupt_reaches_no_panic_no_logging_and_no_host_call() {
                 "{name} reaches {forbidden}: {from_interrupt:?}"
             );
         }
-        // The same walk from reset does find them: it can see what it must not find above.
+        // The same walk from reset does reach them: it can detect the calls forbidden above.
         let from_reset = reached(&code, "main", false);
         for expected in ["panic", "defmt"] {
             assert!(
@@ -63,8 +63,8 @@ fn the_interrupt_reaches_no_panic_no_logging_and_no_host_call() {
     }
 }
 
-/// Loops that the interrupt may have: function of the source, or of the image where there is no source of
-/// ours; how many at most; what bounds each.
+/// Loops allowed in the interrupt: function of the source, or of the image if it has no source of ours; their largest
+/// number; the bound of each.
 const BOUNDED: [(&str, usize, &str); 5] = [
     ("delay", 1, "SELECT_CYCLES, a constant"),
     ("operate", 1, "the bytes of one operation: a bank frame's"),
@@ -85,7 +85,7 @@ const BOUNDED: [(&str, usize, &str); 5] = [
     ),
 ];
 
-/// The entry of [`BOUNDED`] that a loop is of: the innermost function that has one.
+/// Returns the entry of [`BOUNDED`] for a loop: the innermost function that has one.
 fn bounded(lines: &Lines, symbol: &str, head: u64) -> Option<usize> {
     let of_source = lines.places(head).into_iter().map(|place| place.function);
     of_source
@@ -99,7 +99,7 @@ fn bounded(lines: &Lines, symbol: &str, head: u64) -> Option<usize> {
         })
 }
 
-/// Loops of the interrupt that [`BOUNDED`] does not know, or knows fewer of; and what it knows and found.
+/// Returns the loops of the interrupt that are not in [`BOUNDED`] or exceed its number; and the number found for each entry.
 fn loops(elf: &[u8]) -> (Vec<String>, [usize; BOUNDED.len()]) {
     let code = Code::read(elf).expect("the image's code");
     let lines = Lines::of(elf).expect("debug information");
@@ -143,7 +143,7 @@ fn every_loop_of_the_interrupt_is_known_with_its_bound() {
 #[ignore = "needs the image's target; cargo verify runs it"]
 fn a_loop_without_a_stated_bound_is_found() {
     for (name, image) in images() {
-        // The chain, made to wait for ever: its first instruction becomes a jump to itself.
+        // The chain, modified to loop for ever: its first instruction becomes a jump to itself.
         let code = Code::read(&image.elf).expect("the image's code");
         let mut functions = code.functions.iter();
         let chain = functions.find(|(_, function)| function.name.ends_with("sampling::advance"));
@@ -178,7 +178,7 @@ fn every_image_keeps_its_memory_budgets_and_the_stack_fits() {
         }
         let exceeded = budgets.exceeded_by_image(&image).expect("the stack");
         assert!(exceeded.is_empty(), "{name}: {exceeded:?}");
-        // What a budget of nothing must find: the comparison can fail.
+        // A budget of nothing must be exceeded: the comparison can fail.
         let mut nothing = budgets.clone();
         nothing.stack_bytes.at_most = 1.0;
         assert_eq!(nothing.exceeded_by_image(&image).expect("it").len(), 1);
@@ -205,7 +205,7 @@ fn what_a_debugger_looks_for_is_in_every_image_by_its_name_and_whole() {
 #[ignore = "needs the image's target; cargo verify runs it"]
 fn recursion_in_the_interrupt_has_no_bound_and_is_refused() {
     let (_, image) = images().next().expect("an image");
-    // The interrupt's chain, made to call the interrupt: its first instruction becomes a jump back.
+    // The interrupt's chain, modified to call the interrupt: its first instruction becomes a jump back.
     let code = Code::read(&image.elf).expect("the image's code");
     let interrupt = code.find("TIM2").expect("the interrupt");
     let callee = *code.functions[&interrupt]
@@ -223,7 +223,7 @@ fn recursion_in_the_interrupt_has_no_bound_and_is_refused() {
     }
 }
 
-/// Where the code at `address` stands in the file.
+/// Returns the offset in the file of the code at `address`.
 fn file_offset(elf: &[u8], address: u64) -> usize {
     use object::{Object, ObjectSection};
     let file = object::File::parse(elf).expect("an ELF file");
@@ -232,7 +232,7 @@ fn file_offset(elf: &[u8], address: u64) -> usize {
     (begin + address - text.address()) as usize
 }
 
-/// B.W from one address to another (A7.7.12, encoding T4).
+/// Encodes B.W from one address to another (A7.7.12, encoding T4).
 fn branch(from: u64, to: u64) -> [u8; 4] {
     let offset = to.wrapping_sub(from + 4) as u32;
     let sign = offset >> 24 & 1;

@@ -1,7 +1,7 @@
-//! The firmware's images: played in the emulator against the host, and read instruction by instruction.
+//! The firmware's images: played in the emulator and compared with the host, and read instruction by instruction.
 //!
-//! Most tests need `qemu-system-arm` and the image's target, so a plain `cargo test` passes them over; `cargo verify`
-//! installs both and runs them.
+//! Most tests need `qemu-system-arm` and the image's target, so a plain `cargo test` skips them; `cargo verify` installs
+//! both and runs them.
 
 mod fault_campaign;
 mod interrupt_calls;

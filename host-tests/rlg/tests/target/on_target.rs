@@ -18,7 +18,7 @@ use trueaxis::{
     AccelerometerParameters, CrossAxis, Decoder, Parameters, Sample, Status, TELEMETRY_BYTES,
 };
 
-/// Every parameter away from the value that would hide it.
+/// Returns parameters none of which has a value that hides its effect.
 fn parameters() -> Parameters {
     Parameters::default().with(|p| {
         p.pulse_weight_rad = [2.1e-6, 1.9e-6, 2.05e-6];
@@ -34,7 +34,7 @@ fn parameters() -> Parameters {
 /// 40 000.
 pub const PULSE_M_S: [f64; 3] = [6.1e-6, 5.9e-6, 6.3e-6];
 
-/// [`parameters`] with accelerometers, none of whose parameters is zero either.
+/// Returns [`parameters`] with accelerometers, none of whose parameters is zero either.
 pub fn parameters_with_accelerometers(weight_m_s: [f64; 3]) -> Parameters {
     parameters().with(|p| {
         p.accelerometers = Some(AccelerometerParameters {
@@ -62,7 +62,7 @@ fn cross_axis([xy, xz, yx, yz, zx, zy]: [f64; 6]) -> CrossAxis<f64> {
     }
 }
 
-/// White noise: counts and pickoff readings within ± the given bounds. 220 pulses are 100 °/s at 2 µrad.
+/// Makes white noise: counts and pickoff codes within ± the given bounds. 220 pulses are 100 °/s at 2 µrad.
 fn noisy_samples(count: usize, counts: i32, codes: i32) -> Vec<Sample> {
     let mut random = ChaCha8Rng::seed_from_u64(4000);
     (0..count)
@@ -101,7 +101,7 @@ fn run(core: TargetCore, samples: &[Sample]) -> OnTarget {
         .expect("the image runs")
 }
 
-/// As [`run`], with the flash and the bank as they are given.
+/// As [`run`], with the given flash and bank.
 fn play(core: TargetCore, slots: &SlotImages, records: &[BankRecord]) -> OnTarget {
     on_target::compare_records(&image(core), core, slots, records, &mut |_| {})
         .expect("the image runs")
@@ -110,7 +110,7 @@ fn play(core: TargetCore, slots: &SlotImages, records: &[BankRecord]) -> OnTarge
 /// Samples of each size of noise: no multiple of an output's.
 const SAMPLES: usize = 5_003;
 
-/// The same for a longer look.
+/// The same in full.
 const SAMPLES_IN_FULL: usize = 20_003;
 
 /// Samples within every range, at the acceleration stage's limit, and far beyond all.
@@ -149,8 +149,8 @@ fn the_images_give_the_hosts_bits_whatever_enters_in_full() {
     }
 }
 
-/// Accelerometer codes within their range, around their limit and far beyond it; pulses, and the finer codes
-/// of a replayed recording, whose limit is that of the integer sum. The gyros likewise.
+/// Accelerometer codes within their range, around their limit and far beyond it; pulses, and the finer codes of a replayed
+/// recording, limited by the integer sum. The gyros likewise.
 fn holds_bit_for_bit_with_accelerometers(core: TargetCore, samples: usize) {
     const REPLAYED_M_S: [f64; 3] = [1.0 / (1u64 << 29) as f64; 3];
     for (weight_m_s, counts, codes, forces) in [
@@ -231,7 +231,7 @@ fn one_bit_of_one_accelerometer_code_is_seen_in_the_images_frames() {
     }
 }
 
-/// Number of the first frame in which two streams differ.
+/// Returns the number of the first frame in which two streams differ.
 fn first_that_differs(one: &[u8], other: &[u8]) -> Option<usize> {
     let (mut left, mut right) = (one.chunks(TELEMETRY_BYTES), other.chunks(TELEMETRY_BYTES));
     (0..)
@@ -272,8 +272,8 @@ fn accelerometers_come_through_lost_samples_as_on_the_host() {
 fn instruction_counts_repeat_exactly() {
     let samples = noisy_samples(4_000, 220, 2_000_000);
     let mut runs = [(); 2].map(|()| run(TargetCore::F32, &samples));
-    // One interrupt of 4000 takes eight instructions more in a quarter of the runs: where the emulator wakes the processor
-    // depends on its other threads. The shortest and the longest do not.
+    // One interrupt of 4000 takes eight instructions more in a quarter of the runs: the wake-up of the processor in the
+    // emulator depends on its other threads. The shortest and the longest do not.
     let interrupts = runs.each_mut().map(|run| {
         let whole = run.instructions_per_interrupt.take();
         whole.map(|whole| (whole.min, whole.max))
@@ -285,8 +285,8 @@ fn instruction_counts_repeat_exactly() {
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn a_wrong_output_of_the_image_is_seen() {
-    // The f32 image held against the fixed-point host: the two round differently, so the comparison must
-    // find a frame, or it finds nothing ever.
+    // The f32 image compared with the fixed-point host: the two round differently, so a comparison that finds no different
+    // frame cannot find any.
     let samples = noisy_samples(4_000, 220, 2_000_000);
     let result = on_target::compare(
         &image(TargetCore::F32),
@@ -331,12 +331,12 @@ fn events_arrive_with_their_words() {
     );
 }
 
-/// Whether an event of the image contains `words`.
+/// True if an event of the image contains `words`.
 fn logged(result: &OnTarget, words: &str) -> bool {
     result.events.iter().any(|event| event.contains(words))
 }
 
-/// Status bits' counters among the health items.
+/// Counters of status bits among the health items.
 const VELOCITY_HELD: u8 = 9;
 const REPEATED: u8 = 18;
 const CHECKSUMS: u8 = 20;
@@ -355,7 +355,7 @@ fn a_damaged_slot_leaves_the_other_in_force_and_two_leave_nominal_values() {
         &result,
         "parameter generation 1, default values false"
     ));
-    // The emulator's flash cannot be written; what the board's does is shown on the host.
+    // The emulator's flash cannot be written; the board's behaviour is tested on the host.
     assert!(logged(&result, "cannot be mended"), "{:?}", result.events);
 
     let result = play(TargetCore::Fixed, &SlotImages::erased(), &records);
@@ -375,10 +375,10 @@ fn late_missed_and_overrun_are_counted_as_they_were_asked_for() {
     // 3 1/4: two missed and one late.
     for (at, hold, missed) in [(500, 40, 0), (1_000, 65, 1), (1_500, 104, 2)] {
         records[at].hold = hold;
-        // The bank latches on: nobody reads these.
+        // The bank latches on: these are not read.
         records.drain(at + 1..at + 1 + missed);
     }
-    // The link stands still for 20 output periods: the queue holds 15 frames.
+    // The link is held for 20 output periods: the queue holds 15 frames.
     let held = 20 * usize::from(parameters().samples_per_output);
     for record in &mut records[2_000..2_000 + held] {
         record.link_held = true;
@@ -443,7 +443,7 @@ fn the_boards_image_sends_its_flags_without_crystal_bank_and_parameters() {
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_boards_image_takes_its_parameters_from_the_slots() {
     let image = Image::build(Platform::Board, TargetCore::F32).expect("the image builds");
-    // Every health item has had its turn by then.
+    // Every health item has been sent by then.
     let frames = HEALTH_ITEMS.len() as u64 + 1;
     let sent = emulator::first_telemetry(&image.path, &SlotImages::both(&parameters()), frames)
         .expect("the image sends");
@@ -466,7 +466,7 @@ fn each_chain_has_budgets_of_its_own_and_each_budget_a_reason() {
     let budgets = Budgets::of_workspace().expect("the budgets");
     for core in [TargetCore::F32, TargetCore::Fixed] {
         let mean = |accelerometers| &budgets.chain(core, accelerometers).instructions_mean;
-        // What the gyros alone may take would not do for both.
+        // The budget of the gyros alone is too small for both.
         let found = mean(false).at_most + 1.0;
         assert!(mean(false).exceeded_by("mean", found).is_some());
         assert!(mean(true).exceeded_by("mean", found).is_none());
@@ -511,12 +511,12 @@ fn this_programs_own_binary_is_no_image() {
     assert!(Image::read(&own).is_err());
 }
 
-/// A quarter of a second of three dithered gyros at rest, as a folder that anybody could have written; x and y
-/// level, z up where there are accelerometers.
+/// Writes a quarter of a second of three dithered gyros at rest, as a folder in the documented form; x and y level, z up if
+/// there are accelerometers.
 fn recording_at_rest(folder: &Path, accelerometers: bool) {
     const RATE_HZ: f64 = 4000.0;
     const PULSE_RAD: f64 = 2e-6;
-    /// 150 arcsec, and three frequencies as block dithers have.
+    /// 150 arcsec, and three frequencies typical of block dithers.
     const DITHER: [(f64, f64); 3] = [(7.3e-4, 397.0), (7.1e-4, 421.0), (7.4e-4, 443.0)];
     let mut manifest =
         String::from("format = 1\nname = \"rest\"\n[[table]]\nfile = \"samples.csv\"\n");
@@ -569,7 +569,7 @@ fn recording_at_rest(folder: &Path, accelerometers: bool) {
     }
 }
 
-/// `rlg on-target` over the recording in `folder`.
+/// Prepares `rlg on-target` for the recording in `folder`.
 fn on_target_command(folder: &Path) -> assert_cmd::Command {
     let mut command = assert_cmd::Command::cargo_bin("rlg").expect("the tool is built");
     command

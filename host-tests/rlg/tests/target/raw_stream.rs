@@ -15,7 +15,7 @@ use trueaxis::raw_frame::RAW_BYTES;
 
 use super::on_target::{PULSE_M_S, noisy_samples_with_forces, parameters_with_accelerometers};
 
-/// Periods that the image holds while its port stands still (QUEUE in src/hardware/raw_tap.rs, less the empty slot).
+/// Periods queued in the image while its port is held (QUEUE in src/hardware/raw_tap.rs, less the empty slot).
 const HELD: u32 = 63;
 
 fn rlg(arguments: &[&str], more: &[&Path]) -> (Value, String) {
@@ -45,8 +45,8 @@ fn short_scenario() -> String {
     )
 }
 
-/// Simulated vibration with accelerometers: what the image was given comes back from its raw stream, `rlg replay` of it has
-/// the outputs of the first recording, and `rlg diagnose` takes it.
+/// Simulated vibration with accelerometers: the image's input is recovered from its raw stream, `rlg replay` of it has the
+/// outputs of the first recording, and `rlg diagnose` takes it.
 fn comes_back(core: TargetCore) {
     let own = tempfile::tempdir().expect("a temporary folder");
     let at = |name: &str| own.path().join(name);
@@ -125,8 +125,8 @@ fn the_raw_stream_of_the_fixed_image_gives_its_input_back_in_full() {
     comes_back(TargetCore::Fixed);
 }
 
-/// While the port stands still the image keeps what it has room for, drops the rest whole, counts it, and goes on; the
-/// telemetry does not notice. A bus error beside it is a period without a sample.
+/// While the port is held the image queues frames up to its capacity, drops the rest whole, counts them, and goes on; the
+/// telemetry is unaffected. A bus error in that time is a period without a sample.
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn what_finds_no_room_is_dropped_whole_and_counted() {
@@ -158,7 +158,7 @@ fn what_finds_no_room_is_dropped_whole_and_counted() {
     assert_eq!(imported["rows"], 3000, "{words}");
     let gaps = imported["gaps"].as_array().expect("gaps");
     assert_eq!(gaps.len(), 2, "{words}");
-    // The record that frees the port is one more that finds no room: the main loop comes after its interrupt.
+    // The record that frees the port is one more without room: the main loop runs after its interrupt.
     let dropped = u64::from(201 - HELD);
     assert_eq!(gaps[0]["row"], 1000 + u64::from(HELD));
     assert_eq!(gaps[0]["frames_lost"], dropped);
@@ -170,7 +170,7 @@ fn what_finds_no_room_is_dropped_whole_and_counted() {
     assert_eq!(gaps[1]["without_sample"], 1);
 }
 
-/// With the stream the chain's own cost stays, and the interrupt's is the same for every sample between outputs.
+/// With the stream the chain's own cost is unchanged, and the interrupt's is the same for every sample between outputs.
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_stream_costs_the_interrupt_a_constant() {
@@ -203,7 +203,7 @@ fn the_stream_costs_the_interrupt_a_constant() {
             whole(&with).min - whole(&without).min,
             whole(&with).max - whole(&without).max,
         ];
-        // When the sleeping processor wakes differs by a few instructions.
+        // The instant of the processor's wake-up varies by a few instructions.
         for extreme in extremes {
             assert!(
                 (f64::from(extreme) - mean).abs() < 8.0,

@@ -1,4 +1,4 @@
-//! Images with optional terms in the emulator, and what they say of themselves.
+//! Images with optional terms in the emulator, and their reported terms.
 
 use rlg::target::budgets::Budgets;
 use rlg::target::{Image, Platform, TargetCore, on_target};
@@ -7,7 +7,7 @@ use trueaxis::{Parameters, TermKind};
 
 use crate::on_target::{PULSE_M_S, noisy_samples_with_forces, parameters_with_accelerometers};
 
-/// Every kind that can act without readings of temperature and field, at a realistic size.
+/// Every kind that acts without samples of temperature and field, at a realistic size.
 const RECORDS: [(TermKind, &[f64]); 16] = [
     (TermKind::GyroDelay, &[20e-6, -10e-6, 15e-6]),
     (TermKind::GyroBandwidth, &[1e-9, 2e-9, 3e-9]),
@@ -78,7 +78,7 @@ fn equals_the_host(image: &Image, core: TargetCore, samples: usize, sizes: [i32;
     }
 }
 
-/// The image with every optional term, and one without any that is asked for one.
+/// The image with every optional term, and one without any that is given one.
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
 fn the_images_with_every_term_give_the_hosts_bits() {

@@ -1,4 +1,4 @@
-//! A parameter upload from end to end: `rlg upload` against the emulated image, and the next boot with what it stored.
+//! A parameter upload from end to end: `rlg upload` to the emulated image, and the next boot with the stored block.
 
 use std::fs;
 use std::path::Path;
@@ -12,7 +12,7 @@ use trueaxis::{Parameters, TermKind};
 
 use super::on_target::{PULSE_M_S, noisy_samples_with_forces, parameters_with_accelerometers};
 
-/// More than the emulator plays while the requests are on their way.
+/// More samples than the emulator plays during the requests.
 const SAMPLES: usize = 400_000;
 
 fn upload(block: &Path, port: &Path, more: &[&str]) -> Output {
@@ -25,8 +25,8 @@ fn words(output: &Output) -> String {
     String::from_utf8_lossy(&output.stderr).into_owned()
 }
 
-/// A running unit refuses; one that lacks a term is not asked to take it; stopped it stores, and the next boot runs with the new
-/// parameters, bit for bit as the host does.
+/// A running unit refuses; one that lacks a term is not asked to take it; a stopped one stores, and the next boot runs with
+/// the new parameters, bit for bit as the host does.
 fn takes_a_block(core: TargetCore) {
     let own = tempfile::tempdir().expect("a temporary folder");
     let block = |name: &str, parameters: &Parameters| {

@@ -1,9 +1,8 @@
-//! Whole recordings through both images, held against the firmware's budgets: one of gyros alone, one with
-//! accelerometers.
+//! Whole recordings through both images, compared with the firmware's budgets: one of gyros alone, one with accelerometers.
 //!
-//! The first is `bench-coning` from `RLG_RECORDINGS`, or simulated where that is not set; the one with accelerometers is
-//! always simulated. A test fails where an output differs, where accelerometer codes do not reach the outputs, or where
-//! a budget is exceeded.
+//! The first is `bench-coning` from `RLG_RECORDINGS`, or simulated if that is not set; the one with accelerometers is always
+//! simulated. A test fails if an output differs, if accelerometer codes do not reach the outputs, or if a budget is
+//! exceeded.
 
 use std::path::{Path, PathBuf};
 use std::process::Output;
@@ -13,17 +12,17 @@ use rlg::target::TargetCore;
 use rlg::target::budgets::Budgets;
 use serde_json::Value;
 
-/// 15 s of the unit's time: seven times what the strip needs to settle. A recording is played there and back until it is so
-/// many samples.
+/// 15 s of the unit's time: seven times the settling time of the strip. A recording is played forward and backward up to
+/// this number of samples.
 const SAMPLES: u64 = 60_000;
 
-/// 250 s of the unit's time: every phase of three dithers and the coning against each other.
+/// 250 s of the unit's time: all relative phases of three dithers and the coning.
 const SAMPLES_IN_FULL: u64 = 1_000_000;
 
-/// A recording with its model, in a folder that is there as long as this.
+/// A recording with its model, in a folder that exists as long as this.
 struct Played {
     folder: PathBuf,
-    /// Results go here, and a recording that is simulated.
+    /// Folder of results, and of a simulated recording.
     own: tempfile::TempDir,
 }
 
@@ -54,13 +53,13 @@ impl Played {
         Self { folder, own }
     }
 
-    /// What `rlg on-target` prints of `samples` samples of it.
+    /// Returns the output of `rlg on-target` for `samples` samples of it.
     fn on_target(&self, core: TargetCore, samples: u64, accelerometers: bool) -> Value {
         let mut command = rlg();
         command
             .args(["on-target", "--json", "--core", core.name()])
             .args(["--samples", &samples.to_string()])
-            // The strip follows the pickoff, as it would on the unit.
+            // The strip tracks the pickoff, as it would on the unit.
             .args(["--adapt-s", "2"])
             .arg("--model")
             .arg(self.folder.join("model.toml"))
@@ -85,7 +84,7 @@ fn succeeded(output: &Output) {
     assert!(output.status.success(), "{}: {words}", output.status);
 }
 
-/// Every output equal, and the cost within its budgets.
+/// Checks that every output is equal, and the cost within its budgets.
 fn holds_its_budgets(played: &Played, core: TargetCore, samples: u64, accelerometers: bool) {
     let result = played.on_target(core, samples, accelerometers);
     let figure = |pointer: &str| {

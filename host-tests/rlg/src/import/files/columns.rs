@@ -1,4 +1,4 @@
-//! Holds columns of numbers as a foreign file has them: before any unit, quantity or clock.
+//! Columns of numbers as stored in a foreign file: before any unit, quantity or clock.
 
 use std::path::{Path, PathBuf};
 
@@ -9,24 +9,24 @@ use crate::error::InputError;
 pub struct Column {
     /// Its name in the file; of a matrix variable `name[0]`, `name[1]` and so on.
     pub name: String,
-    /// Unit that a line of units beneath the header gives it.
+    /// Unit stated in a line of units beneath the header.
     pub unit: Option<String>,
-    /// Its values as stored; NaN where the file has none; of date-times the seconds since their origin.
+    /// Values as stored; NaN for missing ones; for date-times the seconds since their origin.
     pub values: Vec<f64>,
-    /// Where they are date-times or times of day.
+    /// Origin, if they are date-times or times of day.
     pub dates: Option<Dates>,
-    /// The first cell that is no number: row and text. Of weight only where the column is used.
+    /// Row and text of the first cell that is no number. An error only if the column is used.
     pub bad_cell: Option<(u64, String)>,
 }
 
-/// What date-times of a column count from.
+/// Origin of a column of date-times.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Dates {
     /// Whole second since 1970, UTC, or since midnight \[s\].
     pub origin_s: i64,
-    /// Whether they state their zone; else they are read as UTC.
+    /// True if they state their zone; else they are read as UTC.
     pub has_zone: bool,
-    /// Whether they state their day.
+    /// True if they state their day.
     pub has_day: bool,
 }
 
@@ -39,14 +39,14 @@ pub struct Block {
     pub rows: usize,
     /// The columns in the order of the file.
     pub columns: Vec<Column>,
-    /// Rows a second \[Hz\], where the file states it.
+    /// Rows a second \[Hz\], if stated by the file.
     pub rate_hz: Option<f64>,
-    /// What was met on the way and should be known, as clauses.
+    /// Notes on the reading, as clauses.
     pub notes: Vec<String>,
 }
 
 impl Column {
-    /// A column without a unit of its own and without a bad cell.
+    /// Creates a column without a unit of its own and without a bad cell.
     pub fn new(name: impl Into<String>, values: Vec<f64>) -> Self {
         Self {
             name: name.into(),
@@ -57,7 +57,7 @@ impl Column {
         }
     }
 
-    /// Refuses a column with a cell that is no number, for a column that is used.
+    /// Refuses a column with a cell that is no number, if the column is used.
     pub fn check(&self, file: &Path) -> Result<(), InputError> {
         if let Some((row, text)) = &self.bad_cell {
             return Err(InputError::new(file, "is text, not a number")

@@ -4,10 +4,10 @@ use chrono::{DateTime, NaiveDateTime, NaiveTime, SecondsFormat, Timelike as _};
 
 use super::columns::Dates;
 
-/// Forms with a zone, beside those of RFC 3339.
+/// Formats with a zone, in addition to RFC 3339.
 const WITH_ZONE: [&str; 2] = ["%Y-%m-%d %H:%M:%S%.f%:z", "%Y-%m-%dT%H:%M:%S%.f%z"];
 
-/// Forms without one. A day before a month only with points between: 05/01/2026 is two days.
+/// Formats without one. A day before a month only with points between: 05/01/2026 is ambiguous.
 const WITHOUT_ZONE: [&str; 4] = [
     "%Y-%m-%d %H:%M:%S%.f",
     "%Y-%m-%dT%H:%M:%S%.f",
@@ -15,10 +15,10 @@ const WITHOUT_ZONE: [&str; 4] = [
     "%d.%m.%Y %H:%M:%S%.f",
 ];
 
-/// Seconds since 1970 that a stamp of a measurement can be: from 2001 to 2100 \[s\].
+/// Plausible stamps in seconds since 1970: from 2001 to 2100 \[s\].
 const SINCE_1970_S: std::ops::Range<f64> = 1e9..4.1e9;
 
-/// The cell as whole seconds, the part of a second behind them \[s\], and what it counts from.
+/// Parses the cell as whole seconds, the fraction of a second \[s\], and their origin.
 pub fn parse(cell: &str) -> Option<(i64, f64, Dates)> {
     let of = |time: DateTime<chrono::Utc>, has_zone| {
         let fraction_s = f64::from(time.timestamp_subsec_nanos()) * 1e-9;
@@ -34,7 +34,7 @@ pub fn parse(cell: &str) -> Option<(i64, f64, Dates)> {
         let other = || forms.find_map(|form| DateTime::parse_from_str(cell, form).ok());
         DateTime::parse_from_rfc3339(cell).ok().or_else(other)
     };
-    // Only text with a colon can be one: most cells that are no number are none.
+    // Only text with a colon can be a date-time: most cells that are no number are not.
     if !cell.contains(':') {
         return None;
     }
@@ -55,19 +55,19 @@ pub fn parse(cell: &str) -> Option<(i64, f64, Dates)> {
     Some((whole_s, f64::from(time.nanosecond()) * 1e-9, dates))
 }
 
-/// The whole second since 1970 that stamps count from, where they are seconds since then \[s\].
+/// Returns the whole second since 1970 from which stamps count, if they are seconds since 1970 \[s\].
 pub fn origin_since_1970_s(first_s: f64, last_s: f64) -> Option<i64> {
     let is_absolute = SINCE_1970_S.contains(&first_s) && SINCE_1970_S.contains(&last_s);
     is_absolute.then_some(first_s.floor() as i64)
 }
 
-/// Seconds since 1970 as RFC 3339 has them, in UTC.
+/// Formats seconds since 1970 by RFC 3339, in UTC.
 pub fn rfc3339(since_1970_s: i64) -> Option<String> {
     let time = DateTime::from_timestamp(since_1970_s, 0)?;
     Some(time.to_rfc3339_opts(SecondsFormat::Secs, true))
 }
 
-/// Whether `text` is a date and time with its zone, as `start` in `recording.toml` must be.
+/// True if `text` is a date and time with its zone, as required of `start` in `recording.toml`.
 pub fn is_rfc3339(text: &str) -> bool {
     DateTime::parse_from_rfc3339(text).is_ok()
 }

@@ -1,7 +1,7 @@
 //! Reads HDF5 files, MATLAB's version 7.3 among them: every numeric dataset, `group.dataset` within groups.
 //!
-//! MATLAB stores a matrix with its sides reversed, so that its columns lie one behind the other; an array of the rows of
-//! other writers is the same thing turned. The longer side is time either way.
+//! MATLAB stores a matrix with its sides reversed, so that its columns are contiguous; other writers store rows, the
+//! transpose. The longer side is time either way.
 
 use std::path::Path;
 
@@ -17,10 +17,10 @@ const SIGNATURE: &[u8] = b"\x89HDF\r\n\x1a\n";
 /// MATLAB puts its own header of 512 bytes before the format.
 const MATLAB_HEADER_BYTES: usize = 512;
 
-/// Groups within groups.
+/// Greatest depth of nested groups.
 const DEEPEST: usize = 6;
 
-/// Whether `bytes` are HDF5.
+/// True if `bytes` are HDF5.
 pub fn is_hdf5(bytes: &[u8]) -> bool {
     [0, MATLAB_HEADER_BYTES].iter().any(|start| {
         bytes
@@ -29,7 +29,7 @@ pub fn is_hdf5(bytes: &[u8]) -> bool {
     })
 }
 
-/// The columns of the HDF5 file `bytes`, which is `file`.
+/// Reads the columns of the HDF5 file `bytes`, which is `file`.
 pub fn read(file: &Path, bytes: Vec<u8>) -> Result<Vec<Block>, InputError> {
     let damaged = |error: hdf5_pure::Error| {
         InputError::new(file, format!("is truncated or damaged ({error})"))

@@ -1,7 +1,7 @@
 //! Reads MATLAB's MAT-files of versions 5 to 7: numeric variables and the fields of scalar structures.
 //!
-//! Source: "MAT-File Format", The MathWorks (R2020a), chapter 1, "Level 5 MAT-File Format". Sizes are taken from the
-//! file only within the bytes that are there. Cells, text, sparse and complex arrays are passed over.
+//! Source: "MAT-File Format", The MathWorks (R2020a), chapter 1, "Level 5 MAT-File Format". Sizes from the file are bounded
+//! by the bytes present. Cells, text, sparse and complex arrays are skipped.
 
 use std::io::Read as _;
 use std::path::Path;
@@ -15,7 +15,7 @@ use crate::error::InputError;
 /// Bytes before the first element.
 const HEADER_BYTES: usize = 128;
 
-/// Structures within structures; deeper ones hold no columns that anybody logged.
+/// Greatest depth of nested structures; deeper ones hold no logged columns.
 const DEEPEST: usize = 6;
 
 /// Element types of the format.
@@ -28,7 +28,7 @@ const STRUCTURE: u8 = 2;
 /// Classes of dense numeric arrays, from double to 64-bit integers.
 const NUMERIC: std::ops::RangeInclusive<u8> = 6..=15;
 
-/// Bit of the array flags that says that values are complex.
+/// Bit of the array flags for complex values.
 const COMPLEX: u8 = 0x08;
 
 /// Bytes in the order of the machine that wrote them.
@@ -44,7 +44,7 @@ struct Element<'a> {
     data: Bytes<'a>,
 }
 
-/// The columns of the MAT-file `bytes`, which is `file`.
+/// Reads the columns of the MAT-file `bytes`, which is `file`.
 pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Block>, InputError> {
     let damaged = || {
         InputError::new(file, "is truncated or damaged")
@@ -86,7 +86,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Vec<Block>, InputError> {
     Ok(to_blocks(file, matrices))
 }
 
-/// The bytes of a compressed element: the tag inside says how many there are.
+/// Inflates a compressed element: the tag inside holds the number of its bytes.
 fn inflate(packed: Bytes<'_>) -> Option<Vec<u8>> {
     let mut decoder = ZlibDecoder::new(packed.bytes);
     let mut inflated = vec![0; 8];
@@ -100,7 +100,7 @@ fn inflate(packed: Bytes<'_>) -> Option<Vec<u8>> {
     (inflated.len() as u64 == size + 8).then_some(inflated)
 }
 
-/// Adds the matrices of an array named `prefix` and its own name; `None` where its bytes do not hold together.
+/// Adds the matrices of an array named `prefix` and its own name; `None` if its bytes are inconsistent.
 fn array(mut rest: Bytes<'_>, prefix: &str, depth: usize, into: &mut Vec<Matrix>) -> Option<()> {
     if rest.bytes.is_empty() {
         return Some(());
@@ -160,7 +160,7 @@ fn structure(mut rest: Bytes<'_>, name: &str, depth: usize, into: &mut Vec<Matri
 }
 
 impl<'a> Bytes<'a> {
-    /// The four bytes from `place` on as a number.
+    /// Returns the four bytes from `place` on as a number.
     fn word(self, place: usize) -> Option<u32> {
         let bytes: [u8; 4] = self.bytes.get(place..place + 4)?.try_into().ok()?;
         Some(match self.big_endian {
@@ -175,7 +175,7 @@ impl<'a> Bytes<'a> {
             .collect()
     }
 
-    /// The text up to the first zero.
+    /// Returns the text up to the first zero.
     fn text(self) -> String {
         let end = self.bytes.iter().position(|byte| *byte == 0);
         String::from_utf8_lossy(&self.bytes[..end.unwrap_or(self.bytes.len())]).into_owned()
@@ -184,7 +184,7 @@ impl<'a> Bytes<'a> {
     /// Takes the next element off the front.
     fn element(&mut self) -> Option<Element<'a>> {
         let first = self.word(0)?;
-        // Up to four bytes stand within the tag itself, with their number in its upper half.
+        // Up to four bytes are stored in the tag itself, with their number in its upper half.
         let (kind, start, size, whole): (u32, usize, usize, usize) = match first >> 16 {
             0 => {
                 let size = self.word(4)? as usize;
@@ -207,7 +207,7 @@ impl<'a> Bytes<'a> {
         })
     }
 
-    /// Numbers of the element type `kind`; `None` where it is not numeric.
+    /// Returns the numbers of the element type `kind`; `None` if it is not numeric.
     fn numbers(self, kind: u32) -> Option<Vec<f64>> {
         macro_rules! numbers {
             ($type:ty) => {{

@@ -1,12 +1,12 @@
-//! Turns matrix variables into columns of equal meaning: the longer side is time.
+//! Splits matrix variables into columns: the longer side is time.
 
 use super::columns::{Block, Column, blocks};
 use std::path::Path;
 
-/// Columns that one matrix may stand for: a full 3 × 3 and a few more. Images and the like are left out.
+/// Largest number of columns of a matrix: a full 3 × 3 and a few more. Images and the like are left out.
 const MOST_COLUMNS: usize = 16;
 
-/// Names under which files state how many rows there are a second.
+/// Names under which files state the rows per second.
 const RATE_NAMES: [&str; 10] = [
     "sampling_rate",
     "samplingrate",
@@ -31,7 +31,7 @@ pub struct Matrix {
     pub values: Vec<f64>,
 }
 
-/// The columns of all matrices, and the rate that a scalar among them states.
+/// Returns the columns of all matrices, and the rate stated by a scalar among them.
 pub fn to_blocks(file: &Path, matrices: Vec<Matrix>) -> Vec<Block> {
     let mut rate_hz = None;
     let mut columns = Vec::new();
@@ -49,7 +49,7 @@ pub fn to_blocks(file: &Path, matrices: Vec<Matrix>) -> Vec<Block> {
 }
 
 impl Matrix {
-    /// A vector as one column, a matrix as `name[0]`, `name[1]`, ...; nothing where it has more than two sides above 1.
+    /// Returns a vector as one column, a matrix as `name[0]`, `name[1]`, ...; nothing if more than two sides exceed 1.
     fn columns(self) -> Vec<Column> {
         let sides: Vec<usize> = self
             .sides
@@ -64,7 +64,7 @@ impl Matrix {
                 if count > MOST_COLUMNS {
                     return Vec::new();
                 }
-                // Where time runs along the second side, neighbours in a column are `count` apart.
+                // If time runs along the second side, neighbours in a column are `count` apart.
                 let (step, stride) = if first == rows { (rows, 1) } else { (1, count) };
                 (0..count)
                     .map(|column| {

@@ -1,9 +1,9 @@
 //! Reads tables of text: CSV and its relatives, as loggers and spreadsheets write them.
 //!
-//! The delimiter is the one of `;`, tab, `,` and blanks that splits the rows into most numbers. Lines that begin with `#`, `%`
-//! or `//` are comments. Header lines are those of the table's width right above the first row of numbers: two are
-//! joined, the upper one carried to the right over its empty cells; a line of units gives units. Decimal commas are read
-//! where the delimiter is `;` or tab. Date-times become seconds.
+//! The delimiter is the one of `;`, tab, `,` and blanks that splits the rows into most numbers. Lines that begin with `#`,
+//! `%` or `//` are comments. Header lines are those of the table's width right above the first row of numbers: two are
+//! joined, the upper one carried to the right over its empty cells; a line of units gives units. Decimal commas are read if
+//! the delimiter is `;` or tab. Date-times become seconds.
 
 use std::path::Path;
 
@@ -12,20 +12,20 @@ use super::date_times;
 use crate::error::InputError;
 use crate::recording::units::Unit;
 
-/// Rows that decide on the delimiter.
+/// Number of rows used to select the delimiter.
 const SAMPLE_ROWS: usize = 50;
 
-/// Header lines right above the numbers.
+/// Largest number of header lines right above the numbers.
 const MOST_HEADER_LINES: usize = 3;
 
-/// How cells are parted.
+/// Separator of cells.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Delimiter {
     Character(char),
     Blanks,
 }
 
-/// In the order in which equals are preferred: a `;` never stands in a number, a `,` may.
+/// Candidates in order of preference: a `;` never stands in a number, a `,` may.
 const DELIMITERS: [Delimiter; 4] = [
     Delimiter::Character(';'),
     Delimiter::Character('\t'),
@@ -35,7 +35,7 @@ const DELIMITERS: [Delimiter; 4] = [
 
 /// Lines of a text, sorted.
 struct Lines<'a> {
-    /// Comments without their sign, with the number of lines of the body before each.
+    /// Comments without their sign.
     comments: Vec<&'a str>,
     /// All other lines that are not blank, with their number in the file from 1.
     body: Vec<(usize, &'a str)>,
@@ -43,7 +43,7 @@ struct Lines<'a> {
     blank: Option<usize>,
 }
 
-/// The columns of the text `bytes`, which is `file`.
+/// Reads the columns of the text `bytes`, which is `file`.
 pub fn read(file: &Path, bytes: &[u8]) -> Result<Block, InputError> {
     let text = decode(file, bytes)?;
     let lines = sort(&text);
@@ -87,7 +87,7 @@ pub fn read(file: &Path, bytes: &[u8]) -> Result<Block, InputError> {
     })
 }
 
-/// UTF-8 with or without a byte-order mark, else Latin-1, as older loggers write the sign of degrees.
+/// Decodes UTF-8 with or without a byte-order mark, else Latin-1, in which older loggers write the degree sign.
 fn decode(file: &Path, bytes: &[u8]) -> Result<String, InputError> {
     let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
     if bytes.contains(&0) {
@@ -129,7 +129,7 @@ fn sort(text: &str) -> Lines<'_> {
 }
 
 impl Delimiter {
-    /// The cells of a line, without blanks and quotes around them; an empty last cell is none.
+    /// Splits a line into cells, without blanks and quotes around them; an empty last cell is dropped.
     fn split(&self, line: &str) -> Vec<String> {
         let mut cells: Vec<String> = match self {
             Self::Blanks => line.split_whitespace().map(unquoted).collect(),
@@ -143,7 +143,7 @@ impl Delimiter {
         cells
     }
 
-    /// Whether a line ends with it, other than blanks.
+    /// True if a line ends with it, other than blanks.
     fn ends(&self, line: &str) -> bool {
         self != &Self::Blanks && line.trim_end_matches([' ', '\r']).ends_with(self.sign())
     }
@@ -155,7 +155,7 @@ impl Delimiter {
         }
     }
 
-    /// The number in a cell, NaN where nothing was measured; `None` for text.
+    /// Parses the number in a cell, NaN if missing; `None` for text.
     fn number(&self, cell: &str) -> Option<f64> {
         if let Ok(number) = cell.parse() {
             return Some(number);
@@ -165,7 +165,7 @@ impl Delimiter {
             lower.as_str(),
             "" | "null" | "na" | "n/a" | "none" | "-" | "--"
         );
-        // -nan(ind), 1.#QNAN: how C libraries print it.
+        // -nan(ind), 1.#QNAN: printed by C libraries.
         if absent || lower.trim_start_matches('-').starts_with("nan") || lower.contains(".#") {
             return Some(f64::NAN);
         }
@@ -196,7 +196,7 @@ fn quoted_split(line: &str, sign: char) -> Vec<String> {
     cells.iter().map(|cell| cell.trim().to_owned()).collect()
 }
 
-/// The delimiter that splits the last lines into most numbers.
+/// Returns the delimiter that splits the last lines into most numbers.
 fn delimiter(body: &[(usize, &str)]) -> Delimiter {
     let sample = &body[body.len().saturating_sub(SAMPLE_ROWS)..];
     let numbers = |delimiter: &Delimiter| -> usize {
@@ -217,7 +217,8 @@ fn delimiter(body: &[(usize, &str)]) -> Delimiter {
     best
 }
 
-/// Columns of the table: cells of the first row, and one more where the header has it and the row ends with a delimiter.
+/// Returns the number of columns: cells of the first row, and one more if the header has it and the row ends with a
+/// delimiter.
 fn width(delimiter: &Delimiter, above: &[(usize, &str)], rows: &[(usize, &str)]) -> usize {
     let cells = delimiter.split(rows[0].1).len();
     let header = above
@@ -229,7 +230,7 @@ fn width(delimiter: &Delimiter, above: &[(usize, &str)], rows: &[(usize, &str)])
     }
 }
 
-/// Names and units of `width` columns, from the lines above the numbers or, where there are none, from a comment.
+/// Returns names and units of `width` columns, from the lines above the numbers or, if there are none, from a comment.
 fn header(
     delimiter: &Delimiter,
     above: &[(usize, &str)],
@@ -251,7 +252,7 @@ fn header(
     let mut units = vec![None; width];
     let is_unit = |cell: &String| cell.is_empty() || Unit::parse(bare(cell)).is_some();
     let told = |cells: &[String]| cells.iter().any(|cell| !cell.is_empty());
-    // Two lines at least: a single line `t g s` names columns.
+    // Two lines at least: a single line `t g s` holds the names of columns.
     if lines.len() > 1 && lines[0].iter().all(is_unit) && told(&lines[0]) {
         let filled = |cell: &String| (!cell.is_empty()).then(|| bare(cell).to_owned());
         units = lines.remove(0).iter().map(filled).collect();
@@ -280,12 +281,12 @@ fn header(
     (names, units)
 }
 
-/// A unit without the brackets around it.
+/// Returns a unit without the brackets around it.
 fn bare(cell: &str) -> &str {
     cell.trim_matches(['[', ']', '(', ')'])
 }
 
-/// The values of all rows.
+/// Parses the values of all rows.
 fn cells(
     file: &Path,
     delimiter: &Delimiter,
@@ -307,7 +308,7 @@ fn cells(
     for (row, (line, content)) in rows.iter().enumerate() {
         let mut cells = delimiter.split(content);
         if cells.len() + 1 == width && delimiter.ends(content) {
-            // What stood behind the last delimiter was a cell.
+            // The part behind the last delimiter was a cell.
             cells.push(String::new());
         }
         if cells.len() != width {
@@ -328,7 +329,7 @@ fn cells(
         for (column, cell) in columns.iter_mut().zip(&cells) {
             let number = match column.dates {
                 None => delimiter.number(cell),
-                // An empty cell is no time; a number among dates is none either.
+                // An empty cell is a missing time; a number among dates is an error.
                 Some(_) => cell.is_empty().then_some(f64::NAN),
             };
             let value = number.or_else(|| seconds(column, cell));
@@ -341,7 +342,8 @@ fn cells(
     Ok(columns)
 }
 
-/// A date-time as seconds since the second of the column's first; `None` where it is none, or the column held numbers.
+/// Returns a date-time as seconds since the second of the column's first; `None` for other text, or if the column held
+/// numbers.
 fn seconds(column: &mut Column, cell: &str) -> Option<f64> {
     if column.dates.is_none() && column.values.iter().any(|value| !value.is_nan()) {
         return None;
@@ -352,7 +354,7 @@ fn seconds(column: &mut Column, cell: &str) -> Option<f64> {
     is_alike.then(|| (whole_s - first.origin_s) as f64 + fraction_s)
 }
 
-/// The rate in a comment such as `Update Rate: 100.0Hz` \[Hz\].
+/// Returns the rate in a comment such as `Update Rate: 100.0Hz` \[Hz\].
 fn stated_rate(comment: &str) -> Option<f64> {
     let lower = comment.to_lowercase();
     let (before, _) = lower.split_once("hz")?;

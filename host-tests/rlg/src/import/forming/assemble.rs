@@ -1,4 +1,4 @@
-//! Puts mapped columns of foreign files together: one table a clock, channels in SI, derived quantities formed.
+//! Assembles mapped columns of foreign files: one table a clock, channels in SI, derived quantities formed.
 
 use std::collections::BTreeMap;
 use std::path::Path;
@@ -13,7 +13,7 @@ use crate::import::mapping::column_map::{Mapped, Plan};
 use crate::import::mapping::targets::Target;
 use crate::recording::{Channel, Clock, Quantity, Table};
 
-/// A channel with the words of its origin.
+/// A channel with the description of its origin.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Taken {
     /// The table's file.
@@ -24,11 +24,11 @@ pub struct Taken {
     pub quantity: String,
     /// The axis.
     pub axis: Option<String>,
-    /// Where it is from: columns and unit.
+    /// Origin: columns and unit.
     pub origin: String,
 }
 
-/// The tables of a recording, and where each channel is from.
+/// Tables of a recording, and the origin of each channel.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Assembled {
     /// The tables.
@@ -37,11 +37,11 @@ pub struct Assembled {
     pub taken: Vec<Taken>,
     /// Angle of a pulse \[rad\] of gyro x, y, z, for gyros that count.
     pub pulse_weight_rad: [f64; 3],
-    /// What the stamps count from, where they are dates.
+    /// Origin of the stamps, if they are dates.
     pub origin: Option<Origin>,
     /// Columns of stamps that became clocks.
     pub stamps: Vec<String>,
-    /// What should be known, as clauses.
+    /// Notes for the user, as clauses.
     pub notes: Vec<String>,
 }
 
@@ -123,7 +123,7 @@ fn check_one_clock(file: &Path, tables: &[Table]) -> Result<(), InputError> {
     }
 }
 
-/// Refuses instants whose stamps jitter: means over uneven rows are read off an even clock, instants are not.
+/// Refuses instants with jittering stamps: means over uneven rows can be resampled on an even clock, instants cannot.
 fn check_instants(
     block: &Block,
     times: &Times,
@@ -150,7 +150,7 @@ fn check_instants(
     }
 }
 
-/// Attitudes beside resampled rows keep their stamps, in a table of their own.
+/// Separates attitudes from resampled rows: they keep their stamps, in a table of their own.
 fn apart(times: Times, columns: Vec<&Mapped>) -> Vec<(Times, Vec<&Mapped>)> {
     let Times::Resampled { resampling, .. } = &times else {
         return vec![(times, columns)];
@@ -165,7 +165,7 @@ fn apart(times: Times, columns: Vec<&Mapped>) -> Vec<(Times, Vec<&Mapped>)> {
     parts
 }
 
-/// One table on the way.
+/// A table under construction.
 struct Builder<'a> {
     blocks: &'a [Block],
     name: String,
@@ -183,7 +183,7 @@ impl Builder<'_> {
         &self.blocks[mapped.block].columns[mapped.column].name
     }
 
-    /// The values of a column in SI on the table's rows.
+    /// Returns the values of a column in SI on the table's rows.
     fn values(&self, mapped: &Mapped) -> Vec<f64> {
         let stored = &self.blocks[mapped.block].columns[mapped.column].values;
         let values = stored.iter().map(|stored| mapped.unit.to_si(*stored));
@@ -208,7 +208,7 @@ impl Builder<'_> {
         }
     }
 
-    /// Adds a channel and where it is from.
+    /// Adds a channel and its origin.
     fn add(
         &mut self,
         quantity: Quantity,
@@ -243,7 +243,7 @@ impl Builder<'_> {
         format!("{} [{}]", self.source(mapped), mapped.unit_text)
     }
 
-    /// Channels that only change their unit.
+    /// Adds channels that only change their unit.
     fn stored(&mut self, columns: &[&Mapped]) -> Result<(), InputError> {
         for mapped in columns {
             let Target::Stored(quantity) = &mapped.target else {
@@ -272,7 +272,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Refuses counts that are not whole, or whose rows are uneven.
+    /// Refuses counts that are not whole, or with uneven rows.
     fn check_counts(&self, mapped: &Mapped) -> Result<(), InputError> {
         let raw = &self.blocks[mapped.block].columns[mapped.column].values;
         let fault = |problem: &str| {
@@ -292,7 +292,7 @@ impl Builder<'_> {
         }
     }
 
-    /// `reference_increment` of rates and of an encoder's angles.
+    /// Forms `reference_increment` from rates and from an encoder's angles.
     fn increments(&mut self, columns: &[&Mapped]) -> Result<(), InputError> {
         let mut encoders = Vec::new();
         for mapped in columns {
@@ -333,7 +333,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// Zeros for the axes about which a table with one encoder does not turn.
+    /// Adds zeros for the axes about which a table with one encoder does not rotate.
     fn still_axes(&mut self, encoders: &[String]) {
         let [encoder] = encoders else {
             return;
@@ -378,7 +378,7 @@ impl Builder<'_> {
         }
     }
 
-    /// `reference_attitude` of quaternions either way, or of Euler angles.
+    /// Forms `reference_attitude` from quaternions of either sense, or from Euler angles.
     fn attitudes(&mut self, columns: &[&Mapped], said: &Said) -> Result<(), InputError> {
         let attitudes = columns.iter().filter(|mapped| mapped.target.is_attitude());
         let attitudes: Vec<&&Mapped> = attitudes.collect();
@@ -439,7 +439,7 @@ impl Builder<'_> {
         Ok(())
     }
 
-    /// The table is whole.
+    /// Returns the finished table.
     fn finish(self) {
         let rows = self
             .channels
@@ -484,7 +484,7 @@ impl Builder<'_> {
     }
 }
 
-/// The first letters of a column's name in the recording.
+/// Returns the first letters of a column's name in the recording.
 fn stem(quantity: &Quantity) -> &'static str {
     match quantity {
         Quantity::GyroCount | Quantity::GyroIncrement | Quantity::GyroRate => "g",

@@ -1,13 +1,13 @@
-//! Forms the quaternions of the contract, body to navigation frame, from what others log as an attitude.
+//! Forms the quaternions of the contract, body to navigation frame, from logged attitudes.
 
 use std::path::Path;
 
 use crate::error::InputError;
 
-/// Norms of a quaternion that is none: some systems write zeros where they saw nothing.
+/// Largest norm of a missing quaternion: some systems write zeros if they have no fix.
 const NOTHING: f64 = 1e-6;
 
-/// How far a norm may be from 1; beyond it the numbers are no unit quaternion, or in another unit.
+/// Largest deviation of a norm from 1; beyond it the numbers are no unit quaternion, or in another unit.
 const OFF_NORM: f64 = 0.05;
 
 /// A sequence of rotations about three axes of the moving body.
@@ -15,7 +15,7 @@ const OFF_NORM: f64 = 0.05;
 pub struct EulerOrder([usize; 3]);
 
 impl EulerOrder {
-    /// The order of these letters: `zyx` is yaw, then pitch about the new y, then roll about the newest x.
+    /// Parses the order: `zyx` is yaw, then pitch about the new y, then roll about the newest x.
     pub fn parse(text: &str) -> Option<Self> {
         let places: Vec<usize> = text
             .chars()
@@ -27,7 +27,7 @@ impl EulerOrder {
         (text.len() == 3 && sorted == [0, 1, 2]).then_some(Self(order))
     }
 
-    /// The quaternion w x y z of the angles about x, y and z \[rad\]; NaN where one is missing.
+    /// Computes the quaternion w x y z of the angles about x, y and z \[rad\]; NaN if one is missing.
     fn quaternion(self, angles_rad: [f64; 3]) -> [f64; 4] {
         let turn = |axis: usize| {
             let (sine, cosine) = (angles_rad[axis] / 2.0).sin_cos();
@@ -40,7 +40,7 @@ impl EulerOrder {
     }
 }
 
-/// Hamilton's product.
+/// Computes Hamilton's product.
 fn product([a, b, c, d]: [f64; 4], [e, f, g, h]: [f64; 4]) -> [f64; 4] {
     [
         a * e - b * f - c * g - d * h,
@@ -50,10 +50,10 @@ fn product([a, b, c, d]: [f64; 4], [e, f, g, h]: [f64; 4]) -> [f64; 4] {
     ]
 }
 
-/// Unit quaternions of the components w x y z; their conjugates where `is_inverse`.
+/// Forms unit quaternions of the components w x y z; their conjugates if `is_inverse`.
 ///
 /// # Errors
-/// A quaternion whose norm is not 1. All zeros are not measured.
+/// A quaternion whose norm is not 1. All zeros are a missing value.
 pub fn unit(
     file: &Path,
     names: [&str; 4],
@@ -87,7 +87,7 @@ pub fn unit(
     Ok(components)
 }
 
-/// Quaternions of the angles about x, y and z \[rad\].
+/// Computes the quaternions of the angles about x, y and z \[rad\].
 pub fn of_euler(order: EulerOrder, angles_rad: [Vec<f64>; 3]) -> [Vec<f64>; 4] {
     let mut components = [const { Vec::new() }; 4];
     let [x, y, z] = angles_rad;
@@ -100,9 +100,9 @@ pub fn of_euler(order: EulerOrder, angles_rad: [Vec<f64>; 3]) -> [Vec<f64>; 4] {
     components
 }
 
-/// The angle over each row's period \[rad\] of an encoder's angle at the rows' ends \[rad\], over whole turns.
+/// Computes the angle over each row's period \[rad\] from an encoder's angle at the rows' ends \[rad\], unwrapped.
 ///
-/// The first row, and a row after one that is missing, have none: the angle over one period is not known.
+/// The first row, and a row after a missing one, have none: the angle over one period is unknown.
 pub fn increments_of_angle(angle_rad: &[f64]) -> Vec<f64> {
     let turn = std::f64::consts::TAU;
     let mut before = f64::NAN;

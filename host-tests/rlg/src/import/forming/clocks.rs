@@ -1,4 +1,4 @@
-//! Finds the clock of each group of columns: the caller's word, a column of stamps by its name, or a stated rate.
+//! Selects the clock of each group of columns: the caller's, a column of stamps by its name, or a stated rate.
 
 use std::collections::BTreeMap;
 
@@ -18,13 +18,13 @@ use crate::recording::units::{Dimension, Unit};
 pub struct TimeOption {
     /// The column of stamps.
     pub column: String,
-    /// Its unit, where the caller states it.
+    /// Its unit, if stated by the caller.
     pub unit: Option<String>,
-    /// The only quantity that it holds for, by its name.
+    /// Name of the only quantity to which it applies.
     pub target: Option<String>,
 }
 
-/// What the caller says of the clocks and attitudes.
+/// Clocks and attitudes as stated by the caller.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Said {
     /// Columns of stamps.
@@ -33,9 +33,9 @@ pub struct Said {
     pub rate_hz: Option<f64>,
     /// Sequence of Euler angles.
     pub euler: Option<EulerOrder>,
-    /// Quantities that were sampled at the rows' ends.
+    /// Quantities sampled at the rows' ends.
     pub instants: Vec<Quantity>,
-    /// Whether stamps that come closer than rows are taken stand for the rows' ends all the same.
+    /// True if stamps closer than the rows' period are accepted as the rows' ends.
     pub anyway: bool,
 }
 
@@ -43,7 +43,7 @@ pub struct Said {
 pub type Group = (usize, Option<usize>);
 
 impl TimeOption {
-    /// Takes `COLUMN:UNIT:QUANTITY` apart; unit and quantity may be absent.
+    /// Parses `COLUMN:UNIT:QUANTITY`; unit and quantity may be absent.
     pub fn parse(text: &str) -> Self {
         let mut parts = text.splitn(3, ':').map(str::trim);
         let mut next = || {
@@ -59,7 +59,7 @@ impl TimeOption {
         }
     }
 
-    /// Whether it says that there are no stamps.
+    /// True if it states that there are no stamps.
     pub fn is_none(&self) -> bool {
         self.column == "none"
     }
@@ -71,7 +71,7 @@ pub fn check_times(blocks: &[Block], said: &Said) -> Result<(), InputError> {
     named.try_for_each(|option| locate(blocks, &option.column, "--time").map(drop))
 }
 
-/// The column of stamps that holds for a mapped column: as the caller says, else by its name.
+/// Returns the column of stamps of a mapped column: as stated by the caller, else by its name.
 pub fn stamps_of(
     blocks: &[Block],
     mapped: &Mapped,
@@ -99,7 +99,7 @@ pub fn stamps_of(
     if time_unit(block, column, said)?.is_some() {
         return Ok(Some(column));
     }
-    // A rate makes stamps of an unknown unit needless.
+    // With a rate, stamps of an unknown unit are not needed.
     if said.rate_hz.is_some() && general.is_none() {
         return Ok(None);
     }
@@ -114,7 +114,7 @@ pub fn stamps_of(
     )
 }
 
-/// The column whose name or values say time: in the structure of the mapped column, or else the first.
+/// Returns the column with a name or values of time: in the structure of the mapped column, or else the first.
 fn by_name(block: &Block, mapped: &Mapped) -> Option<usize> {
     let is_time = |column: &Column| {
         let is_text = matches!(column.bad_cell, Some((0, _)));
@@ -132,7 +132,7 @@ fn by_name(block: &Block, mapped: &Mapped) -> Option<usize> {
     beside.or_else(|| block.columns.iter().position(is_time))
 }
 
-/// The unit of a column of stamps.
+/// Returns the unit of a column of stamps.
 fn time_unit(block: &Block, column: usize, said: &Said) -> Result<Option<Unit>, InputError> {
     let column = &block.columns[column];
     if column.dates.is_some() {
@@ -187,20 +187,20 @@ pub fn check_one_rate(
     }
 }
 
-/// What all stamps count from.
+/// Origin of all stamps.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub struct Origin {
     /// Whole second since 1970, UTC \[s\].
     pub since_1970_s: i64,
-    /// Whether the file states the zone; else its date-times were read as UTC.
+    /// True if the file states the zone; else its date-times were read as UTC.
     pub has_zone: bool,
 }
 
-/// The whole second before all stamps that are date-times or seconds since 1970, which becomes time 0; `None` where no stamps
-/// are.
+/// Returns the whole second before all stamps that are date-times or seconds since 1970, which becomes time 0; `None` if no
+/// stamps are.
 ///
 /// # Errors
-/// Some are and some count from a moment of their own: nothing says how far apart the two are.
+/// Some are and some count from an origin of their own: the offset between the two is unknown.
 pub fn origin(
     blocks: &[Block],
     groups: &[&Group],
@@ -249,7 +249,7 @@ pub fn origin(
     }
 }
 
-/// Stamps in seconds since `origin`, or else since the zero that they have.
+/// Returns stamps in seconds since `origin`, or else since their own zero.
 fn seconds(column: &Column, unit_s: f64, origin: Option<Origin>) -> Vec<f64> {
     let origin_s = origin.map_or(0, |origin| origin.since_1970_s);
     let values = column.values.iter();
@@ -259,14 +259,14 @@ fn seconds(column: &Column, unit_s: f64, origin: Option<Origin>) -> Vec<f64> {
             values.map(|value| value + from_origin_s).collect()
         }
         None => {
-            // Before the unit's factor, so that whole milliseconds stay whole.
+            // Subtracted before the scaling, so that whole milliseconds stay whole.
             let origin = (origin_s as f64 / unit_s).round();
             values.map(|value| (value - origin) * unit_s).collect()
         }
     }
 }
 
-/// The error of rows without a time, which names a column whose text may be meant for one.
+/// Makes the error of rows without a time, which names a column whose text may be a time.
 fn no_time(block: &Block) -> InputError {
     let is_named = |column: &&Column| column_names::time_unit(&column.name).is_some();
     let text = block.columns.iter().filter(is_named).find_map(|column| {
@@ -287,7 +287,7 @@ fn no_time(block: &Block) -> InputError {
     }
 }
 
-/// The clock of a group.
+/// Returns the clock of a group.
 pub fn times(
     blocks: &[Block],
     (b, stamps): Group,

@@ -1,4 +1,4 @@
-//! Writes an assembled recording with comments, and beside it the model of an ideal unit.
+//! Writes an assembled recording with comments, and the model of an ideal unit.
 
 use std::fmt::Write as _;
 use std::path::{Path, PathBuf};
@@ -10,10 +10,10 @@ use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::recording::{Head, Quantity, Recording, Site};
 
-/// The model beside the recording.
+/// File name of the model in the recording's folder.
 const MODEL: &str = "model.toml";
 
-/// A recording of these tables, named after its source.
+/// Makes a recording of these tables, named after its source.
 pub fn recording(file: &Path, site: Option<Site>, assembled: &Assembled) -> Recording {
     Recording {
         name: name_of(file),
@@ -24,14 +24,14 @@ pub fn recording(file: &Path, site: Option<Site>, assembled: &Assembled) -> Reco
     }
 }
 
-/// The model of an ideal unit: nothing is corrected, no noise is declared.
+/// Makes the model of an ideal unit: nothing is corrected, no noise is declared.
 pub fn ideal(assembled: &Assembled) -> Model {
     let channels = assembled.tables.iter().flat_map(|table| &table.channels);
     let quantities: Vec<Quantity> = channels.map(|channel| channel.quantity.clone()).collect();
     still::ideal(assembled.pulse_weight_rad, &quantities)
 }
 
-/// Adds the recording and its model to `out`; `labels` are instrument and start, its comment is made here.
+/// Adds the recording and its model to `out`; `labels` are instrument and start, its comment is written here.
 pub fn write(
     files: &[PathBuf],
     recording: &Recording,
@@ -94,7 +94,7 @@ fn recording_comment(
     text
 }
 
-/// A foreign text must not end a comment.
+/// Replaces control characters: a foreign text must not end a comment.
 fn one_line(text: &str) -> String {
     text.chars()
         .map(|letter| if letter.is_control() { ' ' } else { letter })

@@ -1,8 +1,8 @@
-//! Reads rows of uneven length off an even clock.
+//! Resamples rows of uneven length on an even clock.
 //!
-//! A row holds a mean or a sum over its period, from the stamp before to its own. Within a row nothing more is known, so the
-//! angle grows evenly there; an even row is made of the parts of the rows that it overlaps. A row after a gap covers
-//! one usual period, and even rows that are not covered whole were not measured.
+//! A row holds a mean or a sum over its period, from the previous stamp to its own. Within a row the rate is taken as
+//! constant; an even row is the sum of the parts of the rows that it overlaps. A row after a gap covers one usual period,
+//! and even rows that are not fully covered are missing.
 
 /// Share of an even row that must be covered.
 const WHOLE: f64 = 0.999;
@@ -25,7 +25,7 @@ pub struct Resampling {
 }
 
 impl Resampling {
-    /// Beginning of a row \[s\].
+    /// Returns the beginning of a row \[s\].
     fn begin_s(&self, row: usize) -> f64 {
         let end_s = self.stamps_s[row];
         let before_s = row.checked_sub(1).map(|before| self.stamps_s[before]);
@@ -34,12 +34,12 @@ impl Resampling {
             .unwrap_or(end_s - self.usual_s)
     }
 
-    /// Beginning of an even row \[s\].
+    /// Returns the beginning of an even row \[s\].
     fn edge_s(&self, row: usize) -> f64 {
         self.start_s + row as f64 / self.rate_hz
     }
 
-    /// Means over the even rows of means over the rows.
+    /// Computes means over the even rows from means over the rows.
     pub fn means(&self, values: &[f64]) -> Vec<f64> {
         let mut first = 0;
         (0..self.rows)
@@ -68,7 +68,7 @@ impl Resampling {
             .collect()
     }
 
-    /// Sums over the even rows of sums over the rows.
+    /// Computes sums over the even rows from sums over the rows.
     pub fn sums(&self, values: &[f64]) -> Vec<f64> {
         let rates = values.iter().enumerate();
         let rates: Vec<f64> = rates
@@ -78,9 +78,9 @@ impl Resampling {
         means.map(|mean| mean / self.rate_hz).collect()
     }
 
-    /// Sums over the even rows of the steps of an angle that is known at the stamps; `steps` lead from one to the next.
+    /// Computes sums over the even rows of the steps of an angle known at the stamps; `steps` lead from one to the next.
     pub fn steps(&self, steps: &[f64]) -> Vec<f64> {
-        // A step across a gap says nothing of the one period that its row covers.
+        // A step across a gap does not determine the one period covered by its row.
         let is_row =
             |row: usize| row > 0 && self.stamps_s[row] - self.stamps_s[row - 1] <= self.longest_s;
         let steps = steps.iter().enumerate();
@@ -90,7 +90,7 @@ impl Resampling {
         self.sums(&known)
     }
 
-    /// The last value at or before each even row's end, not older than a row.
+    /// Returns the last value at or before each even row's end, not older than a row.
     pub fn latest(&self, values: &[f64]) -> Vec<f64> {
         let mut next = 0;
         (1..=self.rows)

@@ -1,11 +1,13 @@
-//! Compares how attitudes turn with what the gyros say, as they are and as conjugates: nobody logs which way is meant.
+//! Compares the rotations of attitudes with the gyros', for the attitudes and for their conjugates: logs do not state the
+//! sense.
 
 use crate::recording::{Quantity, Table};
 
-/// How much better the conjugates must fit: either sense fits a unit that turns about one axis of the same name.
+/// Largest misfit ratio of conjugates to attitudes for a warning: either sense fits rotation about one axis of the same
+/// name.
 const BETTER: f64 = 0.5;
 
-/// A warning where the conjugates of a table's attitudes follow its gyros much better than the attitudes themselves.
+/// Returns a warning if the conjugates of a table's attitudes fit its gyros much better than the attitudes themselves.
 pub fn other_sense(table: &Table) -> Option<String> {
     let period_s = table.clock.period_s(table.rows);
     let gyro = |axis: &str| {
@@ -48,7 +50,7 @@ pub fn other_sense(table: &Table) -> Option<String> {
     })
 }
 
-/// The small turn from one quaternion to the next in the axes of the first \[rad\].
+/// Computes the small rotation from one quaternion to the next in the axes of the first \[rad\].
 fn turn_rad([a, b, c, d]: [f64; 4], [e, f, g, h]: [f64; 4]) -> [f64; 3] {
     let real = a * e + b * f + c * g + d * h;
     let vector = [

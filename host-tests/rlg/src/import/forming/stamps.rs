@@ -1,41 +1,41 @@
 //! Forms the clock of a table from a column of stamps, or from a rate.
 //!
-//! A stamp is the time at which a row was taken: the end of its period. Stamps that are even within their own rounding are a
-//! rate, with rows missing where they skip. Sums and means need even rows; attitudes may keep stamps of their own.
+//! A stamp is the end of its row's period. Stamps that are even within their own rounding are a rate, with rows missing at
+//! skips. Sums and means need even rows; attitudes may keep stamps of their own.
 
 use std::path::Path;
 
 use super::resample::Resampling;
 use crate::error::InputError;
 
-/// Rows that a stamp may be off beyond its rounding.
+/// Largest error of a stamp beyond its rounding \[rows\].
 const OFF_ROWS: f64 = 0.01;
 
-/// Rows below which an offset is rounding of f64.
+/// Offset below which it is f64 rounding \[rows\].
 const EXACT_ROWS: f64 = 1e-6;
 
-/// A step counts as one row up to this many usual steps.
+/// Longest step that counts as one row \[usual steps\].
 const ONE_ROW: f64 = 1.5;
 
-/// A step below this many usual steps is no row of its own: the stamps say when rows arrived, not when they were taken.
+/// Shortest step that counts as a row \[usual steps\]: below it, stamps are times of arrival, not of sampling.
 const SHORT_ROW: f64 = 0.5;
 
-/// Rows within which short steps make up for a long one, the long one included.
+/// Rows within which short steps compensate a long one, the long one included.
 const LOOK_AHEAD_ROWS: usize = 5;
 
-/// Least share of the grid's rows that must be there.
+/// Smallest share of the grid's rows that must be present.
 const FEWEST: f64 = 0.5;
 
-/// Rows by which stamps may run away from a rate that the caller states.
+/// Largest drift of stamps from a rate stated by the caller \[rows\].
 const RUNAWAY_ROWS: f64 = 1.0;
 
-/// Share of all rows by which they may besides: oscillators are within 1e-2.
+/// Additional drift allowed, as a share of all rows: oscillators are within 1e-2.
 const RUNAWAY_SHARE: f64 = 0.02;
 
-/// When the rows of a table were taken.
+/// Sampling times of a table's rows.
 #[derive(Debug, Clone, PartialEq)]
 pub enum Times {
-    /// Even rows; row `places[k]` of the table is row k of the file, and what lies between was not measured.
+    /// Even rows; row `places[k]` of the table is row k of the file, and rows in between are missing.
     Even {
         /// Rows a second \[Hz\].
         rate_hz: f64,
@@ -44,11 +44,11 @@ pub enum Times {
         /// Row of the table for each row of the file.
         places: Vec<usize>,
     },
-    /// Even rows that are read off uneven ones.
+    /// Even rows resampled from uneven ones.
     Resampled {
         /// The uneven rows and the even clock.
         resampling: Resampling,
-        /// How uneven they are, as a clause.
+        /// Unevenness of the rows, as a clause.
         note: String,
     },
     /// A time for each row \[s\].
@@ -67,7 +67,7 @@ pub struct Stamps<'a> {
     pub unit_s: f64,
 }
 
-/// Rows at a rate without stamps.
+/// Returns rows at a rate without stamps.
 pub fn at_rate(rate_hz: f64, rows: usize) -> Times {
     Times::Even {
         rate_hz,
@@ -77,8 +77,8 @@ pub fn at_rate(rate_hz: f64, rows: usize) -> Times {
 }
 
 impl Stamps<'_> {
-    /// The clock of these stamps. With `needs_even` uneven ones are refused or resampled; `anyway` resamples also those that
-    /// come closer than rows are taken.
+    /// Returns the clock of these stamps. With `needs_even` uneven ones are refused or resampled; `anyway` resamples also
+    /// those that are closer than the rows' period.
     pub fn clock(&self, needs_even: bool, anyway: bool) -> Result<Times, InputError> {
         self.check()?;
         let stamps_s = &self.stamps_s;
@@ -161,7 +161,7 @@ impl Stamps<'_> {
         })
     }
 
-    /// Rows at the rate that the caller states, placed by the stamps.
+    /// Returns rows at the rate stated by the caller, placed by the stamps.
     pub fn at_rate(&self, rate_hz: f64) -> Result<Times, InputError> {
         self.check()?;
         let places = places(&self.stamps_s, 1.0 / rate_hz);
@@ -203,8 +203,8 @@ impl Stamps<'_> {
         })
     }
 
-    /// Beginning of row 0 of rows that arrive in bursts and are all there \[s\]; `None` where they come one by one, or not at
-    /// this rate. A stamp is never earlier than its row: the one that came soonest after its row tells when rows were taken.
+    /// Estimates the beginning of row 0 of complete rows that arrive in bursts \[s\]; `None` if they arrive one by one, or
+    /// not at this rate. A stamp is never earlier than its row: the one with the least delay determines the sampling times.
     fn start_of_bursts_s(&self, rate_hz: f64) -> Option<f64> {
         let rows = self.stamps_s.len();
         let steps_s = self.sorted_steps_s();
@@ -218,7 +218,7 @@ impl Stamps<'_> {
         (is_burst && is_rate).then_some(early_s.min(later_s))
     }
 
-    /// Rows that follow each other much faster than they come on average.
+    /// Makes the error of rows that follow each other much faster than on average.
     fn in_bursts(&self, usual_s: f64) -> InputError {
         let stamps_s = &self.stamps_s;
         let steps_s = stamps_s.windows(2).map(|pair| pair[1] - pair[0]);
@@ -243,7 +243,7 @@ impl Stamps<'_> {
             .row(row as u64)
     }
 
-    /// Refuses stamps that are none or do not go on.
+    /// Refuses stamps that are missing or do not increase.
     fn check(&self) -> Result<(), InputError> {
         let mut before_s = f64::NEG_INFINITY;
         for (row, stamp) in self.stamps_s.iter().enumerate() {
@@ -271,7 +271,7 @@ impl Stamps<'_> {
         }
     }
 
-    /// The row of each stamp: one after another where as many usual steps fill the time, however each stamp jitters.
+    /// Returns the row of each stamp: consecutive if as many usual steps fill the time, whatever the jitter.
     fn places(&self) -> Vec<usize> {
         let stamps_s = &self.stamps_s;
         let rows = stamps_s.len();
@@ -283,7 +283,7 @@ impl Stamps<'_> {
         }
     }
 
-    /// Steps from stamp to stamp, the shortest first \[s\].
+    /// Returns the steps from stamp to stamp, the shortest first \[s\].
     fn sorted_steps_s(&self) -> Vec<f64> {
         let steps_s = self.stamps_s.windows(2).map(|pair| pair[1] - pair[0]);
         let mut steps_s: Vec<f64> = steps_s.collect();
@@ -291,7 +291,7 @@ impl Stamps<'_> {
         steps_s
     }
 
-    /// Mean of the steps that span one row \[s\]: stamps of few digits have steps of several lengths.
+    /// Computes the mean of the steps that span one row \[s\]: stamps of few digits have steps of several lengths.
     fn usual_step_s(&self) -> f64 {
         let steps_s = self.sorted_steps_s();
         let middle_s = steps_s[steps_s.len() / 2];
@@ -301,11 +301,11 @@ impl Stamps<'_> {
         steps_s[..single].iter().sum::<f64>() / single as f64
     }
 
-    /// The last digit with which the stamps are written \[s\].
+    /// Returns the resolution of the stamps, their last written digit \[s\].
     fn resolution_s(&self) -> f64 {
         let mut quantum = 1.0;
         let first_s = self.stamps_s[0];
-        // What f64 holds of a stamp: since 1970 in seconds that is 2e-7 s.
+        // f64 resolution of a stamp: since 1970 in seconds that is 2e-7 s.
         let held_s = 4.0
             * f64::EPSILON
             * first_s
@@ -326,8 +326,8 @@ impl Stamps<'_> {
     }
 }
 
-/// The row of each stamp, counted from one to the next in steps of `step_s`. A long step that short ones make up for is a late
-/// stamp and no gap.
+/// Returns the row of each stamp, counted from one to the next in steps of `step_s`. A long step compensated by short ones
+/// is a late stamp and no gap.
 fn places(stamps_s: &[f64], step_s: f64) -> Vec<usize> {
     let mut places = Vec::with_capacity(stamps_s.len());
     places.push(0);

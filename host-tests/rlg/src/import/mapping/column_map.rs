@@ -1,7 +1,7 @@
-//! Decides which column of a foreign file becomes what: as the caller says, else by its name.
+//! Maps columns of a foreign file to quantities: as stated by the caller, else by their names.
 //!
 //! A unit comes from the caller, the column's name, the line of units or the documentation of a known form of file, in this
-//! order, and from nowhere else: a gyro, force or reference whose unit nobody states is asked for.
+//! order, and from nowhere else: an unstated unit of a gyro, force or reference is asked for.
 
 use super::column_names::{self, Guess};
 use super::known_forms::Form;
@@ -12,41 +12,41 @@ use crate::import::files::columns::{Block, Column};
 use crate::recording::Quantity;
 use crate::recording::units::{Dimension, Unit};
 
-/// Column names that an error lists.
+/// Largest number of column names listed in an error.
 const MOST_LISTED: usize = 24;
 
-/// A column that is taken.
+/// A mapped column.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Mapped {
     /// Index of its block.
     pub block: usize,
     /// Index in the block.
     pub column: usize,
-    /// What it becomes.
+    /// Quantity it becomes.
     pub target: Target,
-    /// About which axis.
+    /// Axis of the quantity.
     pub axis: Option<String>,
     /// Its unit.
     pub unit: Unit,
     /// The unit as written.
     pub unit_text: String,
-    /// Whether the caller named it.
+    /// True if the caller named it.
     pub is_given: bool,
 }
 
-/// What becomes of all columns.
+/// Mapping of all columns.
 #[derive(Debug, Clone, Default, PartialEq)]
 pub struct Plan {
-    /// Columns that are taken.
+    /// Mapped columns.
     pub mapped: Vec<Mapped>,
-    /// Columns that are not: name and reason.
+    /// Columns left out: name and reason.
     pub left_out: Vec<(String, String)>,
 }
 
-/// Why a column is left out that `--map` takes for nothing.
+/// Reason of a column left out by `--map`.
 const BY_MAP: &str = "by --map";
 
-/// Decides on every column of `blocks`.
+/// Maps every column of `blocks`.
 ///
 /// # Inputs
 /// `maps` as `COLUMN=QUANTITY:AXIS:UNIT`, `units` as `QUANTITY:UNIT`; `times` are names of columns of stamps.
@@ -91,7 +91,7 @@ pub fn plan(
     Ok(plan)
 }
 
-/// The place of the column `name`: block and index.
+/// Returns the place of the column `name`: block and index.
 pub fn locate(blocks: &[Block], name: &str, option: &str) -> Result<(usize, usize), InputError> {
     let all = blocks.iter().enumerate().flat_map(|(b, block)| {
         let columns = block.columns.iter().enumerate();
@@ -109,7 +109,7 @@ pub fn locate(blocks: &[Block], name: &str, option: &str) -> Result<(usize, usiz
     }
 }
 
-/// The columns' names for an error.
+/// Lists the columns' names for an error.
 fn list(blocks: &[Block]) -> String {
     let names = blocks
         .iter()
@@ -126,7 +126,7 @@ fn list(blocks: &[Block]) -> String {
     }
 }
 
-/// The unit of a column that is to become `target`, with the text that names it; `None` where nobody does.
+/// Returns the unit of a column to be mapped to `target`, with its text; `None` if it is stated nowhere.
 fn unit_of(
     block: &Block,
     column: &Column,
@@ -227,7 +227,7 @@ fn take_given(
     Ok(())
 }
 
-/// What a column becomes by its name, or why it is left out.
+/// Maps a column by its name, or returns the reason to leave it out.
 fn by_name(
     blocks: &[Block],
     (b, c): (usize, usize),
@@ -280,8 +280,8 @@ fn by_name(
     }))
 }
 
-/// What the names of a block's columns say, with digits turned into axes: 0 1 2 or 1 2 3 are x y z, 0 to 3 of a quaternion
-/// w x y z.
+/// Guesses the quantities of a block's columns from their names, with digits turned into axes: 0 1 2 or 1 2 3 are x y z, 0
+/// to 3 of a quaternion w x y z.
 fn guesses(block: &Block) -> Vec<Option<Guess>> {
     let mut guesses: Vec<Option<Guess>> = block
         .columns
@@ -308,7 +308,7 @@ fn guesses(block: &Block) -> Vec<Option<Guess>> {
         };
         let is_quaternion = guess.target == Target::Stored(Quantity::ReferenceAttitude);
         let from_zero = seen.contains(&(guess.target.clone(), 0));
-        // Of q1 to q4 some mean the first as the scalar and some the last: they need --map.
+        // In q1 to q4 some take the first as the scalar and some the last: they need --map.
         let labels: &[&str] = match (is_quaternion, from_zero) {
             (true, true) => &["w", "x", "y", "z"],
             (false, true) => &["x", "y", "z"],
@@ -325,7 +325,7 @@ fn guesses(block: &Block) -> Vec<Option<Guess>> {
 }
 
 impl Plan {
-    /// The column that is this quantity about this axis already.
+    /// Returns the column already mapped to this quantity about this axis.
     fn holder(&self, target: &Target, axis: Option<&str>) -> Option<&Mapped> {
         let mut mapped = self.mapped.iter();
         mapped.find(|mapped| mapped.target == *target && mapped.axis.as_deref() == axis)
@@ -352,8 +352,8 @@ fn drop_incomplete_attitudes(blocks: &[Block], plan: &mut Plan) {
     }
 }
 
-/// Whether a file holds three accelerometers, neither gyros nor a reference, and no column that might be one of those: still
-/// positions tell of them by gravity alone.
+/// True if a file holds three accelerometers, neither gyros nor a reference, and no column that might be one of those: still
+/// positions identify them by gravity alone.
 fn are_accelerometers_alone(plan: &Plan) -> bool {
     let forces = [Quantity::SpecificForce, Quantity::VelocityIncrement];
     let of_axis = |axis: &str| {
@@ -377,7 +377,7 @@ fn are_accelerometers_alone(plan: &Plan) -> bool {
             .all(|(name, reason)| reason == BY_MAP || column_names::time_unit(name).is_some())
 }
 
-/// Refuses a file without gyros about x, y and z, unless its accelerometers are alone.
+/// Refuses a file without gyros about x, y and z, unless it holds accelerometers alone.
 fn check_gyros(blocks: &[Block], plan: &Plan) -> Result<(), InputError> {
     let has = |axis: &str| {
         let mut gyros = plan.mapped.iter().filter(|mapped| mapped.target.is_gyro());

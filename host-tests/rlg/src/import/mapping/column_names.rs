@@ -1,21 +1,21 @@
-//! Tells from a column's name what it measures, about which axis and in which unit, where names are usual ones.
+//! Infers from a column's usual name its quantity, axis and unit.
 
 use super::targets::Target;
 use crate::recording::Quantity;
 use crate::recording::units::{Dimension, Unit};
 
-/// What a name says.
+/// Quantity, axis and unit inferred from a name.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Guess {
-    /// What the column measures.
+    /// Quantity of the column.
     pub target: Target,
-    /// The axis; a digit until the columns beside it are known.
+    /// Axis; a digit until the columns next to it are known.
     pub axis: Option<String>,
-    /// The unit in the name.
+    /// Unit in the name.
     pub unit: Option<String>,
 }
 
-/// Words before a quantity that say nothing of it.
+/// Words before a quantity that carry no information.
 const FILLERS: &[&str] = &[
     "imu",
     "ins",
@@ -36,7 +36,7 @@ const FILLERS: &[&str] = &[
     "values",
 ];
 
-/// Words that say that another instrument measured.
+/// Words that mark a measurement of another instrument.
 const REFERENCE_WORDS: &[&str] = &[
     "ref",
     "reference",
@@ -53,7 +53,7 @@ const REFERENCE_WORDS: &[&str] = &[
     "turntable",
 ];
 
-/// Usual names, run together in lower case.
+/// Returns the quantity of a usual name, its words joined in lower case.
 fn quantity(stem: &str) -> Option<Target> {
     let quantity = match stem {
         "gyro" | "gyr" | "gyros" | "gyroscope" | "gyrorate" | "g" | "w" | "omega"
@@ -83,7 +83,7 @@ fn quantity(stem: &str) -> Option<Target> {
     Some(Target::Stored(quantity))
 }
 
-/// The unit that stands in brackets or behind the last blank of a name, and the name without it.
+/// Splits off the unit in brackets or behind the last blank of a name; returns the name without it, and the unit.
 fn bracketed(name: &str) -> (String, Option<String>) {
     for (open, close) in [('(', ')'), ('[', ']')] {
         if let Some((before, inside)) = name
@@ -106,7 +106,7 @@ fn bracketed(name: &str) -> (String, Option<String>) {
     (name.to_owned(), None)
 }
 
-/// The words of a name: parted by signs, and where a small letter meets a capital.
+/// Splits a name into words: at signs, and between a small letter and a capital.
 fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut small = false;
@@ -138,7 +138,7 @@ fn axis_of(word: &str) -> Option<&'static str> {
     }
 }
 
-/// What words without a unit say: quantity and axis.
+/// Infers quantity and axis from words without a unit.
 fn meaning(words: &[String]) -> Option<(Target, Option<String>)> {
     let lower: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
     let is_reference = lower
@@ -164,7 +164,7 @@ fn meaning(words: &[String]) -> Option<(Target, Option<String>)> {
         }
     }
     let mut stem = left.concat();
-    // A reference of which only the axis is named is an attitude: `Vicon Orientation W` came out as `orientation`.
+    // A reference with only an axis in its name is an attitude: `Vicon Orientation W` came out as `orientation`.
     let mut target = quantity(&stem).filter(|_| axis.is_some() || stem.len() > 1);
     if target.is_none() && axis.is_none() {
         let last = stem.pop()?;
@@ -177,7 +177,7 @@ fn meaning(words: &[String]) -> Option<(Target, Option<String>)> {
     (axis.is_some() || target == bare).then_some((target, axis.map(str::to_owned)))
 }
 
-/// What a quantity is where another instrument measured it; `None` where that is of no use.
+/// Returns the target of a quantity measured by another instrument; `None` if it is of no use.
 fn as_reference(target: Target, is_reference: bool) -> Option<Target> {
     if !is_reference {
         return Some(target);
@@ -192,7 +192,7 @@ fn as_reference(target: Target, is_reference: bool) -> Option<Target> {
     }
 }
 
-/// What `name` says of its column; `None` where the name is no usual one. A field of a structure may say all by itself.
+/// Guesses a column from its `name`; `None` if the name is not usual. A field of a structure may suffice by itself.
 pub fn guess(name: &str) -> Option<Guess> {
     let field = || guess_whole(name.rsplit_once('.')?.1);
     guess_whole(name).or_else(field)
@@ -220,7 +220,7 @@ fn guess_whole(name: &str) -> Option<Guess> {
             let (before, last) = words.split_at(words.len() - count);
             let mut before = before.to_vec();
             before.extend(index.cloned());
-            // `uT` came apart at its capital, `deg_s` at its sign.
+            // `uT` was split at its capital, `deg_s` at its sign.
             for unit in [last.concat(), last.join("_")] {
                 if let (Some(parsed), Some((target, axis))) = (Unit::parse(&unit), meaning(&before))
                     && target.dimension() == Some(parsed.dimension)
@@ -236,7 +236,7 @@ fn guess_whole(name: &str) -> Option<Guess> {
     Some(Guess { target, axis, unit })
 }
 
-/// The unit text of a column of times, `Some(None)` where the name says time but no unit.
+/// Returns the unit text of a column of times, `Some(None)` if the name means time but has no unit.
 pub fn time_unit(name: &str) -> Option<Option<String>> {
     let (rest, unit) = bracketed(name);
     let words = words(&rest);
@@ -254,7 +254,7 @@ pub fn time_unit(name: &str) -> Option<Option<String>> {
     alone.then_some(None)
 }
 
-/// Whether a word says time; a capital T is a temperature as often.
+/// True if a word means time; a capital T is a temperature as often.
 fn is_time(word: &str) -> bool {
     let names = [
         "time",

@@ -1,13 +1,13 @@
-//! Lists forms of files whose units are documented by those who publish them, so that no column needs `--map`.
+//! Lists forms of files with units documented by their publishers, so that no column needs `--map`.
 
 use crate::import::files::columns::Block;
 
-/// A form of file, known by its columns.
+/// Form of a file, identified by its columns.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Form {
     /// Its name.
     pub name: &'static str,
-    /// Columns that it has, all of them.
+    /// Columns required, all of them.
     columns: &'static [&'static str],
     /// Target, and the unit of its columns.
     units: &'static [(&'static str, &'static str)],
@@ -36,7 +36,7 @@ const FORMS: [Form; 3] = [
             ("magnetic_field", "uT"),
         ],
     },
-    // uORB message sensor_combined as pyulog's ulog2csv writes it.
+    // uORB message sensor_combined as written by pyulog's ulog2csv.
     Form {
         name: "PX4 sensor_combined",
         columns: &["timestamp", "gyro_rad[2]", "accelerometer_m_s2[2]"],
@@ -49,13 +49,13 @@ const FORMS: [Form; 3] = [
 ];
 
 impl Form {
-    /// The form of a file with these columns.
+    /// Returns the form of a file with these columns.
     pub fn of(block: &Block) -> Option<&'static Self> {
         let has = |name: &&str| block.columns.iter().any(|column| column.name == **name);
         FORMS.iter().find(|form| form.columns.iter().all(has))
     }
 
-    /// The unit of its columns of `target`; `time` is a target here.
+    /// Returns the unit of its columns of `target`; `time` is a target here.
     pub fn unit(&self, target: &str) -> Option<&'static str> {
         let found = self.units.iter().find(|(name, _)| *name == target);
         found.map(|(_, unit)| *unit)

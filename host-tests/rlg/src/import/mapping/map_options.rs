@@ -1,4 +1,4 @@
-//! Takes apart what the caller says of columns: `--map` and `--unit`.
+//! Parses the options of columns: `--map` and `--unit`.
 
 use std::path::Path;
 
@@ -10,15 +10,15 @@ use crate::error::InputError;
 pub struct Given {
     /// The column.
     pub column: String,
-    /// What it becomes.
+    /// Target of the column.
     pub target: Target,
-    /// About which axis.
+    /// Axis of the target.
     pub axis: Option<String>,
-    /// Its unit, where the caller states it.
+    /// Its unit, if stated by the caller.
     pub unit: Option<String>,
 }
 
-/// The entries of one `--map`: several letters of axes are the columns of a matrix.
+/// Parses the entries of one `--map`: several letters of axes are the columns of a matrix.
 pub fn parse(file: &Path, text: &str) -> Result<Vec<Given>, InputError> {
     let fault = || {
         InputError::new(file, "cannot be mapped like this")
@@ -67,7 +67,7 @@ pub fn parse(file: &Path, text: &str) -> Result<Vec<Given>, InputError> {
     Ok(vec![given(column.to_owned(), axis.map(str::to_owned))])
 }
 
-/// `--unit QUANTITY:UNIT` taken apart.
+/// Parses `--unit QUANTITY:UNIT`.
 pub fn units_of_quantities(
     file: &Path,
     units: &[String],

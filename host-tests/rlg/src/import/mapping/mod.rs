@@ -1,4 +1,4 @@
-//! Decides what each column of a foreign file is: by the caller's word, its name, or a known form of file.
+//! Maps each column of a foreign file to a quantity: as stated by the caller, by its name, or by a known form of file.
 
 pub mod targets;
 

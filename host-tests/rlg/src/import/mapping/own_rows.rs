@@ -1,18 +1,19 @@
-//! Gives columns that are filled in every second, third, ... row alone rows of their own: an encoder beside gyros of twice its rate.
+//! Moves columns filled in every second, third, ... row only to rows of their own: an encoder logged with gyros of twice its
+//! rate.
 
 use super::column_map::{Mapped, Plan};
 use super::column_names;
 use crate::import::files::columns::{Block, Column};
 
-/// Share of the steps from one filled row to the next that must be alike: what is empty besides was not measured.
+/// Smallest share of equal steps from one filled row to the next: any other empty row is a missing value.
 const ALIKE: f64 = 0.9;
 
-/// Filled rows from which a regularity is told.
+/// Smallest number of filled rows for which a regularity is detected.
 const FEWEST: usize = 10;
 
 /// Moves such columns of `plan` into blocks of their own, with the stamps of their rows.
 ///
-/// Where a block has no stamps, those of the rate that is stated take their place; without either nothing is moved.
+/// In a block without stamps, those of the stated rate take their place; without either nothing is moved.
 pub fn separate(blocks: &mut Vec<Block>, plan: &mut Plan, rate_hz: Option<f64>) {
     let mut made: Vec<(usize, usize, Vec<usize>)> = Vec::new();
     for mapped in plan
@@ -55,7 +56,7 @@ pub fn separate(blocks: &mut Vec<Block>, plan: &mut Plan, rate_hz: Option<f64>) 
     }
 }
 
-/// The rows with a value, where they are every second, third, ... one.
+/// Returns the rows with a value, if they are every second, third, ... one.
 fn filled_rows(values: &[f64]) -> Option<Vec<usize>> {
     let rows = (0..values.len()).filter(|row| !values[*row].is_nan());
     let filled: Vec<usize> = rows.collect();
@@ -67,7 +68,7 @@ fn filled_rows(values: &[f64]) -> Option<Vec<usize>> {
     (usual > 1 && is_regular).then_some(filled)
 }
 
-/// The columns of times of a block at these rows.
+/// Returns the columns of times of a block at these rows.
 fn stamps(block: &Block, rate_hz: Option<f64>, rows: &[usize]) -> Option<Vec<Column>> {
     let is_time = |column: &&Column| {
         column.dates.is_some() || column_names::time_unit(&column.name).is_some()

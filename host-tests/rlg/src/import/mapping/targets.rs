@@ -1,27 +1,27 @@
-//! Names what a foreign column may become: a quantity of the recording, or something that one is formed from.
+//! Lists the targets of foreign columns: quantities of the recording, and inputs from which one is formed.
 
 use crate::recording::Quantity;
 use crate::recording::units::Dimension;
 
-/// What a column becomes.
+/// Target of a column.
 #[derive(Debug, Clone, PartialEq, Eq, PartialOrd, Ord)]
 pub enum Target {
     /// A channel of this quantity.
     Stored(Quantity),
-    /// The case's rate: times the period it is a `reference_increment`.
+    /// Rate of the case: times the period it is a `reference_increment`.
     ReferenceRate,
-    /// The case's angle, of an encoder: unwrapped and differenced it is a `reference_increment`.
+    /// Angle of the case, of an encoder: unwrapped and differenced it is a `reference_increment`.
     ReferenceAngle,
     /// A quaternion from the navigation frame to the body: its conjugate is a `reference_attitude`.
     AttitudeInverse,
     /// An angle about the axis in a sequence of three rotations.
     Euler,
-    /// Nothing.
+    /// Column left out.
     Nothing,
 }
 
 impl Target {
-    /// The target of this name on the command line; an unlisted name is a quantity of its own.
+    /// Returns the target of this name on the command line; an unlisted name is a quantity of its own.
     pub fn from_name(name: &str) -> Self {
         match name {
             "reference_rate" => Self::ReferenceRate,
@@ -33,7 +33,7 @@ impl Target {
         }
     }
 
-    /// Its name on the command line.
+    /// Returns its name on the command line.
     pub fn name(&self) -> &str {
         match self {
             Self::Stored(quantity) => quantity.name(),
@@ -45,7 +45,7 @@ impl Target {
         }
     }
 
-    /// What its values measure; `None` where any unit will do.
+    /// Returns the dimension of its values; `None` if any unit is valid.
     pub fn dimension(&self) -> Option<Dimension> {
         match self {
             Self::Stored(quantity) => Dimension::of(quantity),
@@ -56,13 +56,13 @@ impl Target {
         }
     }
 
-    /// Whether it becomes an attitude.
+    /// True if it becomes an attitude.
     pub fn is_attitude(&self) -> bool {
         let stored = Self::Stored(Quantity::ReferenceAttitude);
         *self == stored || matches!(self, Self::AttitudeInverse | Self::Euler)
     }
 
-    /// Whether a row holds a sum or a mean over its period, so that all rows need one period.
+    /// True if a row holds a sum or a mean over its period, so that all rows need one period.
     pub fn is_of_a_period(&self) -> bool {
         match self {
             Self::Stored(quantity) => quantity.is_of_a_period(),
@@ -71,12 +71,12 @@ impl Target {
         }
     }
 
-    /// Whether it is a gyro's reading.
+    /// True if it is a gyro's quantity.
     pub fn is_gyro(&self) -> bool {
         matches!(self, Self::Stored(quantity) if Quantity::GYROS.contains(quantity))
     }
 
-    /// Whether its unit must be known for a diagnosis: gyros, references and forces. The others are left out without.
+    /// True if its unit must be known for a diagnosis: gyros, references and forces. Others are left out without a unit.
     pub fn needs_a_unit(&self) -> bool {
         let optional = [
             Quantity::Temperature,
@@ -86,7 +86,7 @@ impl Target {
         !matches!(self, Self::Stored(quantity) if optional.contains(quantity))
     }
 
-    /// Axis labels that it takes.
+    /// True if it takes this axis label.
     pub fn takes_axis(&self, axis: Option<&str>) -> bool {
         match self {
             Self::Stored(Quantity::Temperature) => matches!(axis, None | Some("x" | "y" | "z")),

@@ -1,5 +1,5 @@
-//! A concealed case: motion and effects as scenario text, the recording, what the tool says, and the measures that the
-//! tests of hidden effects compare it by.
+//! A concealed case: motion and effects as scenario text, the recording, its diagnosis, and the measures of comparison for
+//! the tests of hidden effects.
 //!
 //! A [`Case`] comes from text for the workspace's simulator. The instrument is that of `null.toml` (0.4″ pulses, 0.002
 //! °/√h, dithers of 150″) without accelerometers, its rows at 1000 Hz.
@@ -23,8 +23,8 @@ use std::path::Path;
 
 pub(super) const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../../scenarios/null.toml");
 
-/// Of the hundred numbers in this file one in three hundred is further than three deviations by chance, one in
-/// fifteen thousand further than four.
+/// Tolerance in standard deviations: of the hundred numbers in this file one in three hundred exceeds three by chance, one
+/// in fifteen thousand four.
 pub(super) const WITHIN: f64 = 4.0;
 
 pub(super) const FLEXURE: [(&str, f64); 6] = [
@@ -40,7 +40,7 @@ pub(super) fn still(seconds: f64) -> String {
     format!("[[motion]]\nkind = \"still\"\nduration_s = {seconds:.1}\n")
 }
 
-/// 15 Hz about an axis.
+/// Coning at 15 Hz about an axis.
 pub(super) fn coning(axis: &str, angle_rad: f64, seconds: f64) -> String {
     format!(
         "[[motion]]\nkind = \"coning\"\naxis = \"{axis}\"\nfrequency_hz = 15.0\nangle_rad = {angle_rad}\n\
@@ -82,7 +82,7 @@ pub(super) fn unlisted(axis: &str, coefficient: f64, expression: &str) -> String
     )
 }
 
-/// The recorder writes nothing of these channels.
+/// Marks these channels as not recorded.
 pub(super) fn lost(channels: &[&str], [start_s, end_s]: [f64; 2]) -> String {
     channels
         .iter()
@@ -95,8 +95,8 @@ pub(super) fn lost(channels: &[&str], [start_s, end_s]: [f64; 2]) -> String {
         .collect()
 }
 
-/// Gyro y of a recording of increments senses a further rate as well \[rad/s\], made of the case's rates about x, y and z
-/// and the rows' rate \[Hz\].
+/// Adds to gyro y of a recording of increments a further sensed rate \[rad/s\], a function of the case's rates about x, y
+/// and z and the rows' rate \[Hz\].
 pub(super) fn sensing_besides(
     (mut recording, model): (Recording, Model),
     further_rad_s: impl FnOnce(&Triad, f64) -> Vec<f64>,
@@ -128,7 +128,7 @@ pub(super) fn sensing_besides(
     (recording, model)
 }
 
-/// A recording with its model and what the tool says of them.
+/// A recording with its model and its diagnosis.
 pub(super) struct Case {
     pub(super) recording: Recording,
     pub(super) model: Model,
@@ -149,8 +149,8 @@ impl Case {
         )
     }
 
-    /// Motion of an instrument of fine increments at 400 Hz: what is added behind a coarse pulse would not be rounded with
-    /// the rest.
+    /// Simulates motion of an instrument of fine increments at 400 Hz: an effect added behind a coarse pulse would not be
+    /// rounded with the rest.
     pub(super) fn of_increments(motion: &[String], seed: u64) -> (Recording, Model) {
         let table = include_str!("../table_programme.toml");
         let instrument = table.split("[[motion]]").next().expect("an instrument");
@@ -179,7 +179,7 @@ impl Case {
         effects.map(|effect| effect.kind.as_str()).collect()
     }
 
-    /// The finding of this kind, the only one.
+    /// Returns the finding of this kind, the only one.
     pub(super) fn found(&self, kind: &str) -> &EffectEntry {
         let mut alike = self.said.effects.iter().filter(|one| one.kind == kind);
         let (first, second) = (alike.next(), alike.next());
@@ -187,18 +187,18 @@ impl Case {
         first.unwrap_or_else(|| panic!("no {kind}: {:#?}", self.said.summary))
     }
 
-    /// These kinds and no others are said, and nothing is left over.
+    /// Checks that these kinds and no others are found, and nothing remains.
     pub(super) fn is_explained_by(&self, kinds: &[&str]) {
         assert_eq!(self.kinds(), kinds, "{:#?}", self.said.summary);
         let summary = &self.said.summary;
         assert_eq!(self.said.verdict, Verdict::Explained, "{summary:#?}");
         let gain = self.held_out_gain();
-        // What was fitted to noise makes rows that were not fitted less likely.
+        // Fitting noise makes held-out rows less likely.
         assert!(gain > 0.0, "2 Δ ln L on held-out rows {gain}");
     }
 
-    /// How far the residual's power over declared noise falls from the given model to the found one, summed over the gyros, on
-    /// the rows that only test.
+    /// Computes the decrease of the residual's power over declared noise from the given model to the found one, summed over
+    /// the gyros, on the test rows.
     pub(super) fn held_out_gain(&self) -> f64 {
         let [before, after] =
             [&self.model, &self.explained].map(|model| residual(&self.recording, model));
@@ -228,10 +228,10 @@ impl Case {
     }
 }
 
-/// What a model leaves of a recording.
+/// Residual of a model.
 struct Residual {
     left_rad: Triad,
-    /// Rows that only test.
+    /// Test rows.
     tested: Vec<Range<usize>>,
     start_s: f64,
     rate_hz: f64,
@@ -253,7 +253,7 @@ fn residual(recording: &Recording, model: &Model) -> Residual {
     }
 }
 
-/// Mean rate of a model's residual from `from_s` to `to_s` \[rad/s\].
+/// Computes the mean rate of a model's residual from `from_s` to `to_s` \[rad/s\].
 pub(super) fn mean_rad_s(
     recording: &Recording,
     model: &Model,
@@ -294,7 +294,7 @@ pub(super) fn text<'a>(effect: &'a EffectEntry, wanted: &str) -> Option<&'a str>
         })
 }
 
-/// Every number of a finding is the concealed one, absent ones 0.
+/// Checks that every number of a finding is the concealed one, absent ones 0.
 pub(super) fn holds(effect: &EffectEntry, concealed: &[(&str, f64)]) {
     for parameter in &effect.parameters {
         let ParameterEntry::Number {
@@ -313,7 +313,7 @@ pub(super) fn holds(effect: &EffectEntry, concealed: &[(&str, f64)]) {
     }
 }
 
-/// √(vᵀ C⁻¹ v).
+/// Computes √(vᵀ C⁻¹ v).
 pub(super) fn strength(effect: &EffectEntry) -> f64 {
     let values: Vec<f64> = effect
         .parameters

@@ -1,4 +1,4 @@
-//! A name that fits the rows it was fitted to, and not the others, is no name.
+//! A name that fits its fitted rows, and not the others, is withdrawn.
 
 use std::path::Path;
 
@@ -7,7 +7,7 @@ use rlg::diagnose::streams::Streams;
 use rlg_diagnosis::{AnalysisPlan, data::Data};
 use rlg_signal::partition::Use;
 
-/// A scale error that is there only where it is fitted: what drives it is not in the recording.
+/// A scale error present only in fitted rows: its driving quantity is not recorded.
 #[test]
 #[ignore = "the one likelihood takes nothing back on rows that test, and a scale that a quarter of its rows lack is named, partly explained"]
 fn a_name_that_the_held_out_rows_contradict_is_taken_back() {

@@ -1,5 +1,5 @@
-//! Physics that goes with the past of the motion: no product of channels, row by row, is like it. It is put into a
-//! recording's increments here, because the simulator knows no such effect.
+//! Physics that depends on past motion: no product of channels, row by row, resembles it. It is put into a recording's
+//! increments here, because the simulator has no such effect.
 
 use crate::support::holds;
 
@@ -24,7 +24,7 @@ fn made(seed: u64) -> (Recording, Model) {
     Case::of_increments(&slews_and_a_swell(), seed)
 }
 
-/// Gyro y senses `coefficient` times the product of the case's rates about `of` behind a lag of `constant_s` as well.
+/// Adds to gyro y `coefficient` times the product of the case's rates about `of` behind a lag of `constant_s`.
 fn with_lag(
     made: (Recording, Model),
     coefficient: f64,
@@ -44,7 +44,7 @@ fn with_lag(
     })
 }
 
-/// The product, the time constant and the coefficient of the only finding, which is a lag on gyro y.
+/// Returns the product, the time constant and the coefficient of the only finding, which is a lag on gyro y.
 fn lag_of(found: &EffectEntry) -> (String, f64, f64, f64) {
     assert_eq!(text(found, "axis"), Some("y"));
     let expression = text(found, "expression").expect("an expression");
@@ -77,7 +77,7 @@ fn is_found(case: &Case, product: &str, constant_s: f64, coefficient: f64) {
     assert_eq!(kinds, ["unlisted"], "{:#?}", case.said.summary);
     let (found, found_s, value, std) = lag_of(case.found("unlisted"));
     assert_eq!(found, product);
-    // At this strength a time constant is known to a tenth, and the size goes with it.
+    // At this strength a time constant is known to a tenth, and the size is correlated with it.
     assert!((found_s / constant_s).ln().abs() < 0.2, "{found_s} s");
     let off = (value - coefficient).abs();
     assert!(
@@ -102,7 +102,7 @@ fn a_product_of_rates_behind_a_lag_is_found_with_its_time_constant() {
     is_found(&case, "omega_x*omega_z", 0.25, 3e-4);
 }
 
-/// Gyro y is found to follow an expression, and nothing else is found.
+/// Checks that gyro y is found to follow an expression, and nothing else is found.
 fn follows(made: (Recording, Model), expected: &str) {
     let case = Case::diagnosed(made);
     let kinds = case.kinds();
@@ -130,7 +130,7 @@ fn friction_that_holds_the_side_of_the_last_turn_is_found_as_its_sign() {
 
 #[test]
 fn play_that_turns_with_the_rate_is_found_as_the_way_it_goes() {
-    // Half the play, as a pin in a slot: it follows once the slot's end is reached.
+    // Half the play, as of a pin in a slot: motion follows once the slot's end is reached.
     const SLOT_RAD_S: f64 = 0.1;
     let made = sensing_besides(made(64), |rates_rad_s, _| {
         let mut pin = 0.0;
@@ -143,8 +143,7 @@ fn play_that_turns_with_the_rate_is_found_as_the_way_it_goes() {
     follows(made, "rising(omega_x)");
 }
 
-/// Most of it is slower than the two hertz below which anything may be drift, and looks like flicker there; the rest is
-/// not.
+/// Most of it is below two hertz, the band that may be drift, and resembles flicker there; the remainder is above.
 #[test]
 #[ignore = "found as alpha_x*force_z: where force_z is g all along, that is the same column, and the shorter name does not win"]
 fn what_is_seen_above_the_band_of_drift_is_no_drift() {

@@ -1,9 +1,9 @@
-//! Effects that something hides: a wrong bias, their own smallness, a regime, a gap, a stronger effect.
+//! Effects concealed by a wrong bias, their own smallness, a regime, a gap, or a stronger effect.
 //!
-//! Recordings come from this workspace's simulator, which shares no code with the diagnosis; the truth stands in
-//! these tests only. Tests give motion and effects as scenario text, and check what a user would read. Strengths are
-//! matched-filter SNRs √(vᵀ C⁻¹ v) of the found values v with their covariance C.
-//! In comments the strengths found here; the asserts hold them below a round figure, so that no case grows easier.
+//! Recordings come from this workspace's simulator, which shares no code with the diagnosis; the truth is in these tests
+//! only. Tests give motion and effects as scenario text, and check the text of the answer. Strengths are matched-filter SNRs
+//! √(vᵀ C⁻¹ v) of the found values v with their covariance C. Comments state the strengths found here; the asserts bound
+//! them by a round figure, so that no case becomes easier.
 
 mod case;
 mod contradictions;
@@ -18,8 +18,8 @@ use rlg::diagnose::result::{EffectEntry, Verdict};
 use rlg::model::Model;
 use rlg::recording::Recording;
 
-/// Makes the model's bias wrong by what the concealed effect leaves on average, so that no mean is left over the
-/// recording; the bias that the model then lacks \[rad/s\].
+/// Adds the mean of the concealed effect to the model's bias, so that no mean residual remains over the recording; returns
+/// the resulting error of the model's bias \[rad/s\].
 fn mean_hidden((recording, mut model): (Recording, Model), seconds: f64) -> (Case, [f64; 3]) {
     let whole = [0.0, seconds];
     let mean = mean_rad_s(&recording, &model, whole);
@@ -45,12 +45,12 @@ fn flexure_and_the_wrong_bias_that_hides_its_mean_are_both_named() {
     holds(case.found("gyro_bias"), &[("x", x), ("y", y), ("z", z)]);
     let flexure = case.found("axis_flexure");
     holds(flexure, &FLEXURE);
-    // 22 and 11: neither is plain to see.
+    // 22 and 11: both weak.
     assert!(strength(flexure) < 26.0);
     assert!(strength(case.found("gyro_bias")) < 13.0);
 }
 
-/// 3e-5 s/rad: 2.7e-6 rad/s while it shakes with 0.3 rad/s, a quarter of that with 0.15 rad/s.
+/// 3e-5 s/rad: 2.7e-6 rad/s for vibration of 0.3 rad/s, a quarter of that for 0.15 rad/s.
 #[test]
 fn a_quadratic_scale_and_the_wrong_bias_that_hides_its_mean_are_both_named() {
     let motion = [
@@ -76,7 +76,7 @@ fn a_quadratic_scale_and_the_wrong_bias_that_hides_its_mean_are_both_named() {
     assert!(strengths[0] < 40.0 && strengths[1] < 18.0, "{strengths:?}");
 }
 
-/// The dither is 7.3e-4 rad, each share of it 7.3e-9 rad, beside 6.7e-7 rad of noise in every row: −39 dB a row.
+/// The dither is 7.3e-4 rad, each share of it 7.3e-9 rad, in 6.7e-7 rad of noise in every row: −39 dB a row.
 #[test]
 #[ignore = "half a minute: --test diagnose -- --ignored in_full"]
 fn crosstalk_of_one_in_a_hundred_thousand_of_the_dither_is_named_in_full() {
@@ -96,11 +96,11 @@ fn crosstalk_of_one_in_a_hundred_thousand_of_the_dither_is_named_in_full() {
     let case = Case::diagnosed(Case::simulated(&text, 23));
     case.is_explained_by(&["dither_crosstalk"]);
     holds(case.found("dither_crosstalk"), &values);
-    // 10.5: where six parameters are found 995 times in a thousand.
+    // 10.5: at this strength six parameters are found 995 times in a thousand.
     assert!(strength(case.found("dither_crosstalk")) < 12.0);
 }
 
-/// The flexure acts everywhere; only eight seconds of coning about x show it.
+/// The flexure acts everywhere; only eight seconds of coning about x excite it.
 #[test]
 fn an_effect_that_one_regime_alone_shows_is_named() {
     let motion = [
@@ -125,7 +125,7 @@ fn an_effect_that_one_regime_alone_shows_is_named() {
     assert!(strength(flexure) < 25.0);
 }
 
-/// Three like stretches of slow shaking, 12 s each.
+/// Three like stretches of slow vibration, 12 s each.
 fn three_alike() -> Vec<String> {
     let shaken = |name| vibration(name, [1.0, 8.0], 0.15, 12.0);
     vec![
@@ -142,7 +142,7 @@ fn three_alike() -> Vec<String> {
 /// The middle one of [`three_alike`].
 const LOOSE_S: [f64; 2] = [20.0, 32.0];
 
-/// A mount that gives way and is tightened again: a tilt of 4e-5 rad about y in the middle of three like stretches.
+/// A mount that loosens and is tightened again: a tilt of 4e-5 rad about y in the middle of three like stretches.
 #[test]
 fn a_tilt_in_one_of_three_like_regimes_is_named_with_its_window_and_not_as_a_constant() {
     let loose = unlisted("x", -4e-5, "omega_z*window(20,32)");
@@ -151,7 +151,7 @@ fn a_tilt_in_one_of_three_like_regimes_is_named_with_its_window_and_not_as_a_con
     let found = case.found("unlisted");
     let expression = text(found, "expression").expect("an expression");
     let window = expression.strip_prefix("omega_z*").expect("a tilt");
-    // Between the stretches nothing moves: the edges lie where shaking begins and ends.
+    // Between the stretches nothing moves: the edges are the beginning and end of the vibration.
     assert_eq!(shapes::edges_of(window), LOOSE_S);
     assert_eq!(text(found, "axis"), Some("x"));
     holds(found, &[("coefficient", -4e-5)]);
@@ -178,7 +178,7 @@ fn a_drift_in_one_of_three_like_regimes_is_found_there_and_nowhere_else_in_full(
         assert!(step || window, "{summary:#?}");
         assert_eq!(text(one, "axis"), Some("y"), "{summary:#?}");
     }
-    // What the found model adds to the given one, second by second.
+    // Increment of the found model over the given one, second by second.
     let added = |span_s| {
         let [before, after] =
             [&case.model, &case.explained].map(|model| mean_rad_s(&case.recording, model, span_s));
@@ -209,7 +209,7 @@ const ALL: [&str; 6] = [
     "reference_z",
 ];
 
-/// The gap is reported to the row and nothing is made of it.
+/// Checks that the gap is reported to the row and no other finding made of it.
 fn gap_is_said(case: &Case, [start_s, end_s]: [f64; 2]) {
     let gap = case.found("lost_samples");
     for (name, truth) in [("start_s", start_s), ("end_s", end_s)] {
@@ -239,7 +239,7 @@ fn a_step_under_lost_samples_is_found_inside_the_gap() {
     assert_eq!(text(found, "axis"), Some("y"));
     let (size, std) = number(found, "size");
     assert!((size - 6e-6).abs() < WITHIN * std, "{size:e} ± {std:e}");
-    // The instant of a change of drift δ in a walk σ scatters by √26 (σ/δ)² (Yao 1987).
+    // The estimated instant of a change of drift δ in a walk σ has standard deviation √26 (σ/δ)² (Yao 1987).
     let std_s = f64::sqrt(26.0) * (5.9e-7_f64 / 6e-6).powi(2);
     let (time_s, _) = number(found, "time_s");
     let [from_s, to_s] = gap_s;
@@ -285,7 +285,7 @@ fn a_line_goes_on_behind_lost_samples() {
     );
 }
 
-/// Two seconds of nothing in the midst of the only coning; the rest are slews.
+/// Two seconds of missing data within the only coning; the remaining motion is slews.
 #[test]
 fn an_effect_whose_strongest_regime_is_broken_by_lost_samples_is_named() {
     let motion = [
@@ -301,7 +301,7 @@ fn an_effect_whose_strongest_regime_is_broken_by_lost_samples_is_named() {
     let effects = [effect("axis_flexure", &FLEXURE), lost(&ALL, gap_s)];
     let case = Case::diagnosed(Case::made(&motion, &effects, 29));
     gap_is_said(&case, gap_s);
-    // A cone about one axis shows one number of the six: what has as many stands in its class, the smallest first.
+    // A cone about one axis determines one number of the six: effects with as many are in its class, the smallest first.
     assert_eq!(case.said.verdict, Verdict::Explained);
     let effects = case.said.effects.iter();
     let named: Vec<&EffectEntry> = effects.filter(|one| one.kind != "lost_samples").collect();
@@ -318,7 +318,7 @@ fn an_effect_whose_strongest_regime_is_broken_by_lost_samples_is_named() {
     assert!(case.held_out_gain() > 0.0);
 }
 
-/// Slews and the vibration of three axes that share their tones: in some combination of them nothing moves.
+/// Slews and vibration of three axes that share their tones: one combination of the axes is at rest.
 fn slews_and_shared_vibration() -> Vec<String> {
     let shaken =
         vibration("shaken", [10.0, 60.0], 0.25, 12.0) + "axis_phase_rad = [0.0, 0.8, 1.7]\n";
@@ -366,7 +366,7 @@ fn a_weak_flexure_behind_a_strong_installation_error_is_named_beside_it() {
     assert!(strength(strong) > 20.0 * strength(weak));
 }
 
-/// Three of four slews turn one way, so that a scale takes half of the asymmetry for its own.
+/// Three of four slews rotate in one sense, so that a scale error absorbs half of the asymmetry.
 #[test]
 fn an_asymmetry_behind_a_scale_error_is_named_beside_it() {
     let turns = [1.2, 1.2, -1.2, 1.2].map(|angle_rad| slew("z", angle_rad));
@@ -386,8 +386,8 @@ fn an_asymmetry_behind_a_scale_error_is_named_beside_it() {
     assert!(strength(strong) > 20.0 * strength(weak));
 }
 
-/// A tilt that goes with the rate of warming is a constant tilt less one that goes with the temperature, nearly: neither
-/// gives way alone to the one product that is both.
+/// A tilt proportional to the rate of warming is nearly a constant tilt less one proportional to the temperature: neither is
+/// replaced alone by the one product equal to both.
 #[test]
 #[ignore = "half a minute: --test diagnose -- --ignored in_full"]
 fn a_product_stands_in_the_place_of_two_effects_that_each_need_the_other_in_full() {
@@ -410,8 +410,8 @@ fn a_product_stands_in_the_place_of_two_effects_that_each_need_the_other_in_full
     holds(found, &[("coefficient", 2e-4)]);
 }
 
-/// A rate times its own size bends like a scale and a cubic together, on each gyro: of the three products none alone takes
-/// the place of the two effects, and where one entered alone the effects would explain it again.
+/// A rate times its own magnitude resembles a scale and a cubic together, on each gyro: none of the three products alone
+/// replaces the two effects, and if one entered alone the effects would explain it again.
 #[test]
 #[ignore = "a scale with a cubic fits it within the noise: three expressions cost more than two kinds"]
 fn a_curve_of_each_gyro_is_three_expressions_and_no_scale_with_a_cubic() {

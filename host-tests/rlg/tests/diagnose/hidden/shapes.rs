@@ -1,10 +1,10 @@
-//! Slow shapes that a random walk of the rate would nearly make, and that no listed effect has.
+//! Slow shapes similar to a random walk of the rate, absent from the listed effects.
 
 use super::case::{Case, holds, text, unlisted};
 use super::three_alike;
 use rlg::diagnose::result::Verdict;
 
-/// Both edges of a window \[s\].
+/// Returns both edges of a window \[s\].
 pub fn edges_of(expression: &str) -> [f64; 2] {
     let inside = expression.strip_prefix("window(");
     let inside = inside.and_then(|rest| rest.strip_suffix(')'));
@@ -14,7 +14,7 @@ pub fn edges_of(expression: &str) -> [f64; 2] {
     [from, to].map(|edge| edge.parse().expect("a time"))
 }
 
-/// Opens where rows are held out and shuts in the next regime: 5e-6 rad/s, 1 °/h, 24 standard deviations.
+/// A window that opens in held-out rows and closes in the next regime: 5e-6 rad/s, 1 °/h, 24 standard deviations.
 #[test]
 fn a_window_that_opens_where_nothing_is_fitted_has_its_edges_there() {
     let (size_rad_s, edges_s) = (5e-6, [30.0, 38.0]);
@@ -27,8 +27,8 @@ fn a_window_that_opens_where_nothing_is_fitted_has_its_edges_there() {
     holds(found, &[("coefficient", size_rad_s)]);
     let expression = text(found, "expression").expect("an expression");
     let [opens_s, shuts_s] = edges_of(expression);
-    // The last fifth of twelve seconds only tests: where in it the window opens no fitted row shows.
-    // White noise of the angle lets an edge of this size lie a tenth of a second off.
+    // The last fifth of twelve seconds is for testing only: fitted rows do not determine the opening within it. White noise
+    // of the angle gives an edge of this size a standard deviation of a tenth of a second.
     assert!((29.3..=32.3).contains(&opens_s), "{expression}");
     assert!((shuts_s - edges_s[1]).abs() < 0.3, "{expression}");
 }
@@ -48,7 +48,7 @@ fn a_rate_that_settles_is_a_decay_and_no_step() {
     let constant_s: f64 = constant
         .and_then(|text| text.parse().ok())
         .expect("a decay");
-    // Half octaves are tried.
+    // The scan is in half octaves.
     assert!(
         (constant_s / 6.0).ln().abs() < 0.5 * 2_f64.ln(),
         "{expression}"
@@ -57,7 +57,7 @@ fn a_rate_that_settles_is_a_decay_and_no_step() {
     assert!(case.held_out_gain() > 0.0);
 }
 
-/// 1e-4 rad/s for a quarter of a second in rows that only test: they name nothing, and the model does not explain them.
+/// 1e-4 rad/s for a quarter of a second in test rows: they name nothing, and the model does not explain them.
 #[test]
 fn a_burst_that_nothing_fitted_saw_gets_no_name_and_leaves_the_recording_unexplained() {
     let burst = unlisted("z", 1e-4, "window(30,30.25)");
@@ -67,7 +67,7 @@ fn a_burst_that_nothing_fitted_saw_gets_no_name_and_leaves_the_recording_unexpla
     assert_eq!(case.said.verdict, Verdict::Unexplained, "{summary:#?}");
 }
 
-/// The same where rows are fitted: 25 µrad, 80 standard deviations of a slip, and no slip.
+/// The same in fitted rows: 25 µrad, 80 standard deviations of a slip, and no slip.
 #[test]
 #[ignore = "its edges lie some rows inside, and what they leave is named as one slip of 1.6 µrad"]
 fn a_burst_is_a_window_and_no_swarm_of_slips() {

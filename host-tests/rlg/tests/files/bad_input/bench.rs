@@ -1,4 +1,4 @@
-//! A good recording and a good model, to be spoilt one way at a time.
+//! A valid recording and a valid model, each to be corrupted in one way at a time.
 
 use std::ffi::OsString;
 use std::fs;
@@ -13,8 +13,8 @@ pub type Arguments = fn(&Path, &Path, &Path) -> Vec<OsString>;
 pub const READERS_OF_RECORDINGS: &[Arguments] = &[inspect, diagnose, calibrate, replay, navigate];
 pub const READERS_OF_MODELS: &[Arguments] = &[params, diagnose, calibrate, replay, navigate];
 
-/// The good recording has a single gyro, to keep every case short: these take it, the others refuse it for
-/// that alone and are held to good recordings in their own tests.
+/// Commands that accept the valid recording's single gyro, kept for short cases: the others refuse it for that alone and are
+/// tested on valid recordings in their own tests.
 pub const CONTENT_WITH_ONE_GYRO: &[Arguments] = &[inspect, params];
 
 pub fn inspect(recording: &Path, _: &Path, _: &Path) -> Vec<OsString> {
@@ -111,7 +111,7 @@ kind = "axis_flexure"
 xy = 7e-8
 "#;
 
-/// A good recording and a good model, to be spoilt.
+/// A valid recording and a valid model, to be corrupted.
 pub struct Bench {
     pub folder: TempDir,
 }
@@ -143,7 +143,7 @@ impl Bench {
         command.args(arguments(&self.recording(), &self.model(), &self.out()));
         command.output().expect("the command runs")
     }
-    /// Every one of `commands` refuses with one line that holds all of `parts`, and leaves nothing.
+    /// Checks that every one of `commands` refuses with one line that holds all of `parts`, and leaves nothing.
     pub fn is_refused(&self, commands: &[Arguments], parts: &[&str]) {
         let before = listing(self.folder.path());
         for arguments in commands {
@@ -170,7 +170,7 @@ impl Bench {
     }
 }
 
-/// All paths under `folder`.
+/// Returns all paths under `folder`.
 fn listing(folder: &Path) -> Vec<PathBuf> {
     let mut paths = Vec::new();
     for entry in fs::read_dir(folder).expect("a folder") {
@@ -184,7 +184,7 @@ fn listing(folder: &Path) -> Vec<PathBuf> {
     paths
 }
 
-/// The good recording with `from` replaced in recording.toml.
+/// Returns the valid recording with `from` replaced in recording.toml.
 pub fn manifest(from: &str, to: &str) -> Bench {
     let bench = Bench::new();
     assert!(
@@ -195,14 +195,14 @@ pub fn manifest(from: &str, to: &str) -> Bench {
     bench
 }
 
-/// The good recording with another table.
+/// Returns the valid recording with another table.
 pub fn table(text: &str) -> Bench {
     let bench = Bench::new();
     bench.write("t.csv", text);
     bench
 }
 
-/// The good model with `from` replaced.
+/// Returns the valid model with `from` replaced.
 pub fn model_with(from: &str, to: &str) -> Bench {
     let bench = Bench::new();
     assert!(MODEL.contains(from), "{from:?} is not in the good model");
@@ -210,7 +210,7 @@ pub fn model_with(from: &str, to: &str) -> Bench {
     bench
 }
 
-/// Every reader of models refuses the good model with `from` replaced.
+/// Checks that every reader of models refuses the valid model with `from` replaced.
 pub fn model(from: &str, to: &str, parts: &[&str]) {
     let bench = model_with(from, to);
     bench.is_refused(READERS_OF_MODELS, parts);

@@ -1,4 +1,4 @@
-//! Input that cannot be used: one sentence that says where, exit code 2, nothing written.
+//! Unusable input: one sentence with its place, exit code 2, nothing written.
 //!
 //! Every case runs every command that reads such an input; a new command joins by one line in
 //! `READERS_OF_RECORDINGS` or `READERS_OF_MODELS` of `bench.rs`.

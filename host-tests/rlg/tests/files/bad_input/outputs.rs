@@ -54,7 +54,7 @@ fn a_reader_that_goes_away_is_no_error() {
     assert_eq!(child.wait().expect("it ends").code(), Some(0));
 }
 
-/// Refused with `part`, and every file of the bench as it was.
+/// Checks for a refusal with `part`, and every file of the bench unchanged.
 fn is_kept(bench: &Bench, command: Arguments, model: &Path, out: &Path, part: &str) {
     let files = [
         bench.recording().join("recording.toml"),

@@ -1,10 +1,10 @@
 //! Makes small recordings, and damages their files.
 //!
-//! Any bytes choose a recording and its damage: [`Files`] with `recording.toml`, `model.toml` and tables, to be written
-//! into a folder. The same bytes give the same files. Shared by the test beside it and by the fuzz target of
+//! Any bytes select a recording and its damage: [`Files`] with `recording.toml`, `model.toml` and tables, to be written into
+//! a folder. The same bytes give the same files. Shared by the test in this folder and by the fuzz target of
 //! `host-tests/fuzz`.
 //!
-//! Out of scope: judgement. Damage may leave a recording whole.
+//! Out of scope: judgement. A recording may stay intact.
 
 use std::f64::consts::TAU;
 use std::fmt::Write as _;
@@ -27,7 +27,7 @@ const PULSE_RAD: f64 = 2e-6;
 /// Rows per second of attitude and temperature.
 const SLOW_HZ: f64 = 10.0;
 
-/// Numbers that hurt: signs, ends of f64 and of what fits a counter, no number, another row's rate.
+/// Critical numbers: signs, limits of f64 and of a counter, no number, another row's rate.
 const NUMBERS: [&str; 20] = [
     "0",
     "-0.0",
@@ -51,7 +51,7 @@ const NUMBERS: [&str; 20] = [
     "3.5",
 ];
 
-/// The recordings and models that damage starts from.
+/// Returns the undamaged recordings and models.
 pub fn whole() -> &'static [Files] {
     static WHOLE: OnceLock<Vec<Files>> = OnceLock::new();
     WHOLE.get_or_init(|| {
@@ -68,12 +68,12 @@ pub fn write(files: &Files, folder: &Path) {
     }
 }
 
-/// Files as `data` damages them: the first byte chooses the recording, then each damage takes a few bytes.
+/// Returns files damaged by `data`: the first byte selects the recording, then each damage takes a few bytes.
 pub fn damaged(data: &[u8]) -> Files {
     let mut bytes = Bytes(data);
     let mut files = whole()[bytes.below(whole().len())].clone();
     while !bytes.0.is_empty() {
-        // Two damages of three are in the tables, where there is most to damage.
+        // Two damages of three are in the tables, which hold most of the data.
         let file = match bytes.below(6) {
             0 => 0,
             1 => 1,
@@ -112,7 +112,7 @@ pub fn damaged(data: &[u8]) -> Files {
     files
 }
 
-/// Bytes taken one after the other; zero when they are used up.
+/// Bytes taken one after the other; zero once they are used up.
 struct Bytes<'a>(&'a [u8]);
 
 impl Bytes<'_> {
@@ -122,7 +122,7 @@ impl Bytes<'_> {
         *first
     }
 
-    /// A number below `count`, from as many bytes as it needs.
+    /// Returns a number below `count`, from as many bytes as it needs.
     fn below(&mut self, count: usize) -> usize {
         let mut number = usize::from(self.one());
         let mut most = 256;
@@ -138,7 +138,7 @@ impl Bytes<'_> {
     }
 }
 
-/// Begin and end of the runs of bytes that `is` accepts.
+/// Returns begin and end of the runs of bytes accepted by `is`.
 fn runs(content: &[u8], is: impl Fn(u8) -> bool) -> Vec<(usize, usize)> {
     let mut found = Vec::new();
     let mut begin = None;
@@ -155,7 +155,7 @@ fn runs(content: &[u8], is: impl Fn(u8) -> bool) -> Vec<(usize, usize)> {
     found
 }
 
-/// Puts a hurting number in the place of one number of a text.
+/// Replaces one number of a text by a critical one.
 fn change_number(content: &mut Vec<u8>, bytes: &mut Bytes) {
     let numbers = runs(content, |byte| {
         byte.is_ascii_digit() || matches!(byte, b'.' | b'-' | b'+' | b'e')
@@ -165,7 +165,7 @@ fn change_number(content: &mut Vec<u8>, bytes: &mut Bytes) {
     }
 }
 
-/// Puts one word of a text in the place of another: channels, axes, quantities, files change places.
+/// Replaces one word of a text by another: channels, axes, quantities, files are exchanged.
 fn swap_words(content: &mut Vec<u8>, bytes: &mut Bytes) {
     let words = runs(content, |byte| byte.is_ascii_alphabetic() || byte == b'_');
     let from = bytes.below(words.len().max(1));
@@ -203,7 +203,7 @@ fn change_column(content: &mut Vec<u8>, bytes: &mut Bytes) {
         }
         if let Some(cell) = row.get_mut(column) {
             *cell = match how {
-                // Twice the same sign and size: a value stuck, dead or gone.
+                // Twice the same sign and size: a value stuck, dead or missing.
                 0 | 1 => number.to_owned(),
                 2 => format!("{}", place % 7),
                 _ => format!("-{cell}"),
@@ -364,7 +364,7 @@ fn with_reference() -> Files {
     ]
 }
 
-/// The same with its tables as Parquet.
+/// Returns the same with its tables as Parquet.
 fn packed(files: &Files) -> Files {
     let folder = tempfile::tempdir().expect("a temporary folder");
     write(files, folder.path());
@@ -426,7 +426,7 @@ fn at_rest() -> Files {
     ]
 }
 
-/// Counts and dither against another unit's attitude ten times a second.
+/// Makes counts and dither with another unit's attitude ten times a second.
 fn with_attitude() -> Files {
     let attitude: Vec<(String, &str)> = ["w", "x", "y", "z"]
         .map(|axis| (format!("q{axis}"), axis))
@@ -446,7 +446,7 @@ fn with_attitude() -> Files {
     .concat();
     let mut text = "qw,qx,qy,qz\n".to_owned();
     for row in 1..=(SLOW_HZ * ROWS as f64 / RATE_HZ) as usize {
-        // About one axis only: the others' motion is small against the attitude's noise.
+        // About one axis only: the others' motion is small compared with the attitude's noise.
         let angle = 0.02 * (TAU * 0.7 * row as f64 / SLOW_HZ).sin();
         let _ = writeln!(
             text,

@@ -1,4 +1,4 @@
-//! Damaged recordings: a verdict, or one sentence that says what is wrong; never a panic, nothing half written.
+//! Damaged recordings: a verdict, or one sentence on the fault; never a panic, nothing half written.
 
 mod damage;
 
@@ -12,16 +12,16 @@ use rlg::model::Model;
 use rlg::recording::Recording;
 use rlg::report::page;
 
-/// Damaged recordings of the long test; `RLG_DAMAGED` asks for another number, and the fuzz target goes on where these end.
+/// Damaged recordings of the long test; `RLG_DAMAGED` requests another number, and the fuzz target continues after these.
 const CASES: u64 = 300;
 
-/// Of the short one.
+/// Damaged recordings of the short test.
 const FEWER: u64 = 100;
 
 /// Further ones for the command, which takes a process each.
 const COMMANDS: u64 = 16;
 
-/// Bytes that choose the damage: one to three damages.
+/// Bytes that select the damage: one to three damages.
 const MOST_BYTES: usize = 14;
 
 fn choices(seed: u64) -> Vec<u8> {
@@ -30,7 +30,7 @@ fn choices(seed: u64) -> Vec<u8> {
     (0..length).map(|_| random.random()).collect()
 }
 
-/// What reading and diagnosing `folder` says: the verdict, or the error.
+/// Reads and diagnoses `folder`: returns the verdict, or the error.
 fn outcome(folder: &Path) -> Result<String, String> {
     let recording = Recording::read(folder).map_err(|error| error.to_string())?;
     let file = folder.join("model.toml");
@@ -86,7 +86,7 @@ fn each_ends_in_a_verdict_or_a_sentence(cases: u64) {
         }
     }
     assert!(panics.is_empty(), "panics with seeds {panics:?}");
-    // Damage that always or never shows tests nothing.
+    // Damage that is always or never detected tests nothing.
     let both = cases / 5..cases;
     assert!(
         both.contains(&verdicts) && both.contains(&sentences),
