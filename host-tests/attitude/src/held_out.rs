@@ -52,14 +52,33 @@ impl HeldOut {
             ratio if ratio > 1.1 => "rises",
             _ => "stays",
         };
-        format!(
+        let drift = format!(
             "On held-out time the drift of gyros x, y, z {moved} from {} to {} °/h (± {:.2}, {:.2}, {:.2}).",
             of(&self.before),
             of(&self.after),
             std[0],
             std[1],
             std[2]
-        )
+        );
+        match self.level() {
+            Some(level) => format!("{drift} {level}"),
+            None => drift,
+        }
+    }
+
+    /// Level of the noise on held-out time, where it is another than on the fitted.
+    fn level(&self) -> Option<String> {
+        /// Powers within which a level is the same.
+        const SAME: [f64; 2] = [0.5, 2.0];
+        let power = self.power_after;
+        let words = match power {
+            power if power < SAME[0] => "quieter",
+            power if power > SAME[1] => "louder",
+            _ => return None,
+        };
+        Some(format!(
+            "That time is {words}, {power:.3} of the noise's mean power on the fitted: the noise is not stationary, and its level over time is what the fit weighs rows by."
+        ))
     }
 }
 

@@ -1,4 +1,4 @@
-//! Whether single gyros are late beyond what all share with the reference.
+//! Delays of single gyros beyond the delay that all share with the reference.
 
 use nalgebra::{DMatrix, DVector};
 
@@ -21,7 +21,7 @@ pub(crate) fn of(found: &Found, registered: &Registration) -> Option<Late> {
         return None;
     }
     let at = |place: usize| found.named_set.iter().position(|one| *one == place);
-    // How late each gyro is, as sums of estimates: what all gyros share of their own delays is the reference's.
+    // Delay of each gyro as a sum of estimates; the mean of the gyros' own delays is the reference's.
     let mut sums = DMatrix::zeros(3, found.named_set.len());
     for gyro in 0..3 {
         let own = named.map_or(&[][..], |named| &named.places);

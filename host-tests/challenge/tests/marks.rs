@@ -157,7 +157,7 @@ fn the_strength_of_a_bias_in_white_noise_is_b_sqrt_t_over_n() {
     assert!((rho / exact - 1.0).abs() < 1e-2, "{rho} {exact}");
 }
 
-/// What the contract's model leaves of a recording, with the reference as motion.
+/// Residual of a recording under the contract's model, with the reference as motion.
 fn residuals(trial: &Trial, rows: &Rows) -> [Vec<f64>; 3] {
     let (recording, model) = record(trial, Declares::AsDrawn).expect("a recording");
     let values = |quantity: Quantity, axis: &str| {

@@ -43,7 +43,7 @@ fn trial(base: &Arc<Base>, planted: &str) -> Trial {
     Trial::of_recording(3, number, base).expect("drawn")
 }
 
-/// What the gyros of a recording measure \[rad by row\].
+/// Increments of the gyros of a recording \[rad by row\].
 fn sensed_rad(recording: &Recording, period_s: f64) -> Vec<Vector3<f64>> {
     let channels = AXES.map(|axis| {
         let rate = recording.channel(&Quantity::GyroRate, axis);

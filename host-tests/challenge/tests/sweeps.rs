@@ -123,7 +123,7 @@ fn attitudes(recording: &Recording) -> Vec<(f64, UnitQuaternion<f64>)> {
         .collect()
 }
 
-/// What the model of a trial says that the gyros turned by [rad by row].
+/// Increments of the gyros by the model of a trial [rad by row].
 fn turned_rad(recording: &Recording, drawn: &Attitudes) -> Vec<Vector3<f64>> {
     let gyro = |axis: &str| {
         let counted = recording.channel(&Quantity::GyroIncrement, axis);
@@ -330,14 +330,14 @@ fn scores(family: Family, planted: &str, trials: u64) -> Scores {
     score(&plan, &prepared.answers, &outcomes)
 }
 
-/// What is asserted of a few trials here holds for hundreds (docs/measured.md, "Beside attitudes and at rest").
+/// The assertions on a few trials here hold for hundreds (docs/measured.md, "Beside attitudes and at rest").
 #[test]
 fn biases_beside_attitudes_are_named_and_few_recordings_without_effects_are() {
     let biased = scores(Family::Attitude, "gyro_bias", 4);
     let [row] = biased.effects.as_slice() else {
         panic!("{:?}", biased.effects);
     };
-    // One of ρ 11 in half a minute is shown by so few blocks that it cannot be told (docs/limits.md).
+    // One of ρ 11 in half a minute is in too few blocks to be named (docs/limits.md).
     assert!(row.counts.right >= 3, "{}", biased.table());
     assert_eq!(
         (row.counts.wrong, row.match_again),
@@ -357,7 +357,7 @@ fn at_rest_nothing_is_named_where_nothing_is() {
     assert_eq!((counts.right, counts.all()), (3, 3), "{}", nulls.table());
 }
 
-/// What accelerometers read in the first row is gravity in length and direction where nothing is planted into them, but for
+/// The first row of the accelerometers is gravity in length and direction where nothing is planted into them, but for
 /// noise, pulses and what the unit turns meanwhile.
 #[test]
 fn a_turned_unit_feels_gravity() {

@@ -18,7 +18,7 @@ fn observations() -> Observations {
 }
 
 /// A constant, a slow wave and a step in white noise, in white angle a hundred times stronger, and in the latter with a walk:
-/// their scores are as large as the information says, and the power of each octave is what noise and counts say.
+/// their scores agree with the information, and the power of each octave with noise and counts.
 #[test]
 fn behind_gaps_scores_and_powers_are_those_of_the_noise() {
     let observations = observations();
@@ -85,7 +85,7 @@ fn behind_gaps_scores_and_powers_are_those_of_the_noise() {
     }
 }
 
-/// What a random walk gains over none, against the dense likelihood of the seen rows: a walk that gaps interrupt, in white
+/// Gain of a random walk over none, against the dense likelihood of the seen rows: a walk that gaps interrupt, in white
 /// angle and white rate, from seed to seed some ten or twenty.
 #[test]
 fn what_drift_gains_behind_gaps_is_what_it_gains_in_the_exact_likelihood() {

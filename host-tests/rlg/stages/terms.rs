@@ -1,4 +1,4 @@
-//! What each optional term adds to a sample: images with one term each, beside the image without any.
+//! Cost of each optional term in a sample: images with one term each, beside the image without any.
 //!
 //! All play the same motion with accelerometers, so that every term acts. That each term gives the host's bits is what
 //! `tests/target/terms.rs` shows.

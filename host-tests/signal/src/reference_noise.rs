@@ -136,7 +136,7 @@ impl Sums {
         let mut information = DMatrix::<f64>::zeros(size, size);
         let mut score = DVector::<f64>::zeros(size);
         for k in SPOILT..count - 1 {
-            // Where m is noise, m and e are one variable: (P_m S_e + |E m* e|²)/2 is P_m S_e then.
+            // If m is noise, m and e are one variable: (P_m S_e + |E m* e|²)/2 is P_m S_e then.
             let variance = (smooth[k] * noise[k]).max(f64::MIN_POSITIVE) * HANN_WIDTH;
             let weight = number * INDEPENDENT_FRAMES / variance;
             if !weight.is_finite() {

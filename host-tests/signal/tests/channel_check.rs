@@ -23,7 +23,7 @@ struct Pair {
     map: Matrix3<f64>,
     /// Rates \[rad/s\] of each axis.
     size: [f64; 3],
-    /// How late the gyros are \[s\].
+    /// Delay of the gyros \[s\].
     delay_s: f64,
     /// Noise of a row's rate \[rad/s\].
     gyro_noise: f64,
@@ -151,7 +151,7 @@ fn only_what_moves_is_judged() {
         ..Pair::default()
     };
     assert!(still.crossing().is_none());
-    // A reference whose noise hides the motion says nothing of it.
+    // A reference whose noise hides the motion does not test its axes.
     let hidden = Pair {
         map: -Matrix3::identity(),
         size: [1e-3; 3],

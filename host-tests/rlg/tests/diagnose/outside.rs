@@ -609,6 +609,70 @@ fn gyros_at_their_stops_are_no_fault_of_the_reference() {
 }
 
 #[test]
-fn gyros_that_forget_a_constant_rate_show_the_same_motion() {
-    accepted("auto-zero-3s", false, is_explained);
+fn a_gyro_that_forgets_a_constant_rate_is_a_high_pass_and_nothing_else() {
+    accepted("auto-zero-3s", false, |diagnosis| {
+        is_explained(diagnosis);
+        assert_eq!(kinds(diagnosis), ["gyro_high_pass"]);
+        let (time_s, std_s) = number(diagnosis, "gyro_high_pass", "z");
+        assert!(
+            (time_s - 3.0).abs() < 3.0 * std_s && std_s < 0.01,
+            "{time_s} {std_s}"
+        );
+    });
+    matches_again("auto-zero-3s");
+}
+
+#[test]
+fn a_vibration_of_the_gyros_alone_is_a_line_with_its_amplitudes_and_nothing_else() {
+    accepted("line-on-gyros", false, |diagnosis| {
+        is_explained(diagnosis);
+        assert_eq!(kinds(diagnosis), ["unlisted"]);
+        assert!(says(diagnosis, "The reference does not have it."));
+        let (hz, std_hz) = number(diagnosis, "unlisted", "frequency_hz");
+        assert!(
+            (hz - 6.7).abs() < 4.0 * std_hz && std_hz < 1e-3,
+            "{hz} {std_hz}"
+        );
+        for (axis, truth) in [("x", 0.30), ("y", 0.12), ("z", 0.05)] {
+            let (size, std) = number(diagnosis, "unlisted", axis);
+            assert!(
+                (size - truth).abs() < 4.0 * std && std < 2e-3,
+                "{axis} {size} {std}"
+            );
+        }
+    });
+    matches_again("line-on-gyros");
+}
+
+/// Made with the Earth's rate at latitude 48° in the body at the start, 12 °/h on gyro x and 300 ppm on gyro z.
+#[test]
+fn on_axes_that_do_not_turn_the_earths_rate_is_no_scale_and_no_turn() {
+    accepted("table-earth-attitude", false, |diagnosis| {
+        const DEG_H: f64 = 4.848e-6;
+        is_explained(diagnosis);
+        assert_eq!(
+            kinds(diagnosis),
+            ["earth_rate", "gyro_bias", "gyro_scale"],
+            "{:#?}",
+            diagnosis.summary
+        );
+        let near = |kind: &str, axis: &str, truth: f64, least: f64| {
+            let (value, std) = number(diagnosis, kind, axis);
+            assert!(
+                (value - truth).abs() < (4.0 * std).max(least),
+                "{kind} {axis} {value:e} {std:e}"
+            );
+        };
+        // The folder's page gives them to 0.1 °/h.
+        for (axis, deg_h) in [("x", 8.7), ("y", -5.0), ("z", 11.2)] {
+            near("earth_rate", axis, deg_h * DEG_H, 0.1 * DEG_H);
+        }
+        near("gyro_bias", "x", 12.0 * DEG_H, 0.1 * DEG_H);
+        near("gyro_bias", "z", 0.0, 0.1 * DEG_H);
+        near("gyro_scale", "z", 3e-4, 0.0);
+        for axis in ["x", "y"] {
+            assert_eq!(number(diagnosis, "gyro_scale", axis).0, 0.0);
+        }
+    });
+    matches_again("table-earth-attitude");
 }

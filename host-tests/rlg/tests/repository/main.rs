@@ -4,3 +4,4 @@ mod architecture;
 mod files_page;
 mod foreign_files;
 mod pages;
+mod words;
