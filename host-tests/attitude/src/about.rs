@@ -123,9 +123,12 @@ impl About {
         let mut increments = formed(&motion)?;
         let slow = Slow::of(&increments, &motion);
         let sensed_by_turn = alignment.sensed_by_turn();
+        // It was estimated behind the scale.
+        let before_scale = sensed_by_turn.matrix().transpose() * alignment.sensed_from_body;
         let rows = 0..unbiased.len();
         let fixed_rad: Vec<Vector3<f64>> = rows
             .map(|row| motion.in_row(row).inverse() * slow.fixed_rad_s / gyros.rate_hz)
+            .map(|fixed| before_scale * fixed)
             .collect();
         // Columns hold no scale of what is fixed in space, and so no row does.
         let beyond_turn = Matrix3::identity() - body_from_sensed * sensed_by_turn.matrix();

@@ -1,11 +1,13 @@
 //! Selection of registration groups and physical effects by the statistics of blocks.
 
+use nalgebra::Vector3;
 use rlg_catalogue::Candidate;
 use rlg_inference::{BY_CHANCE, Bound};
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, in_order, places};
 use crate::block_sums::{BlockSums, Estimates, Statistic};
+use crate::earth;
 use crate::plan::AttitudePlan;
 use crate::steps::Step;
 
@@ -169,7 +171,8 @@ impl Choice<'_> {
         let is_near = |one: &Statistic| one.gain(GROUPS.len(), false) > self.plan.least_gain;
         let statistic = self.sums.statistic_beyond(beside, &own, is_near);
         let is_seen = statistic.gain(GROUPS.len(), true) > self.plan.least_gain
-            && self.sums.predicted(beside, &own).log_likelihood > 0.0;
+            && self.sums.predicted(beside, &own).log_likelihood > 0.0
+            && (group.kind != "earth_rate" || self.is_of_the_earth(beside, &own));
         // The undeflated gain ranks accepted groups: the design effect is too uncertain for that.
         (is_seen, statistic.gain(GROUPS.len(), false))
     }
@@ -273,6 +276,16 @@ impl Choice<'_> {
             .filter(|(_, own)| own.iter().all(|k| !beside.contains(k)))
             .map(|(one, own)| (one.kind, 0.5 * (winner.squared_size - of(own))))
             .collect()
+    }
+
+    /// True if a rotation given a set is no longer than the Earth's.
+    fn is_of_the_earth(&self, beside: &[usize], own: &[usize]) -> bool {
+        let set: Vec<usize> = beside.iter().chain(own).copied().collect();
+        let found = self.sums.estimates(&set);
+        let first = beside.len();
+        let rate = Vector3::from_fn(|axis, _| found.values[first + axis]);
+        let covariance = found.covariance.fixed_view::<3, 3>(first, first);
+        earth::is_possible(rate, &covariance.into_owned())
     }
 
     /// Kinds not distinguishable from a winner, given a set.

@@ -112,13 +112,10 @@ pub fn diagnose(
         read_otherwise = conventions::check(&mut observed, &of_model, settings.anyway)?;
         put_right = match check_channels(settings, &mut observed, (model, model_file)) {
             Err(Stopped::Apart(why, _)) => {
-                let diagnosis = put_right::of_two_motions(&recording.name, settings.seed, &why);
+                let outcome =
+                    put_right::of_two_motions(&recording.name, settings.seed, &why, model);
                 return Ok(Some(Diagnosed {
-                    outcome: Outcome {
-                        diagnosis,
-                        model: model.clone(),
-                        pictures: None,
-                    },
+                    outcome,
                     corrected: Err(why),
                 }));
             }

@@ -87,14 +87,25 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
     *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
+/// True if a rate is no longer than the Earth's rotation, within its covariance.
+pub(crate) fn is_possible(rate_rad_s: Vector3<f64>, covariance: &Matrix3<f64>) -> bool {
+    let length = rate_rad_s.norm();
+    let along = rate_rad_s / length.max(f64::MIN_POSITIVE);
+    let std = (along.transpose() * covariance * along)[(0, 0)]
+        .max(0.0)
+        .sqrt();
+    length < ROTATION_RAD_S + POSSIBLE * std
+}
+
+/// Standard deviations within which the Earth's length is possible.
+const POSSIBLE: f64 = 3.0;
+
 /// Conditions estimates on the length of the Earth's rotation among them, where that is less known than its length: a constant
 /// bias that no motion separates from it follows.
 ///
 /// # Inputs
 /// `set`: places of the estimates.
 pub(crate) fn on_its_length(set: &[usize], estimates: &mut Estimates) {
-    /// Standard deviations within which the Earth's length is possible.
-    const POSSIBLE: f64 = 3.0;
     /// Largest standard deviation, as a share of the length, that the length would not reduce.
     const KNOWN: f64 = 0.1;
     let at = |kind: &str| -> Vec<usize> {

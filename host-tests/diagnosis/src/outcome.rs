@@ -14,3 +14,14 @@ pub struct Outcome {
     /// Series of the report's pictures; `None` if the recording was too short for a diagnosis.
     pub pictures: Option<pictures::Pictures>,
 }
+
+impl Outcome {
+    /// Outcome of an unusable recording, with the reason.
+    pub fn unusable(recording: &str, seed: u64, why: &str, model: &Model) -> Self {
+        Self {
+            diagnosis: result::Diagnosis::unusable(recording, seed, why),
+            model: model.clone(),
+            pictures: None,
+        }
+    }
+}

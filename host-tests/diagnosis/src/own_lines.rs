@@ -53,7 +53,7 @@ fn predicted_hz(effect: &ModelEffect) -> Option<f64> {
     inside.strip_suffix(')')?.parse().ok()
 }
 
-/// Entries of lines that the model does not hold, the strongest first, each with its effect.
+/// Entries of lines that the model does not hold, each with its effect.
 ///
 /// # Inputs
 /// `rows`, `rate_hz`: of the record that the lines were found in.
@@ -63,12 +63,18 @@ pub fn entries(
     model: &Model,
 ) -> Vec<(EffectEntry, ModelEffect)> {
     let clock = Clock { rows, rate_hz };
-    let lines: Vec<Line> = lines.iter().map(|line| of(line, rows)).collect();
-    let entries = line_words::entries(&lines, clock, model).into_iter();
-    let with_effect = entries.map(|mut entry| {
-        entry.what_was_left_out += " The reference does not have it.";
+    let with_effect = lines.iter().flat_map(|line| {
+        let entry = line_words::entries(&[of(line, rows)], clock, model).pop()?;
+        let side = match line.is_hidden {
+            true => "The motion hides which of the gyros and the reference has it.",
+            false => "The reference does not have it.",
+        };
+        let entry = EffectEntry {
+            what_was_left_out: format!("{} {side}", entry.what_was_left_out),
+            ..entry
+        };
         let effect = of_model(&entry);
-        (entry, effect)
+        Some((entry, effect))
     });
     with_effect.collect()
 }

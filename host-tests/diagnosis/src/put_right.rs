@@ -8,7 +8,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
-use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
+use rlg_findings::result::{EffectEntry, ParameterEntry, Verdict};
 use rlg_findings::sentences::opening;
 use rlg_model::catalogue::NINE;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -37,13 +37,11 @@ pub enum Stopped {
     Apart(String, InputError),
 }
 
-/// Diagnosis of gyros and a reference with different motions, for the reason `why`.
-pub fn of_two_motions(recording: &str, seed: u64, why: &str) -> Diagnosis {
-    Diagnosis {
-        next_experiment: "The reference that was recorded with these gyros, on one clock: a file of another run, or another unit's, shows another motion."
-            .to_string(),
-        ..Diagnosis::unusable(recording, seed, why)
-    }
+/// Outcome of gyros and a reference with different motions, for the reason `why`.
+pub fn of_two_motions(recording: &str, seed: u64, why: &str, model: &Model) -> Outcome {
+    let mut outcome = Outcome::unusable(recording, seed, why, model);
+    outcome.diagnosis.next_experiment = "The reference that was recorded with these gyros, on one clock: a file of another run, or another unit's, shows another motion.".to_string();
+    outcome
 }
 
 impl From<Stopped> for InputError {

@@ -42,7 +42,6 @@ use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
-use result::Diagnosis;
 use streams::Streams;
 
 /// Reason of an unusable recording of increments: a likelihood needs eight rows (`Observations::bridged`).
@@ -126,9 +125,7 @@ pub fn diagnose_streams(
     let name = streams.piece.recording.clone();
     let put_right = match put_right::put_right(settings, &mut streams, model, model_file) {
         Err(Stopped::Apart(why, _)) => {
-            let mut outcome = unusable(&name, settings, &why, model);
-            outcome.diagnosis = put_right::of_two_motions(&name, settings.seed, &why);
-            return Ok(outcome);
+            return Ok(put_right::of_two_motions(&name, settings.seed, &why, model));
         }
         checked => checked?,
     };
@@ -217,9 +214,5 @@ fn force_plan(settings: &Settings) -> ForcePlan {
 
 /// Outcome of an unusable recording, with the reason.
 fn unusable(recording: &str, settings: &Settings, why: &str, model: &Model) -> Outcome {
-    Outcome {
-        diagnosis: Diagnosis::unusable(recording, settings.seed, why),
-        model: model.clone(),
-        pictures: None,
-    }
+    Outcome::unusable(recording, settings.seed, why, model)
 }

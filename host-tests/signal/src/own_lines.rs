@@ -71,6 +71,8 @@ pub struct OwnLine {
     pub std_rad: f64,
     /// 2 Δ ln L.
     pub gain: f64,
+    /// True where the motion hides on both sides which has it.
+    pub is_hidden: bool,
 }
 
 impl OwnLine {
@@ -176,14 +178,17 @@ impl Search<'_> {
         gyros_rad.each_ref().map(|axis| self.window.spectrum(axis))
     }
 
-    /// Peaks of a block that the gyros have and the reference, which would show them, has not.
+    /// Peaks of a block that the gyros have and the reference, which would show them, has not; and peaks of their difference that
+    /// the motion hides on both, which no reference of a motion has by chance.
     fn own_peaks(&self, gyros: &Spectra, block: &Range<usize>) -> Vec<Peak> {
         let left = residual((gyros, gyros), &self.reference, block);
         let own = peaks(gyros, block, self.plan.shared);
         let noise = self.plan.shared * median(&powers(&self.reference, block));
+        let hides = self.plan.shared * median(&powers(gyros, block));
         let of_gyros = |peak: &Peak| {
             let mut own = own.iter();
-            own.any(|own| own.bin.abs_diff(peak.bin) <= 1 && own.power() > noise)
+            peak.power() < hides
+                || own.any(|own| own.bin.abs_diff(peak.bin) <= 1 && own.power() > noise)
         };
         peaks(&left, &(0..block.len()), self.plan.peak)
             .into_iter()
@@ -211,6 +216,9 @@ impl Search<'_> {
                 *amplitude = Complex64::ZERO;
             }
         }
+        let of_gyros = powers(&self.spectra_beside(again), &block);
+        let own = of_gyros[bin - block.start];
+        line.is_hidden = own < self.plan.shared * median(&of_gyros);
         (coherence >= self.plan.coherent).then_some(line)
     }
 
@@ -452,6 +460,7 @@ impl Window {
             amplitude_rad: along.map(|one| 2.0 * one / energy),
             std_rad: (2.0 * noise / energy).sqrt(),
             gain: 2.0 * best,
+            is_hidden: false,
         };
         (line, best * noise / power)
     }
