@@ -184,11 +184,11 @@ mod tests {
     #[test]
     fn a_rotation_that_is_open_along_an_axis_gets_the_earths_length() {
         let set: Vec<usize> = places("gyro_bias").chain(places("earth_rate")).collect();
-        let truth = Vector3::new(4.22e-5, -2.42e-5, 0.0);
+        let truth: Vector3<f64> = Vector3::new(4.22e-5, -2.42e-5, 0.0);
         let up = (ROTATION_RAD_S.powi(2) - truth.norm_squared()).sqrt();
         let (small, wide) = (1e-7_f64.powi(2), 7e-5_f64.powi(2));
         let mut covariance = DMatrix::from_diagonal(&DVector::from_element(6, small));
-        for (a, b, sign) in [(2, 2, 1.0), (5, 5, 1.0), (2, 5, -1.0), (5, 2, -1.0)] {
+        for (a, b, sign) in [(2, 2, 1.0_f64), (5, 5, 1.0), (2, 5, -1.0), (5, 2, -1.0)] {
             covariance[(a, b)] += sign * wide;
         }
         let mut estimates = Estimates {

@@ -33,6 +33,9 @@ use crate::registration::Registration;
 use crate::said::Said;
 use crate::zeroing;
 
+/// Entry and model effect of an error that was removed before the registration.
+type Preprocessed = (EffectEntry, ModelEffect);
+
 /// Composes the outcome of a diagnosis.
 pub(crate) fn outcome(said: &Said) -> Outcome {
     let Said {
@@ -280,7 +283,7 @@ fn reference_line(said: &Said) -> String {
 
 fn summary(
     said: &Said,
-    (verdict, named, own): (Verdict, &[(&Named, Numbers)], &[(EffectEntry, ModelEffect)]),
+    (verdict, named, own): (Verdict, &[(&Named, Numbers)], &[Preprocessed]),
     (spans, jumps): (&[Span], &[JumpSeen]),
     tested: Option<&HeldOut>,
 ) -> Vec<String> {

@@ -68,7 +68,7 @@ impl Observed<'_> {
             .zip(flags.map(|(left_out, tested)| !left_out || *tested));
         sound
             .filter(|(_, is_sound)| *is_sound)
-            .map(|(sample, _)| sample.clone())
+            .map(|(sample, _)| *sample)
             .collect()
     }
 
