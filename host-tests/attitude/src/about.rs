@@ -36,6 +36,18 @@ pub struct Gyros {
 }
 
 impl Gyros {
+    /// Increments about an axis \[rad\].
+    pub(crate) fn along(&self, axis: usize) -> Vec<f64> {
+        self.sensed_rad.iter().map(|row| row[axis]).collect()
+    }
+
+    /// Replaces the increments about an axis \[rad\].
+    pub(crate) fn set_along(&mut self, axis: usize, values_rad: &[f64]) {
+        for (row, value) in self.sensed_rad.iter_mut().zip(values_rad) {
+            row[axis] = *value;
+        }
+    }
+
     /// Integrates increments of the body \[rad\] to the gyros' motion.
     pub fn motion(&self, increments_rad: Vec<Vector3<f64>>) -> GyroMotion {
         GyroMotion::new((self.start_s, self.rate_hz), increments_rad, self.reads)

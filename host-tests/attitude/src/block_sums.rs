@@ -51,7 +51,7 @@ impl Statistic {
         .gain(groups, true)
     }
 
-    /// The same with at most the winner's design effect: two groups are compared on these rows only.
+    /// Comparable gain with at most the winner's design effect: two groups are compared on these rows only.
     pub fn compared_with(&self, winner: &Self, groups: usize) -> f64 {
         Self {
             design_effect: self.design_effect.min(winner.design_effect),
@@ -136,7 +136,7 @@ impl BlockSums {
         self.statistic_beyond(base, own, |_| true)
     }
 
-    /// The same; the jackknife is computed only if the statistic of all blocks together passes `is_worth`.
+    /// Wald statistic whose jackknife is computed only if the statistic of all blocks together passes `is_worth`.
     pub fn statistic_beyond(
         &self,
         base: &[usize],

@@ -125,10 +125,10 @@ pub fn diagnose(
     if !observed.is_few {
         let rows = channels::reference_rows(&observed.sound_samples(), &observed.streams);
         let seen = observed.fitted_rows(&rows.doubtful);
-        let reference = (&rows.increments_rad, seen);
+        let reference = (&rows.increments_rad, &seen[..]);
         observed.zeroed = zeroing::find(&observed.gyros, reference, &settings.plan.zeroing);
         zeroing::undo(&mut observed.gyros, zeroing::high_passes(&observed.zeroed));
-        let lines = own_lines::of(&observed, &settings.plan.lines);
+        let lines = own_lines::of(&observed, reference, &settings.plan.lines);
         observed.take_lines(lines);
     }
     let fit = if observed.is_few { of_few } else { of_many };

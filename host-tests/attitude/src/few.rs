@@ -267,7 +267,7 @@ impl FewRows {
         self.weigh_under(groups, &(0..self.under.len()).collect::<Vec<_>>())
     }
 
-    /// The same at some of the noise levels: those likely under another set.
+    /// Computes the posterior at selected noise levels: those likely under another set.
     pub(crate) fn weigh_under(&self, groups: &[&[usize]], noises: &[usize]) -> Weighed {
         /// Most iterations of the prior widths.
         const TURNS: usize = 4;

@@ -44,11 +44,8 @@ pub(crate) fn advance(gyros: &mut Gyros, late_s: [f64; 3]) {
         ..Path::default()
     };
     for axis in (0..3).filter(|axis| late_s[*axis] != 0.0) {
-        let values: Vec<f64> = gyros.sensed_rad.iter().map(|row| row[axis]).collect();
-        let moved = path.along(axis, &values, gyros.rate_hz);
-        for (row, value) in gyros.sensed_rad.iter_mut().zip(moved.iter()) {
-            row[axis] = *value;
-        }
+        let values = gyros.along(axis);
+        gyros.set_along(axis, &path.along(axis, &values, gyros.rate_hz));
     }
 }
 

@@ -228,7 +228,7 @@ impl Increments {
         })
     }
 
-    /// The same for a vector already in the navigation frame.
+    /// Differences between stamps of a vector already in the navigation frame.
     pub fn carry_in_navigation(&self, at_boundaries: &[Vector3<f64>]) -> Triad {
         self.difference(at_boundaries, |_, grown| grown)
     }

@@ -10,7 +10,7 @@ use crate::search::Found;
 /// Delays of single gyros, by what was found: of each gyro its own delay, its low pass and the reference's delay together, less the
 /// median of the three, which all share. `None` where no gyro is late by itself, whether by a delay or by a low pass.
 pub(crate) fn of(found: &Found, registered: &Registration) -> Option<Late> {
-    /// Standard deviations below which a delay is none.
+    /// Least delay, in standard deviations.
     const SHOWN: f64 = 3.0;
     let named = found.physics.iter().find(|one| one.kind == KIND);
     let poles = registered

@@ -43,7 +43,7 @@ pub(crate) struct Observed<'a> {
     pub(crate) tested: Vec<bool>,
     /// Flags of held-out stamps, and of faults and jumps listed in the model.
     pub(crate) known: Stamps,
-    /// The same, with frozen attitudes left out.
+    /// Flags of `known`, with frozen attitudes and failed stretches left out.
     pub(crate) stamps: Stamps,
     /// The attitudes are too few for an estimate of their noise.
     pub(crate) is_few: bool,

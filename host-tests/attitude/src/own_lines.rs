@@ -12,8 +12,15 @@ use crate::gyro_times::{self, Late};
 use crate::observed::Observed;
 use crate::zeroing;
 
-/// Finds lines on the stamps that are fitted.
-pub(crate) fn of(observed: &Observed, plan: &OwnLinesPlan) -> Vec<OwnLine> {
+/// Finds lines in the rows that are `seen`.
+///
+/// # Inputs
+/// `reference_rad`: the reference's increments on the gyros' rows.
+pub(crate) fn of(
+    observed: &Observed,
+    (reference_rad, seen): (&Triad, &[bool]),
+    plan: &OwnLinesPlan,
+) -> Vec<OwnLine> {
     let Observed {
         gyros,
         samples,
@@ -23,21 +30,12 @@ pub(crate) fn of(observed: &Observed, plan: &OwnLinesPlan) -> Vec<OwnLine> {
     let Some(reference_hz) = channels::readings_hz(samples) else {
         return Vec::new();
     };
-    let rows = channels::reference_rows(&observed.sound_samples(), streams);
-    let of_gyros: Triad = std::array::from_fn(|axis| {
-        let each = gyros.sensed_rad.iter();
-        each.map(|row| row[axis]).collect()
-    });
-    let seen = observed.fitted_rows(&rows.doubtful);
-    let force = streams.force_m_s2.as_ref();
-    let others: Vec<&Triad> = std::iter::once(&rows.increments_rad).chain(force).collect();
-    find(
-        &of_gyros,
-        &others,
-        &seen,
-        (gyros.rate_hz, reference_hz),
-        plan,
-    )
+    let of_gyros: Triad = [0, 1, 2].map(|axis| gyros.along(axis));
+    let others: Vec<&Triad> = std::iter::once(reference_rad)
+        .chain(&streams.force_m_s2)
+        .collect();
+    let clocks = (gyros.rate_hz, reference_hz);
+    find(&of_gyros, &others, seen, clocks, plan)
 }
 
 impl Observed<'_> {

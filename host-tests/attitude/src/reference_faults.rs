@@ -105,7 +105,7 @@ fn join(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
     }
 }
 
-/// The same from the end, for faulty stamps before a spike.
+/// Joins faulty stamps before a spike, from the end.
 fn join_back(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
     let backwards: Vec<f64> = sizes.iter().rev().copied().collect();
     faulty.reverse();

@@ -97,7 +97,7 @@ impl Registration {
         self.weighed_beside(gyros, model, Vec::new())
     }
 
-    /// The same given physical effects, too.
+    /// Re-estimates the noise given all columns and physical effects.
     pub(crate) fn weighed_beside(
         self,
         gyros: &Gyros,

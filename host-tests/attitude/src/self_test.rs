@@ -26,7 +26,7 @@ pub(crate) struct OnBlocks<'a> {
     found: Vec<&'static Group>,
     /// Column indices of all accepted parameters.
     set: Vec<usize>,
-    /// The same with all of the registration's.
+    /// Column indices of all accepted parameters and of the whole registration.
     wide: Vec<usize>,
     /// Standard deviation of a whitened row in each block.
     scatter: Vec<f64>,

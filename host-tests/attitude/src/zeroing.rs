@@ -37,7 +37,7 @@ pub(crate) fn of_model(model: &Model) -> [Option<HighPass>; 3] {
 /// `reference_rad`: the reference's increments on the gyros' rows.
 pub(crate) fn find(
     gyros: &Gyros,
-    (reference_rad, seen): (&Triad, Vec<bool>),
+    (reference_rad, seen): (&Triad, &[bool]),
     plan: &ZeroingPlan,
 ) -> Zeroed {
     let data = Data {
@@ -46,15 +46,12 @@ pub(crate) fn find(
         seen,
         period_s: 1.0 / gyros.rate_hz,
     };
-    [0, 1, 2].map(|gyro| {
-        let values: Vec<f64> = gyros.sensed_rad.iter().map(|row| row[gyro]).collect();
-        data.high_pass(&values, plan)
-    })
+    [0, 1, 2].map(|gyro| data.high_pass(&gyros.along(gyro), plan))
 }
 
 struct Data<'a> {
     reference_rad: &'a Triad,
-    seen: Vec<bool>,
+    seen: &'a [bool],
     /// Rows of a sum.
     block: usize,
     period_s: f64,
@@ -146,27 +143,30 @@ pub(crate) fn high_passes(zeroed: &Zeroed) -> [Option<HighPass>; 3] {
 
 /// Passes what gyros sensed through high passes.
 pub(crate) fn pass(gyros: &mut Gyros, high_passes: [Option<HighPass>; 3]) {
-    let period_s = 1.0 / gyros.rate_hz;
-    for (axis, high_pass) in high_passes.into_iter().enumerate() {
-        let Some(high_pass) = high_pass else { continue };
-        let values: Vec<f64> = gyros.sensed_rad.iter().map(|row| row[axis]).collect();
-        let beyond = high_pass.beyond(&values, period_s, Part::Response);
-        for (row, beyond) in gyros.sensed_rad.iter_mut().zip(beyond) {
-            row[axis] += beyond;
-        }
-    }
+    changed(gyros, high_passes, |high_pass, values, period_s| {
+        let beyond = high_pass.beyond(values, period_s, Part::Response);
+        rlg_signal::axes::add(values, &beyond, 1.0);
+    });
 }
 
 /// Undoes high passes on what gyros sensed.
 pub(crate) fn undo(gyros: &mut Gyros, high_passes: [Option<HighPass>; 3]) {
-    let period_s = 1.0 / gyros.rate_hz;
+    changed(gyros, high_passes, |high_pass, values, period_s| {
+        high_pass.undo(values, period_s);
+    });
+}
+
+/// Changes the increments of each gyro that has a high pass.
+fn changed(
+    gyros: &mut Gyros,
+    high_passes: [Option<HighPass>; 3],
+    change: impl Fn(HighPass, &mut [f64], f64),
+) {
     for (axis, high_pass) in high_passes.into_iter().enumerate() {
         let Some(high_pass) = high_pass else { continue };
-        let mut values: Vec<f64> = gyros.sensed_rad.iter().map(|row| row[axis]).collect();
-        high_pass.undo(&mut values, period_s);
-        for (row, value) in gyros.sensed_rad.iter_mut().zip(values) {
-            row[axis] = value;
-        }
+        let mut values = gyros.along(axis);
+        change(high_pass, &mut values, 1.0 / gyros.rate_hz);
+        gyros.set_along(axis, &values);
     }
 }
 

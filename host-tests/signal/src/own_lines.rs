@@ -35,7 +35,7 @@ pub struct OwnLinesPlan {
     pub of_reference_rate: f64,
     /// Least share of a peak's power that one frequency and amplitude explain: a resonance that the motion drives has less \[1\].
     pub coherent: f64,
-    /// An amplitude within so many standard deviations of zero is none \[σ\].
+    /// Least amplitude of a line on a gyro, in standard deviations \[σ\].
     pub least_deviations: f64,
     /// Half width about a line and about a product of the motion's lines, in bins.
     pub about: usize,
@@ -206,8 +206,10 @@ impl Search<'_> {
         let half = self.plan.block / 2;
         let end = (bin + half).min(self.reference[0].len());
         let block = bin.saturating_sub(half)..end;
-        let (clean, with) = (self.spectra_beside(None), self.spectra_beside(again));
-        let left = residual((&clean, &with), &self.reference, &block);
+        let clean = self.spectra_beside(None);
+        let of_again = again.map(|_| self.spectra_beside(again));
+        let with = of_again.as_ref().unwrap_or(&clean);
+        let left = residual((&clean, with), &self.reference, &block);
         let (mut line, coherence) =
             self.window
                 .fit(&left, bin - block.start, block.start, self.rate_hz);
@@ -216,7 +218,7 @@ impl Search<'_> {
                 *amplitude = Complex64::ZERO;
             }
         }
-        let of_gyros = powers(&self.spectra_beside(again), &block);
+        let of_gyros = powers(with, &block);
         let own = of_gyros[bin - block.start];
         line.is_hidden = own < self.plan.shared * median(&of_gyros);
         (coherence >= self.plan.coherent).then_some(line)
@@ -226,7 +228,7 @@ impl Search<'_> {
     fn settle(&mut self) {
         /// Most rounds.
         const ROUNDS: usize = 6;
-        let rows = self.rows() as f64;
+        let rows = self.gyros_rad[0].len() as f64;
         for _ in 0..ROUNDS {
             let mut is_settled = true;
             for place in 0..self.lines.len() {
@@ -244,10 +246,6 @@ impl Search<'_> {
                 break;
             }
         }
-    }
-
-    fn rows(&self) -> usize {
-        self.gyros_rad[0].len()
     }
 }
 
