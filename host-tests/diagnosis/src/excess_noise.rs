@@ -2,7 +2,9 @@
 
 use std::collections::BTreeSet;
 
+use nalgebra::Matrix3;
 use rlg_inference::{Dct, Fit, NoiseBasis, NoiseLevels, Observations};
+use rlg_signal::axes::Triad;
 use rlg_signal::partition::Use;
 use statrs::distribution::{ContinuousCDF, Normal};
 
@@ -16,12 +18,13 @@ use rlg_findings::excess::{Excess, PULSES, WALK};
 const TRIALS: f64 = 6.0;
 
 /// Compares the fitted white noise of rate and of angle with their known levels, on gyros that are not in `unlike_noise`.
-/// Random walk of gyros in `locks_in` is attributed to lock-in, whose stops leave a random angle.
+/// `explained_rad`: part of the residual by the found effects. Random walk of gyros in `locks_in` is attributed to lock-in, whose stops leave a random angle.
 pub fn excess(
     data: &Data,
     fit: &Fit,
     motion: &Motion,
     (unlike_noise, locks_in): (&BTreeSet<usize>, &BTreeSet<usize>),
+    explained_rad: &Triad,
     plan: &AnalysisPlan,
 ) -> Vec<Excess> {
     let rate_hz = data.streams.rate_hz;
@@ -39,12 +42,27 @@ pub fn excess(
     };
     let coarse = [0, 1, 2].map(|axis| data.lattice.pulse_rad[axis] > 0.0 && is_counted(axis));
     let is_coarse = |axis: usize| coarse[axis] || data.lattice.is_rare[axis];
+    let sensed_by = reference_noise_sensed(explained_rad, &data.streams.case_rad);
+    let of_reference = |levels: &[Level; 3], gyro: usize| {
+        let of_axis = |axis: usize| {
+            let gain = sensed_by[(gyro, axis)].powi(2);
+            [gain * levels[axis].value, gain * levels[axis].std]
+        };
+        let each = [0, 1, 2].map(of_axis);
+        Level {
+            value: each.iter().map(|[value, _]| value).sum(),
+            std: each.iter().fold(0.0, |sum, [_, std]| std.hypot(sum)),
+        }
+    };
     let walk = |axis: usize| {
         let is_walk = |axis: &usize| !is_coarse(*axis) && !locks_in.contains(axis);
         let axis = Some(axis).filter(is_noise).filter(is_walk)?;
         let own = data.model.gyro.angle_random_walk_rad_sqrt_s?[axis].powi(2) / rate_hz;
         let more = excess_square(data.model, "angle_random_walk", axis) / rate_hz;
-        Some(known(own + more, motion.reference_walk[axis]))
+        Some(known(
+            own + more,
+            of_reference(&motion.reference_walk, axis),
+        ))
     };
     // At rest, the highest octaves may determine the level of a gyro that departs from noise elsewhere.
     let highest = [0, 1, 2].map(|axis| {
@@ -66,8 +84,12 @@ pub fn excess(
         };
         let more = excess_square(data.model, "pulse_quantisation", axis) / 12.0;
         // Increments that are not counted have an unknown resolution.
-        (pulses > 0.0 && !is_coarse(axis))
-            .then(|| known(pulses + pickoff + more, motion.reference_angle[axis]))
+        (pulses > 0.0 && !is_coarse(axis)).then(|| {
+            known(
+                pulses + pickoff + more,
+                of_reference(&motion.reference_angle, axis),
+            )
+        })
     };
     let fitted = |axis: usize, term: usize| Level {
         value: fit.levels[axis].as_array()[term],
@@ -93,6 +115,17 @@ pub fn excess(
         coarse[axis].then(|| 0.5 * (of_pulses(axis) / std).powi(2))
     });
     found
+}
+
+/// Gains of the reference's noise in the gyros' residuals: 1, and what the explained part of a residual follows of the
+/// reference, as scale and misalignment multiply the motion with its noise. Row of a gyro, column of an axis.
+fn reference_noise_sensed(explained_rad: &Triad, reference_rad: &Triad) -> Matrix3<f64> {
+    let product = |a: &[f64], b: &[f64]| a.iter().zip(b).map(|(a, b)| a * b).sum::<f64>();
+    let own = Matrix3::from_fn(|a, b| product(&reference_rad[a], &reference_rad[b]));
+    let both = Matrix3::from_fn(|gyro, axis| product(&explained_rad[gyro], &reference_rad[axis]));
+    // An axis without any reading has no noise.
+    let inverse = own.pseudo_inverse(1e-12 * own.trace());
+    Matrix3::identity() + both * inverse.unwrap_or_else(|_| Matrix3::zeros())
 }
 
 /// True if increments are those of a bounded angle, as counting makes: some octave then holds less power than an even share.
@@ -217,7 +250,7 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rlg_inference::Observations;
 
-    use super::is_bounded;
+    use super::{is_bounded, reference_noise_sensed};
 
     #[test]
     fn pulses_that_come_rarely_are_bounded_and_rounded_rates_are_not() {
@@ -238,6 +271,25 @@ mod tests {
             assert!(is_bounded(&counts, &observations), "{seed}");
             let rounded: Vec<f64> = noise.iter().map(|one| (one + 0.45).round()).collect();
             assert!(!is_bounded(&rounded, &observations), "{seed}");
+        }
+    }
+
+    #[test]
+    fn a_scale_and_a_turn_multiply_the_noise_of_the_reference() {
+        let normal = |seed: u64| -> Vec<f64> {
+            let rng = rand_chacha::ChaCha8Rng::seed_from_u64(seed);
+            StandardNormal.sample_iter(rng).take(500).collect()
+        };
+        // The third axis reads nothing.
+        let reference = [normal(1), normal(2), vec![0.0; 500]];
+        let of = |x: f64, y: f64| -> Vec<f64> {
+            let both = reference[0].iter().zip(&reference[1]);
+            both.map(|(on_x, on_y)| x * on_x + y * on_y).collect()
+        };
+        let explained = [of(0.2, 0.0), of(0.01, -0.3), vec![0.0; 500]];
+        let gain = reference_noise_sensed(&explained, &reference);
+        for (at, right) in [((0, 0), 1.2), ((1, 0), 0.01), ((1, 1), 0.7), ((2, 2), 1.0)] {
+            assert!((gain[at] - right).abs() < 1e-9, "{at:?}: {gain}");
         }
     }
 }

@@ -17,7 +17,7 @@ use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::Fault;
 use rlg_signal::in_step::{self, Block, InStepPlan, in_step, share_left};
 use rlg_signal::partition::Use;
-use rlg_signal::streams::{Streams, Triad};
+use rlg_signal::streams::{Streams, Triad, each_axis};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::confirm::{Confirmed, Final};
@@ -83,7 +83,18 @@ pub(super) fn written(
     // No noise level is defined where the residual is not noise.
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
     let locks_in = lock_ins(&findings, data, found);
-    let noise_found = excess(data, fit, &found.motion, (&unlike, &locks_in), plan);
+    let explained_rad = each_axis(|axis| {
+        let both = found.residual_rad[axis].iter().zip(&left_rad[axis]);
+        both.map(|(before, after)| before - after).collect()
+    });
+    let noise_found = excess(
+        data,
+        fit,
+        &found.motion,
+        (&unlike, &locks_in),
+        &explained_rad,
+        plan,
+    );
 
     let mut effects: Vec<EffectEntry> = findings
         .iter()

@@ -3,6 +3,8 @@
 use nalgebra::{Matrix3, Rotation3, Vector3};
 use rlg_signal::channel_check::{ChannelPlan, Crossing, check};
 
+mod same_motion;
+
 const RATE_HZ: f64 = 100.0;
 const ROWS: usize = 4000;
 
