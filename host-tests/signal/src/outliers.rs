@@ -173,6 +173,52 @@ pub(super) fn agrees(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
             .all(|row| (case_rad[row] - value).abs() < PULSES * pulse)
 }
 
+/// True if the gyro confirms the repeated value of an encoder: a table at rest or at a constant rate reads the same in every
+/// row. The gyro is scaled by its regression on the reference; the ends of the run are left to delays.
+///
+/// # Inputs
+/// `reference_rad`, `gyro_rad`: increments of one axis \[rad\]; `share`: largest deviation beyond the encoder's pulse, of the
+/// gyro's motion \[1\].
+pub(super) fn is_confirmed(
+    fault: &Fault,
+    (reference_rad, gyro_rad): (&[f64], &[f64]),
+    rate_hz: f64,
+    share: f64,
+) -> bool {
+    /// Time of the average that separates motion from noise \[s\].
+    const AVERAGED_S: f64 = 0.1;
+    if fault.kind == "saturation" {
+        return false;
+    }
+    let rows = reference_rad.len() as f64;
+    let mean = |of: &[f64]| of.iter().sum::<f64>() / rows;
+    let [reference_mean, gyro_mean] = [mean(reference_rad), mean(gyro_rad)];
+    let (mut both, mut own, mut square) = (0.0, 0.0, 0.0);
+    for (reference, gyro) in reference_rad.iter().zip(gyro_rad) {
+        let (reference, gyro) = (reference - reference_mean, gyro - gyro_mean);
+        both += reference * gyro;
+        own += reference * reference;
+        square += gyro * gyro;
+    }
+    if own == 0.0 {
+        return false;
+    }
+    let moving_rad = (square / rows).sqrt();
+    let quarter = fault.rows.len() / 4;
+    let middle = fault.rows.start + quarter..fault.rows.end - quarter;
+    let averaged = ((AVERAGED_S * rate_hz) as usize).clamp(1, middle.len());
+    let off =
+        |row: usize| gyro_rad[row] - gyro_mean - both / own * (reference_rad[row] - reference_mean);
+    let rows: Vec<usize> = middle.collect();
+    let mut windows = rows.chunks_exact(averaged);
+    // An encoder does not see less than a pulse.
+    let most_rad = averaged as f64 * share * moving_rad + 1.5 * pulse(reference_rad);
+    windows.all(|window| {
+        let sum: f64 = window.iter().map(|&row| off(row)).sum();
+        sum.abs() < most_rad
+    })
+}
+
 /// Finds repeated values of a channel while gyro and reference diverge; the runs are too short for rejection by chance
 /// alone.
 pub(super) fn held(streams: &Streams) -> Vec<Fault> {
@@ -222,9 +268,19 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
                     };
                     // A counter without a dither always differs from the case by up to a pulse.
                     let counts_freely = stem == "gyro" && pickoff.is_none();
-                    let is_right = is_between_pulses(&fault, values)
-                        || agrees(&fault, values, &streams.case_rad[axis]);
-                    if !counts_freely || !is_right {
+                    let is_right = match stem {
+                        "gyro" => {
+                            counts_freely
+                                && (is_between_pulses(&fault, values)
+                                    || agrees(&fault, values, &streams.case_rad[axis]))
+                        }
+                        "reference" => {
+                            let both = (values, &streams.sensed_rad[axis][..]);
+                            pulse(values) > 0.0 && is_confirmed(&fault, both, streams.rate_hz, 0.0)
+                        }
+                        _ => false,
+                    };
+                    if !is_right {
                         faults.push(fault);
                     }
                 }
@@ -435,5 +491,38 @@ mod tests {
         // Two equal samples may be chance.
         let expected = [("reference_y", 4_999..5_003), ("reference_y", 8_999..9_004)];
         assert_eq!(found, expected);
+    }
+
+    #[test]
+    fn a_table_at_rest_is_confirmed_by_its_gyro_and_one_that_turns_unread_is_not() {
+        let (rows, pulse_rad) = (6_000, 1e-5);
+        let mut noise = noise(2e-6);
+        // Five moves with rests of six seconds between, read by an encoder; the gyro has a bias and a scale error.
+        let rate_rad = |row: usize| match row % 1_200 {
+            first @ 0..600 => 2e-3 * (std::f64::consts::PI * first as f64 / 600.0).sin(),
+            _ => 0.0,
+        };
+        let mut angle = 0.0;
+        let (mut reference, mut gyro) = (Vec::new(), Vec::new());
+        for row in 0..rows {
+            let before = f64::floor(angle / pulse_rad);
+            angle += rate_rad(row);
+            reference.push(pulse_rad * ((angle / pulse_rad).floor() - before));
+            gyro.push(1.1 * rate_rad(row) + 3e-4 + noise());
+        }
+        let run = |rows: Range<usize>| Fault {
+            kind: "lost_samples",
+            indistinguishable_from: &[],
+            channel: "reference_x".to_string(),
+            rows,
+            detail: Detail::None,
+        };
+        let is_right = |reference: &[f64], rows: Range<usize>| {
+            is_confirmed(&run(rows), (reference, &gyro), 100.0, 0.1)
+        };
+        assert!(is_right(&reference, 1_801..2_400));
+        let mut unread = reference.clone();
+        unread[2_400..3_000].fill(0.0);
+        assert!(!is_right(&unread, 2_400..3_000));
     }
 }

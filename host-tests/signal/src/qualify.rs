@@ -34,6 +34,10 @@ const CLIPPED_TIMES: usize = 5;
 /// the case seldom.
 const TOGETHER_S: f64 = 0.25;
 
+/// Largest deviation of a gyro from a constant reference that it confirms, as a share of its motion \[1\]: cross-axis errors
+/// and lags of a sound pair.
+const CONFIRMED: f64 = 0.1;
+
 /// Guard rows on either side of a fault, for its edges.
 const GUARD_ROWS: usize = 2;
 
@@ -73,9 +77,12 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         if has_reference {
             faults.extend(of_channel(
                 &name("reference"),
-                &streams.case_rad[axis],
+                case_rad,
                 measured,
-                &|_| true,
+                &|fault| {
+                    let both = (&case_rad[..], &gyro[..]);
+                    !outliers::is_confirmed(fault, both, streams.rate_hz, CONFIRMED)
+                },
             ));
         }
         if let Some(pickoff) = &streams.pickoff_rad {
