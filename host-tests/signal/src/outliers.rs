@@ -173,50 +173,66 @@ pub(super) fn agrees(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
             .all(|row| (case_rad[row] - value).abs() < PULSES * pulse)
 }
 
-/// True if the gyro confirms the repeated value of an encoder: a table at rest or at a constant rate reads the same in every
-/// row. The gyro is scaled by its regression on the reference; the ends of the run are left to delays.
-///
-/// # Inputs
-/// `reference_rad`, `gyro_rad`: increments of one axis \[rad\]; `share`: largest deviation beyond the encoder's pulse, of the
-/// gyro's motion \[1\].
-pub(super) fn is_confirmed(
-    fault: &Fault,
-    (reference_rad, gyro_rad): (&[f64], &[f64]),
-    rate_hz: f64,
-    share: f64,
-) -> bool {
-    /// Time of the average that separates motion from noise \[s\].
-    const AVERAGED_S: f64 = 0.1;
-    if fault.kind == "saturation" {
-        return false;
+/// A gyro as the witness of its encoder: a table at rest or at a constant rate reads the same in every row.
+pub(super) struct Witness<'a> {
+    reference_rad: &'a [f64],
+    gyro_rad: &'a [f64],
+    /// Regression of the gyro on the reference: offset \[rad\] and slope \[1\].
+    offset_rad: f64,
+    slope: f64,
+    /// Root mean square of the gyro's motion in a row \[rad\].
+    moving_rad: f64,
+    pulse_rad: f64,
+    /// Rows of the average that separates motion from noise.
+    averaged: usize,
+}
+
+impl<'a> Witness<'a> {
+    /// Compares increments of one axis \[rad\].
+    pub(super) fn new(reference_rad: &'a [f64], gyro_rad: &'a [f64], rate_hz: f64) -> Self {
+        /// Time of the average \[s\].
+        const AVERAGED_S: f64 = 0.1;
+        let rows = reference_rad.len() as f64;
+        let mean = |of: &[f64]| of.iter().sum::<f64>() / rows;
+        let [reference_mean, gyro_mean] = [mean(reference_rad), mean(gyro_rad)];
+        let (mut both, mut own, mut square) = (0.0, 0.0, 0.0);
+        for (reference, gyro) in reference_rad.iter().zip(gyro_rad) {
+            let (reference, gyro) = (reference - reference_mean, gyro - gyro_mean);
+            both += reference * gyro;
+            own += reference * reference;
+            square += gyro * gyro;
+        }
+        let slope = if own > 0.0 { both / own } else { 0.0 };
+        Self {
+            reference_rad,
+            gyro_rad,
+            offset_rad: gyro_mean - slope * reference_mean,
+            slope,
+            moving_rad: (square / rows).sqrt(),
+            pulse_rad: pulse(reference_rad),
+            averaged: ((AVERAGED_S * rate_hz) as usize).max(1),
+        }
     }
-    let rows = reference_rad.len() as f64;
-    let mean = |of: &[f64]| of.iter().sum::<f64>() / rows;
-    let [reference_mean, gyro_mean] = [mean(reference_rad), mean(gyro_rad)];
-    let (mut both, mut own, mut square) = (0.0, 0.0, 0.0);
-    for (reference, gyro) in reference_rad.iter().zip(gyro_rad) {
-        let (reference, gyro) = (reference - reference_mean, gyro - gyro_mean);
-        both += reference * gyro;
-        own += reference * reference;
-        square += gyro * gyro;
+
+    /// True if the gyro confirms a repeated reading; the ends of the run are left to delays.
+    ///
+    /// # Inputs
+    /// `share`: largest deviation beyond a pulse, of the gyro's motion \[1\].
+    pub(super) fn confirms(&self, fault: &Fault, share: f64) -> bool {
+        if fault.kind == "saturation" || self.slope == 0.0 {
+            return false;
+        }
+        let quarter = fault.rows.len() / 4;
+        let middle: Vec<usize> = (fault.rows.start + quarter..fault.rows.end - quarter).collect();
+        let averaged = self.averaged.min(middle.len());
+        // An encoder does not see less than a pulse.
+        let most_rad = averaged as f64 * share * self.moving_rad + 1.5 * self.pulse_rad;
+        let off = |row: &usize| {
+            self.gyro_rad[*row] - self.offset_rad - self.slope * self.reference_rad[*row]
+        };
+        let mut windows = middle.chunks_exact(averaged);
+        windows.all(|window| window.iter().map(off).sum::<f64>().abs() < most_rad)
     }
-    if own == 0.0 {
-        return false;
-    }
-    let moving_rad = (square / rows).sqrt();
-    let quarter = fault.rows.len() / 4;
-    let middle = fault.rows.start + quarter..fault.rows.end - quarter;
-    let averaged = ((AVERAGED_S * rate_hz) as usize).clamp(1, middle.len());
-    let off =
-        |row: usize| gyro_rad[row] - gyro_mean - both / own * (reference_rad[row] - reference_mean);
-    let rows: Vec<usize> = middle.collect();
-    let mut windows = rows.chunks_exact(averaged);
-    // An encoder does not see less than a pulse.
-    let most_rad = averaged as f64 * share * moving_rad + 1.5 * pulse(reference_rad);
-    windows.all(|window| {
-        let sum: f64 = window.iter().map(|&row| off(row)).sum();
-        sum.abs() < most_rad
-    })
 }
 
 /// Finds repeated values of a channel while gyro and reference diverge; the runs are too short for rejection by chance
@@ -240,6 +256,7 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
             ("dither", pickoff.map(|pickoff| &pickoff[axis][1..])),
         ];
         let mut faults = Vec::new();
+        let mut witness = None;
         for (stem, values) in channels {
             let Some(values) = values else { continue };
             let same = |row: usize| values[row] == values[row - 1];
@@ -275,8 +292,10 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
                                     || agrees(&fault, values, &streams.case_rad[axis]))
                         }
                         "reference" => {
-                            let both = (values, &streams.sensed_rad[axis][..]);
-                            pulse(values) > 0.0 && is_confirmed(&fault, both, streams.rate_hz, 0.0)
+                            let gyro = &streams.sensed_rad[axis];
+                            let new = || Witness::new(values, gyro, streams.rate_hz);
+                            // A reading without pulses has no room for a deviation.
+                            witness.get_or_insert_with(new).confirms(&fault, 0.0)
                         }
                         _ => false,
                     };
@@ -518,7 +537,7 @@ mod tests {
             detail: Detail::None,
         };
         let is_right = |reference: &[f64], rows: Range<usize>| {
-            is_confirmed(&run(rows), (reference, &gyro), 100.0, 0.1)
+            Witness::new(reference, &gyro, 100.0).confirms(&run(rows), 0.1)
         };
         assert!(is_right(&reference, 1_801..2_400));
         let mut unread = reference.clone();

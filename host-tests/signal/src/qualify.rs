@@ -5,6 +5,7 @@
 //! saturated; rows without a value are lost, as are single outliers (outliers.rs). The probability of a repeat is estimated
 //! from the channel.
 
+use std::cell::OnceCell;
 use std::collections::HashMap;
 use std::ops::Range;
 
@@ -75,15 +76,13 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
             faults.extend(of_gyro);
         }
         if has_reference {
-            faults.extend(of_channel(
-                &name("reference"),
-                case_rad,
-                measured,
-                &|fault| {
-                    let both = (&case_rad[..], &gyro[..]);
-                    !outliers::is_confirmed(fault, both, streams.rate_hz, CONFIRMED)
-                },
-            ));
+            let witness = OnceCell::new();
+            let is_fault = |fault: &Fault| {
+                let new = || outliers::Witness::new(case_rad, gyro, streams.rate_hz);
+                !witness.get_or_init(new).confirms(fault, CONFIRMED)
+            };
+            let name = name("reference");
+            faults.extend(of_channel(&name, case_rad, measured, &is_fault));
         }
         if let Some(pickoff) = &streams.pickoff_rad {
             faults.extend(of_channel(
