@@ -377,11 +377,15 @@ impl Window {
         }
     }
 
+    /// Spectrum without the mean of the rows that are seen: a gross bias would leak through the rows that are not.
     fn spectrum(&self, values: &[f64]) -> Vec<Complex64> {
         let fourier = transforms::forward(values.len());
         let mut record = fourier.make_input_vec();
+        let weighed = values.iter().zip(&self.weights);
+        let sum: f64 = weighed.map(|(value, weight)| value * weight).sum();
+        let mean = sum / self.weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
         for ((slot, value), weight) in record.iter_mut().zip(values).zip(&self.weights) {
-            *slot = value * weight;
+            *slot = (value - mean) * weight;
         }
         let mut spectrum = fourier.make_output_vec();
         if fourier.process(&mut record, &mut spectrum).is_err() {
