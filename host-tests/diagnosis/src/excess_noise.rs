@@ -18,7 +18,10 @@ use rlg_findings::excess::{Excess, PULSES, WALK};
 const TRIALS: f64 = 6.0;
 
 /// Compares the fitted white noise of rate and of angle with their known levels, on gyros that are not in `unlike_noise`.
-/// `explained_rad`: part of the residual by the found effects. Random walk of gyros in `locks_in` is attributed to lock-in, whose stops leave a random angle.
+/// Random walk of gyros in `locks_in` is attributed to lock-in, whose stops leave a random angle.
+///
+/// # Inputs
+/// `explained_rad`: part of the residual by the found effects.
 pub fn excess(
     data: &Data,
     fit: &Fit,

@@ -17,7 +17,7 @@ use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::Fault;
 use rlg_signal::in_step::{self, Block, InStepPlan, in_step, share_left};
 use rlg_signal::partition::Use;
-use rlg_signal::streams::{Streams, Triad, each_axis};
+use rlg_signal::streams::{Streams, Triad, add_triad};
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::confirm::{Confirmed, Final};
@@ -83,10 +83,8 @@ pub(super) fn written(
     // No noise level is defined where the residual is not noise.
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
     let locks_in = lock_ins(&findings, data, found);
-    let explained_rad = each_axis(|axis| {
-        let both = found.residual_rad[axis].iter().zip(&left_rad[axis]);
-        both.map(|(before, after)| before - after).collect()
-    });
+    let mut explained_rad = Triad::clone(&found.residual_rad);
+    add_triad(&mut explained_rad, left_rad, -1.0);
     let noise_found = excess(
         data,
         fit,

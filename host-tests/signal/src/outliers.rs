@@ -159,10 +159,11 @@ fn are_usable(streams: &Streams, row: usize) -> bool {
     streams.usable[row..row + 2].iter().all(|usable| *usable)
 }
 
+/// Tolerance of a coarse channel in pulses: one for rounding, half for the noise of the other.
+const PULSES: f64 = 1.5;
+
 /// True if a coarse gyro's repeated value agrees with the reference to its own pulse: at rest no other value is possible.
 pub(super) fn agrees(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
-    /// Tolerance in pulses: one for rounding, half for the reference's noise.
-    const PULSES: f64 = 1.5;
     let value = values[fault.rows.start];
     let pulse = pulse(values);
     fault.kind != "saturation"
@@ -226,7 +227,7 @@ impl<'a> Witness<'a> {
         let middle: Vec<usize> = (fault.rows.start + quarter..fault.rows.end - quarter).collect();
         let averaged = self.averaged.min(middle.len());
         // An encoder does not see less than a pulse.
-        let most_rad = averaged as f64 * share * self.moving_rad + 1.5 * self.pulse_rad;
+        let most_rad = averaged as f64 * share * self.moving_rad + PULSES * self.pulse_rad;
         let off = |row: &usize| {
             self.gyro_rad[*row] - self.offset_rad - self.slope * self.reference_rad[*row]
         };

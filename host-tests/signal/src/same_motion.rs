@@ -60,6 +60,10 @@ pub struct SameMotionPlan {
     pub share_over_chance: f64,
     /// Least log-likelihood of a common motion, over that by chance \[1\].
     pub likelihood_over_chance: f64,
+    /// Least residual of an octave for the likelihood \[1\]: one tone decides no more than that.
+    pub least_left: f64,
+    /// Time over which rates are averaged for their coherence \[s\].
+    pub averaged_s: f64,
     /// Largest number of rows, by averaging.
     pub most_rows: usize,
 }
@@ -80,6 +84,8 @@ impl Default for SameMotionPlan {
             coherent: 0.943,
             share_over_chance: 1.1,
             likelihood_over_chance: 1.35,
+            least_left: 0.01,
+            averaged_s: 0.02,
             most_rows: 1 << 16,
         }
     }
@@ -232,10 +238,7 @@ fn coherence(
     period_s: f64,
     plan: &SameMotionPlan,
 ) -> Best {
-    /// Time of an average \[s\].
-    const AVERAGED_S: f64 = 0.02;
-    let block = (AVERAGED_S / period_s) as usize;
-    let block = block.max(1);
+    let block = ((plan.averaged_s / period_s) as usize).max(1);
     let sums = |of: &Vec<f64>| {
         let seen = of.iter().zip(is_seen);
         let seen: Vec<f64> = seen
@@ -249,15 +252,10 @@ fn coherence(
         count: (2 * rows).next_power_of_two(),
         step_s: block as f64 * period_s,
     };
-    let fourier = transforms::forward(lags.count);
     let transform = |sums: &Vec<f64>| {
-        let mut record = fourier.make_input_vec();
-        record[..rows].copy_from_slice(sums);
-        let mut spectrum = fourier.make_output_vec();
-        if fourier.process(&mut record, &mut spectrum).is_err() {
-            unreachable!("both buffers are as long as planned");
-        }
-        spectrum
+        let mut record = sums.clone();
+        record.resize(lags.count, 0.0);
+        transformed(record)
     };
     let power = |of: &[Vec<f64>; 3]| -> f64 { of.iter().flatten().map(|sum| sum * sum).sum() };
     let over = lags.count as f64 * (power(&gyros) * power(&reference)).sqrt();
@@ -303,14 +301,19 @@ fn matrix(by_lag: &Correlations, lag: usize) -> Matrix3<f64> {
 /// Computes the spectrum of the differences of block sums under the fourth power of a sine, with differences at unseen rows set
 /// to zero: a slow turn or a strong line would leak into all others at the cuts of the record.
 fn spectrum(sums: &[f64], is_seen: &[bool]) -> Vec<Complex64> {
-    let fourier = transforms::forward(sums.len());
-    let mut record = fourier.make_input_vec();
+    let mut record = vec![0.0; sums.len()];
     for (row, difference) in record.iter_mut().enumerate().skip(1) {
         if is_seen[row - 1] && is_seen[row] {
             let window = (PI * row as f64 / sums.len() as f64).sin().powi(4);
             *difference = window * (sums[row] - sums[row - 1]);
         }
     }
+    transformed(record)
+}
+
+/// Fourier transform of a real record.
+fn transformed(mut record: Vec<f64>) -> Vec<Complex64> {
+    let fourier = transforms::forward(record.len());
     let mut spectrum = fourier.make_output_vec();
     if fourier.process(&mut record, &mut spectrum).is_err() {
         unreachable!("both buffers are as long as planned");
@@ -447,8 +450,6 @@ impl Spectra {
         lags: Lags,
         plan: &SameMotionPlan,
     ) -> (Best, Best) {
-        /// Least residual of an octave \[1\]: one tone decides no more than that.
-        const LEAST_LEFT: f64 = 0.01;
         let quarters = octaves.iter().map(Vec::len).sum::<usize>() as f64;
         let mut share = vec![0.0; lags.count];
         let mut over_all = vec![Matrix3::zeros(); lags.count];
@@ -472,6 +473,7 @@ impl Spectra {
                 _ => Matrix3::zeros(),
             };
         }
+        // Correlated once more: kept for all octaves they would take hundreds of megabytes.
         let mut likelihood = vec![0.0; lags.count];
         for octave in octaves {
             let by_lag = self.of_octave(octave, scale, lags, plan.alike);
@@ -481,11 +483,10 @@ impl Spectra {
                 let explained = (map.dot(&matrix(&by_lag, lag)) / count)
                     .clamp(0.0, 1.0)
                     .powi(2);
-                likelihood[lag] -= lines * (-(1.0 - LEAST_LEFT) * explained).ln_1p();
+                likelihood[lag] -= lines * (-(1.0 - plan.least_left) * explained).ln_1p();
             }
         }
-        let most_s = f64::INFINITY;
-        let best = |values: &[f64]| lags.best(values, most_s, plan);
+        let best = |values: &[f64]| lags.best(values, f64::INFINITY, plan);
         (best(&share), best(&likelihood))
     }
 

@@ -4,20 +4,19 @@ use nalgebra::{UnitQuaternion, Vector3};
 use rlg_signal::axes::Triad;
 use rlg_signal::same_motion::{SameMotionPlan, apart};
 
-const RATE_HZ: f64 = 100.0;
-const ROWS: usize = 4000;
+use super::{RATE_HZ, ROWS, noise};
 
-fn normal_values(count: usize, seed: u64) -> Vec<f64> {
+fn noise_values(count: usize, seed: u64) -> Vec<f64> {
     // Neighbouring seeds of a congruence are alike at first.
-    let mut noise = super::noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
+    let mut noise = noise(seed.wrapping_mul(0x9e37_79b9_7f4a_7c15));
     (0..count).map(|_| noise()).collect()
 }
 
 /// Increments of a motion below 2 Hz with a pause, 0.2 rad/s, and white noise of `noise_rad` a row.
 fn motion(seed: u64, noise_rad: f64) -> Triad {
     [0, 1, 2].map(|axis| {
-        let drive = normal_values(ROWS, 10 * seed + axis);
-        let noise = normal_values(ROWS, 7_000_000 + 10 * seed + axis);
+        let drive = noise_values(ROWS, 10 * seed + axis);
+        let noise = noise_values(ROWS, 7_000_000 + 10 * seed + axis);
         let (mut slow, mut smooth) = (0.0, 0.0);
         let each = drive.iter().zip(noise).enumerate();
         each.map(|(row, (drive, noise))| {
@@ -43,7 +42,7 @@ fn two_motions_are_apart_and_one_motion_of_noisy_sides_is_not() {
         let gyros = motion(seed, 1e-4);
         two += u32::from(is_apart(&gyros, &motion(1000 + seed, 1e-4)));
         // The same motion 0.12 s later, in other axes, a fifth larger, with as much noise as motion in a row.
-        let noise = [0, 1, 2].map(|axis| normal_values(ROWS, 5_000_000 + 10 * seed + axis));
+        let noise = [0, 1, 2].map(|axis| noise_values(ROWS, 5_000_000 + 10 * seed + axis));
         let mut reference: Triad = Default::default();
         for row in 0..ROWS {
             let sensed = |axis: usize| gyros[axis][(row + ROWS - 12) % ROWS];
@@ -61,6 +60,6 @@ fn two_motions_are_apart_and_one_motion_of_noisy_sides_is_not() {
 #[test]
 fn gyros_at_rest_say_nothing() {
     let gyros: Triad =
-        [0, 1, 2].map(|axis| normal_values(ROWS, axis).iter().map(|x| 1e-4 * x).collect());
+        [0, 1, 2].map(|axis| noise_values(ROWS, axis).iter().map(|x| 1e-4 * x).collect());
     assert!(!is_apart(&gyros, &motion(3, 1e-4)));
 }
