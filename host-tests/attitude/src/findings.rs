@@ -123,6 +123,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         not_excluded: not_excluded(said),
         next_experiment: next_experiment(&named, experiment.as_ref()),
         experiment,
+        residual: tested.as_ref().and_then(|tested| tested.residual.clone()),
         noise: noise(registered),
         accelerometer_noise: Vec::new(),
         trials: found.tried,
@@ -313,7 +314,8 @@ fn summary(
         &said.observed.faults,
     ));
     if let Some(tested) = tested {
-        lines.extend(tested.share_left.map(absolute::beside_motion));
+        let residual = tested.residual.as_ref();
+        lines.extend(residual.map(|one| absolute::beside_motion(one.share_of_motion)));
         lines.push(tested.sentence());
     }
     lines

@@ -4,7 +4,8 @@ use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_diagnosis::pictures::Pictures;
-use rlg_findings::result::FiguresEntry;
+use rlg_diagnosis::relative_residual::{self, Rows};
+use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_signal::axes::{Triad, add};
 use rlg_signal::in_step::{self, Block, InStep, InStepPlan};
@@ -14,6 +15,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::about::About;
 use crate::alignment::Alignment;
 use crate::equations::Band;
+use crate::gyro_motion::Place;
 use crate::increments::Stamps;
 use crate::noise::{Levels, NoiseTerms};
 use crate::said::Said;
@@ -28,8 +30,8 @@ pub(crate) struct HeldOut {
     pub(crate) power_after: f64,
     /// Part of the residual of all sound stamps proportional to the motion; `None` if not significant.
     pub(crate) in_step: Option<InStep>,
-    /// Ratio of residual to motion over all sound stamps, root mean squares over a tenth of a second \[1\].
-    pub(crate) share_left: Option<f64>,
+    /// Residual relative to the motion over all sound stamps.
+    pub(crate) residual: Option<ResidualEntry>,
     pub(crate) pictures: Pictures,
 }
 
@@ -164,7 +166,7 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
         after: after_figures,
         power_after,
         in_step: in_step::in_step(&left, &InStepPlan::default()),
-        share_left: in_step::share_left(&left),
+        residual: residual_entry(&all_after, &left),
         pictures: pictures(said, &all_before, &all_after, span_s),
     })
 }
@@ -172,14 +174,39 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
 /// Powers of residual and motion, by blocks of time.
 fn blocks(one: &Residual) -> Vec<Block> {
     let increments = &one.about.increments;
-    let turned_rad = one.about.conditioned_rad.each_ref().map(|motion_rad| {
-        let pairs = increments.places().windows(2);
-        pairs
-            .map(|pair| motion_rad[pair[0].row..pair[1].row].iter().sum())
-            .collect()
-    });
     let is_used = |row: usize| !increments.is_free(row);
-    in_step::blocks(&one.left_rad, &turned_rad, is_used, increments.period_s)
+    in_step::blocks(
+        &one.left_rad,
+        &turned_rad(one),
+        is_used,
+        increments.period_s,
+    )
+}
+
+/// Residual relative to the motion, in the axes of the gyros.
+fn residual_entry(one: &Residual, blocks: &[Block]) -> Option<ResidualEntry> {
+    let increments = &one.about.increments;
+    let rows = Rows {
+        residual_rad: &body_rows(one),
+        motion_rad: &turned_rad(one),
+        is_used: &|row| !increments.is_free(row),
+        period_s: increments.period_s,
+    };
+    relative_residual::entry(&rows, blocks)
+}
+
+/// Turn between stamps, of the motion without noise common to the residual \[rad\].
+fn turned_rad(one: &Residual) -> Triad {
+    one.about.conditioned_rad.each_ref().map(|motion_rad| {
+        let begun = |place: &Place| place.share * motion_rad.get(place.row).unwrap_or(&0.0);
+        let pairs = one.about.increments.places().windows(2);
+        pairs
+            .map(|pair| {
+                let whole_rows: f64 = motion_rad[pair[0].row..pair[1].row].iter().sum();
+                whole_rows - begun(&pair[0]) + begun(&pair[1])
+            })
+            .collect()
+    })
 }
 
 fn body_rows(one: &Residual) -> Triad {

@@ -15,7 +15,7 @@ use rlg_inference::normal_equations::Transform;
 use rlg_inference::{Drift, Fit, NoiseLevels};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::Fault;
-use rlg_signal::in_step::{self, Block, InStepPlan, in_step, share_left};
+use rlg_signal::in_step::{self, InStepPlan, in_step};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Streams, Triad, add_triad};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -37,6 +37,7 @@ use super::own_lines;
 use super::pictures;
 use super::plan::AnalysisPlan;
 use super::regimes::{Regime, regimes_of};
+use super::relative_residual::{self, Rows};
 use super::search::Found;
 use super::summary::{not_excluded, runners_up, summary, unlike_noise};
 use super::validate::{Validation, validate};
@@ -122,7 +123,19 @@ pub(super) fn written(
         |rows: &std::ops::Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
     let next = next_experiment((data, found), confirmed, &findings, plan);
     let motion_rad = &found.motion.signals.independent.case_rad;
-    let beside_motion = blocks_of_time(data, (&seen.after_rad, motion_rad));
+    let is_used = data.rows_of(&[Use::Train, Use::Confirm, Use::Test]);
+    let rows = Rows {
+        residual_rad: &seen.after_rad,
+        motion_rad,
+        is_used: &|row| is_used[row],
+        period_s: 1.0 / streams.rate_hz,
+    };
+    // A unit at rest has no motion.
+    let beside_motion = match streams.at_rest {
+        Some(_) => Vec::new(),
+        None => in_step::blocks(rows.residual_rad, motion_rad, rows.is_used, rows.period_s),
+    };
+    let relative_residual = relative_residual::entry(&rows, &beside_motion);
     let mut diagnosis = Diagnosis {
         format: 1,
         recording: streams.piece.recording.clone(),
@@ -137,7 +150,11 @@ pub(super) fn written(
                     .iter()
                     .filter_map(|&gyro| unlike_noise(gyro, misfits, streams.rate_hz)),
             )
-            .chain(share_left(&beside_motion).map(absolute::beside_motion))
+            .chain(
+                relative_residual
+                    .iter()
+                    .map(|one| absolute::beside_motion(one.share_of_motion)),
+            )
             .collect(),
         locations: places
             .locations
@@ -156,6 +173,7 @@ pub(super) fn written(
         next_experiment: next.sentence,
         registration: Vec::new(),
         experiment: next.entry,
+        residual: relative_residual.clone(),
         noise: noise_entries(fit, &seen.noise, streams.span_s()),
         accelerometer_noise: Vec::new(),
         trials: found.tried,
@@ -195,17 +213,6 @@ pub(super) fn written(
         pictures: Some(pictures),
     };
     (outcome, added)
-}
-
-/// Powers of the residual and of the motion by blocks of time; none of a unit at rest.
-fn blocks_of_time(data: &Data, (after_rad, motion_rad): (&Triad, &Triad)) -> Vec<Block> {
-    let streams = data.streams;
-    if streams.at_rest.is_some() {
-        return Vec::new();
-    }
-    let is_used = data.rows_of(&[Use::Train, Use::Confirm, Use::Test]);
-    let period_s = 1.0 / streams.rate_hz;
-    in_step::blocks(after_rad, motion_rad, |row| is_used[row], period_s)
 }
 
 /// Residuals and noise of a set.

@@ -109,6 +109,8 @@ pub mod next_experiment;
 
 pub mod findings;
 
+pub mod relative_residual;
+
 pub mod own_lines;
 
 pub mod self_test;

@@ -106,6 +106,33 @@ impl Default for LinePlan {
     }
 }
 
+/// Criteria for bands of noise of a unit at rest.
+#[derive(Debug, Clone, Copy)]
+pub struct BandPlan {
+    /// False-alarm probability of a band, all places and widths counted.
+    pub chance: f64,
+    /// Least half-width of a window \[quarters of the record's resolution\]: narrower features are lines.
+    pub least_half_width: usize,
+    /// Least ratio of frequency to width \[1\]: broader excess belongs to the noise terms.
+    pub least_quality: f64,
+    /// Least gain in log likelihood of a band on one gyro.
+    pub naming: f64,
+    /// Largest number of bands.
+    pub most: usize,
+}
+
+impl Default for BandPlan {
+    fn default() -> Self {
+        Self {
+            chance: 1e-4,
+            least_half_width: 8,
+            least_quality: 5.0,
+            naming: 8.0,
+            most: 16,
+        }
+    }
+}
+
 /// Prices in log posterior of the sharing of an effect between recordings: six of ten are common, two of ten have another
 /// size in each recording, two of ten are in one alone.
 #[derive(Debug, Clone, Copy)]
@@ -184,6 +211,8 @@ pub struct AnalysisPlan {
     pub coarse: CoarsePlan,
     /// Lines of a unit at rest.
     pub lines: LinePlan,
+    /// Bands of noise of a unit at rest.
+    pub bands: BandPlan,
     /// Search for lines of the gyros alone.
     pub own_lines: OwnLinesPlan,
     /// Prices of the search.
@@ -235,6 +264,7 @@ impl Default for AnalysisPlan {
             blocks: BlockPlan::default(),
             coarse: CoarsePlan::default(),
             lines: LinePlan::default(),
+            bands: BandPlan::default(),
             own_lines: OwnLinesPlan::default(),
             search: SearchPlan::default(),
             several: SeveralPlan::default(),

@@ -24,12 +24,49 @@ impl Default for NoiseBounds {
     }
 }
 
+/// Performance grade of gyros by angle random walk \[rad/√s\]. Typical values are < 0.002 °/√h (navigation), 0.02 to 0.05
+/// (tactical) and several (commercial): El-Sheimy and Youssef, Satellite Navigation 1, 2020, Table 1. Limits are the
+/// geometric means between neighbours: 0.006 and 0.4 °/√h.
+pub fn grade(walk_rad_sqrt_s: f64) -> &'static str {
+    match walk_rad_sqrt_s * DEG_SQRT_H {
+        walk if walk <= 0.006 => "navigation",
+        walk if walk <= 0.4 => "tactical",
+        _ => "commercial",
+    }
+}
+
+/// Sentence on the fitted noise beside that of instruments; `None` if no noise is known.
+///
+/// # Inputs
+/// `noise`: of each gyro, which includes the reference's.
+fn beside_instruments(noise: &[NoiseEntry]) -> Option<String> {
+    let walk = |one: &NoiseEntry| match &one.terms {
+        Some(terms) => terms.angle_random_walk_rad_sqrt_s.value,
+        None => one.angle_random_walk_rad_sqrt_s,
+    };
+    let largest = noise.iter().map(walk).reduce(f64::max)?;
+    let angle_rad = noise
+        .iter()
+        .map(|one| one.angle_noise_rad)
+        .fold(0.0, f64::max);
+    let each: Vec<String> = noise
+        .iter()
+        .map(|one| number(walk(one) * DEG_SQRT_H))
+        .collect();
+    Some(format!(
+        "Noise, gyro and reference together: angle random walk {} \u{b0}/\u{221a}h, as of {}-grade gyros; white angle noise up to {angle_rad:.1e} rad.",
+        each.join(", "),
+        grade(largest),
+    ))
+}
+
 /// Conversion factor from rad/√s to °/√h.
 pub const DEG_SQRT_H: f64 = 60.0 * 180.0 / std::f64::consts::PI;
 
 impl Diagnosis {
-    /// Reports noise beyond the bounds as unexplained residual.
+    /// Compares the noise with that of instruments, and reports noise beyond the bounds as unexplained residual.
     pub fn judge_noise(&mut self, bounds: &NoiseBounds) {
+        self.summary.extend(beside_instruments(&self.noise));
         let said: Vec<String> = self
             .noise
             .iter()
@@ -101,7 +138,7 @@ pub fn beside_motion(share: f64) -> String {
 }
 
 /// Per cent with two significant digits.
-fn share_percent(share: f64) -> String {
+pub fn share_percent(share: f64) -> String {
     let percent = 100.0 * share;
     let digits = (1.0 - percent.max(1e-6).log10().floor()).clamp(0.0, 8.0) as usize;
     format!("{percent:.digits$}")

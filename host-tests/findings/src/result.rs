@@ -61,6 +61,9 @@ pub struct Diagnosis {
     /// Addition: predicted benefit of that motion, if computed.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub experiment: Option<ExperimentEntry>,
+    /// Addition: residual relative to the motion; absent at rest, or where it exceeds the motion.
+    #[serde(skip_serializing_if = "Option::is_none")]
+    pub residual: Option<ResidualEntry>,
     /// Addition: noise of each gyro in the tests.
     pub noise: Vec<NoiseEntry>,
     /// Addition: noise of each accelerometer in the tests.
@@ -118,6 +121,7 @@ impl Diagnosis {
             next_experiment: "A longer recording with gyros, pickoffs and reference all measured."
                 .to_string(),
             experiment: None,
+            residual: None,
             noise: Vec::new(),
             accelerometer_noise: Vec::new(),
             trials: 0,
@@ -138,6 +142,26 @@ pub struct RegistrationEntry {
     pub parameters: Vec<ParameterEntry>,
     /// Held-out blocks of rows support the parameters.
     pub supported: bool,
+}
+
+/// Residual of everything found, relative to the motion.
+#[derive(Debug, Clone, Serialize)]
+pub struct ResidualEntry {
+    /// Ratio of the root mean squares of residual and motion, as turns over 0.1 s \[1\].
+    pub share_of_motion: f64,
+    /// Coherence of readings and prediction, by octave.
+    pub coherence: Vec<CoherenceEntry>,
+}
+
+/// Magnitude-squared coherence of readings and prediction in one octave.
+#[derive(Debug, Clone, Serialize)]
+pub struct CoherenceEntry {
+    /// Lower edge \[Hz\].
+    pub low_hz: f64,
+    /// Upper edge \[Hz\].
+    pub high_hz: f64,
+    /// Coherence of gyros x, y, z \[1\].
+    pub gyros: [f64; 3],
 }
 
 /// Self-test of the search: trials with noise alone, and with effects added to it.

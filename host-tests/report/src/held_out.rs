@@ -8,7 +8,9 @@ use maud::{Markup, html};
 use super::chart::{self, Chart};
 use super::corrected;
 use super::words::{Scale, chance, number, rounded, spaced};
+use rlg_findings::absolute::share_percent;
 use rlg_findings::result::{ChannelEntry, Diagnosis, FiguresEntry};
+use rlg_recording::AXES;
 
 /// Power over noise above which three digits suffice.
 const MOST_WRITTEN_OUT: f64 = 100.0;
@@ -23,11 +25,41 @@ pub fn held_out(diagnosis: &Diagnosis, spectra: &[Chart], places: &Markup) -> Ma
                 section {
                     h2 { @if both { "Before and after, on time that was not fitted" } @else { "The residual" } }
                     (table(channels, both))
+                    (coherence(diagnosis))
                 }
             }
             (places)
         }
         (chart::row(spectra))
+    }
+}
+
+/// Residual relative to the motion, and coherence of readings and prediction by octave.
+fn coherence(diagnosis: &Diagnosis) -> Markup {
+    let Some(residual) = &diagnosis.residual else {
+        return html! {};
+    };
+    html! {
+        p { "Residual: " (share_percent(residual.share_of_motion)) " % of the motion." }
+        div.scroll { table.coherence {
+            thead { tr {
+                th { "coherence of" }
+                @for octave in &residual.coherence {
+                    th { (number(rounded(octave.low_hz))) "–" (number(rounded(octave.high_hz))) " Hz" }
+                }
+            } }
+            tbody {
+                @for (axis, name) in AXES.iter().enumerate() {
+                    tr {
+                        td.number.name { "gyro " (name) }
+                        @for octave in &residual.coherence {
+                            td.number { (format!("{:.4}", octave.gyros[axis])) }
+                        }
+                    }
+                }
+            }
+        } }
+        p.note { "Coherence of reading and prediction: 1 = all explained; near 0 where the motion is below the noise, or is another." }
     }
 }
 

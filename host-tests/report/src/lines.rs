@@ -12,6 +12,12 @@ pub fn is_line(effect: &EffectEntry) -> bool {
         && effect.equation.starts_with("omega_i")
 }
 
+/// True if an effect is a band of noise.
+pub fn is_band(effect: &EffectEntry) -> bool {
+    let expression = effect.expression.as_deref();
+    expression.is_some_and(|text| text.starts_with("band("))
+}
+
 /// Number of unfolded lines; weaker ones are folded.
 const OPEN: usize = 6;
 

@@ -11,7 +11,8 @@
 //! [`same_motion`] has tested for a common motion and [`lost_rows`] for one delay; [`own_lines`] are vibration of the gyros alone; [`read_once`] selects one row per sample
 //! of a held channel; [`qualify`] finds faults of the data ([`held`], [`stops`], [`repeated`]) and masks their rows;
 //! [`piece`] names the origin of rows; [`residual`] subtracts the model's prediction. The final residual is accepted as
-//! noise only if it is not [`in_step`] with the motion.
+//! noise only if it is not [`in_step`] with the motion; the [`coherence`] of reading and prediction measures the fit without a
+//! noise level.
 
 pub mod axes;
 
@@ -59,6 +60,8 @@ mod test_noise;
 pub mod own_lines;
 
 pub mod in_step;
+
+pub mod coherence;
 
 pub mod piece;
 

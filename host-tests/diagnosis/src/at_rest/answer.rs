@@ -11,9 +11,9 @@ use rlg_signal::streams::{AXES, Streams};
 
 use super::control::Control;
 use super::line::Clock;
-use super::line_words;
 use super::look::Looked;
 use super::rows::{self, RowsFound};
+use super::{band_words, line_words};
 use crate::outcome::Outcome;
 
 /// Findings on the recorder, and the control.
@@ -33,6 +33,7 @@ pub(super) struct Answer {
     /// Result of the rows as they were recorded.
     pub(super) first: Looked,
     recorder: Recorder,
+    /// Lines and bands.
     lines: Vec<EffectEntry>,
     /// Number of lines dropped because shuffled rows show them as well.
     dropped: usize,
@@ -55,15 +56,17 @@ impl Answer {
             rows: streams.rows,
             rate_hz: streams.rate_hz,
         };
-        let found = first.lines.iter().flat_map(|lines| &lines.lines);
-        let found: Vec<_> = found.cloned().collect();
-        let mut lines = line_words::entries(&found, clock, model);
+        let narrow = first.narrow.as_ref();
+        let lines = narrow.map_or(&[][..], |narrow| &narrow.lines.lines);
+        let mut lines = line_words::entries(lines, clock, model);
+        let bands = narrow.map_or(&[][..], |narrow| &narrow.bands.bands);
+        let bands = band_words::entries(bands, model);
         let before = lines.len();
         // A gain of ln L is half of 2 Δ ln L.
         lines.retain(|line| 2.0 * line.log_evidence_gain > recorder.control.strongest);
         Self {
             dropped: before - lines.len(),
-            lines,
+            lines: [lines, bands].concat(),
             slow: std::mem::take(&mut first.slow),
             model: first.outcome.model.clone(),
             next: next(&first.outcome.diagnosis),

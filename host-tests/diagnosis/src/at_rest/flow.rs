@@ -52,8 +52,8 @@ pub fn diagnose(
     };
     let mut is_noise = first.is_noise;
     let mut answer = Answer::new(first, recorder, streams, of.0);
-    if let Some(lines) = &answer.first.lines {
-        add_triad(&mut sensed_rad, &lines.rows_rad, -1.0);
+    if let Some(narrow) = &answer.first.narrow {
+        add_triad(&mut sensed_rad, &narrow.rows_rad(), -1.0);
     }
     while !is_noise && streams.rows / SUMMED >= LEAST_ROWS {
         streams.sensed_rad = sensed_rad;

@@ -14,13 +14,14 @@ use rlg_signal::partition::Use;
 use rlg_signal::still::AtRest;
 use rlg_signal::streams::{Streams, Triad, add_triad};
 
+use super::bands::{self, Bands, Rows};
 use super::line::{Clock, Line};
 use super::lines::{self, Lines};
 use super::noise::{noise_lines, noise_terms, unlike_noise};
 use super::rows::Parted;
 use super::settle::{settle, without_effects};
 use super::slow_words::{slow_effects, with_found};
-use super::{noise, steady};
+use super::{band_words, noise, steady};
 use crate::confirm::confirmed;
 use crate::data::Data;
 use crate::findings;
@@ -29,6 +30,35 @@ use crate::outcome::Outcome;
 use crate::search::Found;
 use crate::self_test::self_test;
 use crate::settings::Settings;
+
+/// Narrowband features of all gyros.
+pub(super) struct Narrow {
+    pub(super) lines: Lines,
+    pub(super) bands: Bands,
+}
+
+impl Narrow {
+    /// Increments of all lines, and of bands beyond the noise beside them \[rad\].
+    pub(super) fn rows_rad(&self) -> Triad {
+        let mut rows_rad = self.lines.rows_rad.clone();
+        add_triad(&mut rows_rad, &self.bands.rows_rad, 1.0);
+        rows_rad
+    }
+
+    fn is_any(&self) -> bool {
+        self.lines.lines.iter().any(Line::is_any) || !self.bands.bands.is_empty()
+    }
+
+    /// Increments that a model does not hold \[rad\].
+    fn news_rad(&self, clock: Clock, model: &Model) -> Triad {
+        let mut news_rad = self.lines.news_rad(clock, model);
+        let mut bands = self.bands.bands.iter();
+        if bands.any(|band| !band_words::is_known(band, model)) {
+            add_triad(&mut news_rad, &self.bands.rows_rad, 1.0);
+        }
+        news_rad
+    }
+}
 
 /// Result of the analysis of rows of one rate.
 pub(super) struct Looked {
@@ -42,8 +72,8 @@ pub(super) struct Looked {
     pub(super) noise_lines: Vec<String>,
     /// True if the residual agrees with noise of those terms.
     pub(super) is_noise: bool,
-    /// Lines of the rows as they were recorded.
-    pub(super) lines: Option<Lines>,
+    /// Lines and bands of the rows as they were recorded.
+    pub(super) narrow: Option<Narrow>,
     /// Residual after all found effects \[rad\], and before.
     pub(super) left_rad: Triad,
     pub(super) before_rad: Triad,
@@ -75,11 +105,11 @@ pub(super) fn look(
     let Some((mut found, mut unlike)) = steadily(&mut data, &mut rest, settings, progress) else {
         return Ok(None);
     };
-    let mut lines = None;
+    let mut narrow = None;
     if is_as_recorded {
         let of = (&mut data, &mut rest, &observations);
         match beside_lines(of, (found, unlike), settings, progress) {
-            Some(beside) => (lines, found, unlike) = beside,
+            Some(beside) => (narrow, found, unlike) = beside,
             None => return Ok(None),
         }
     }
@@ -114,7 +144,7 @@ pub(super) fn look(
         noise_lines: noise_lines(&terms, &unlike, data.streams),
         terms: std::array::from_fn(|gyro| terms[gyro].filter(|_| noise::is_noise(gyro, &unlike))),
         is_noise: unlike.is_empty(),
-        lines,
+        narrow,
         left_rad,
         before_rad,
         parted,
@@ -122,23 +152,23 @@ pub(super) fn look(
     }))
 }
 
-/// Subtracts lines from the residual, and searches anew given them.
+/// Removes lines and bands from the residual, and searches anew given them.
 ///
 /// # Returns
-/// Lines, slow effects given them, and octaves in which the residual deviates from noise.
+/// Lines and bands, slow effects given them, and octaves in which the residual deviates from noise.
 fn beside_lines(
     (data, rest, observations): (&mut Data, &mut AtRest, &Observations),
     (mut found, mut unlike): (Found, Vec<Misfit>),
     settings: &Settings,
     progress: &dyn Fn(&str),
-) -> Option<(Option<Lines>, Found, Vec<Misfit>)> {
+) -> Option<(Option<Narrow>, Found, Vec<Misfit>)> {
     /// Number of searches for lines. A slow line passes for drift: under the noise without it its own size shows.
     const TURNS: usize = 2;
     let clock = Clock {
         rows: data.streams.rows,
         rate_hz: data.streams.rate_hz,
     };
-    let mut lines: Option<Lines> = None;
+    let mut narrow: Option<Narrow> = None;
     for _ in 0..TURNS {
         progress("taking out lines");
         let mut whole_rad = data
@@ -146,23 +176,32 @@ fn beside_lines(
             .with_unexplained(&without_effects(&found, |_| true));
         let aside = std::mem::take(&mut data.aside);
         data.residual_rad = aside.with_unexplained(&data.residual_rad);
-        if let Some(known) = &lines {
-            add_triad(&mut whole_rad, &known.rows_rad, 1.0);
-            add_triad(&mut data.residual_rad, &known.rows_rad, 1.0);
+        if let Some(known) = &narrow {
+            let rows_rad = known.rows_rad();
+            add_triad(&mut whole_rad, &rows_rad, 1.0);
+            add_triad(&mut data.residual_rad, &rows_rad, 1.0);
         }
         let seen = data.rows_of(&[Use::Train, Use::Confirm]);
         let levels = &found.fit.levels;
-        lines = lines::search(&whole_rad, &seen, levels, clock.rate_hz, &settings.plan)
-            .map(|lines| lines.shown(&data.lattice, clock));
-        if let Some(lines) = &lines {
-            add_triad(&mut data.residual_rad, &lines.rows_rad, -1.0);
-            data.aside.explained_rad = lines.news_rad(clock, data.model);
+        let lines = lines::search(&whole_rad, &seen, levels, clock.rate_hz, &settings.plan);
+        narrow = lines.and_then(|lines| {
+            let lines = lines.shown(&data.lattice, clock);
+            add_triad(&mut whole_rad, &lines.rows_rad, -1.0);
+            let rows = Rows {
+                left_rad: &whole_rad,
+                seen: &seen,
+                usable: &data.streams.usable,
+                clock,
+            };
+            let bands = bands::search(&rows, levels, &data.lattice, &settings.plan.bands)?;
+            Some(Narrow { lines, bands })
+        });
+        if let Some(narrow) = &narrow {
+            add_triad(&mut data.residual_rad, &narrow.rows_rad(), -1.0);
+            data.aside.explained_rad = narrow.news_rad(clock, data.model);
         }
         set_aside(data, observations);
-        let is_any = lines
-            .as_ref()
-            .is_some_and(|lines| lines.lines.iter().any(Line::is_any));
-        if !is_any {
+        if !narrow.as_ref().is_some_and(Narrow::is_any) {
             break;
         }
         match steadily(data, rest, settings, progress) {
@@ -170,7 +209,7 @@ fn beside_lines(
             None => return None,
         }
     }
-    Some((lines, found, unlike))
+    Some((narrow, found, unlike))
 }
 
 /// Sets aside the part of the residual that is too narrow for the noise terms.

@@ -2,7 +2,8 @@
 //!
 //! The case turns as the Earth does, without noise, but in a direction that is partly unknown (`earth`). Observable are
 //! constants, effects of temperature or field, and steps, with drift as their rival (`settle`, `slow_words`); and lines
-//! (`line`, `lines`), their `products` and their entries (`line_words`). Narrow features that are no lines are set aside
+//! (`line`, `lines`), their `products` and their entries (`line_words`); bands of noise
+//! (`bands`, `band_words`). Narrow features that are no lines are set aside
 //! (`steady`). Beside the effects stand the noise of each gyro in the terms of IEEE 952 (`terms`, `noise`), and the kinds
 //! that are not distinguishable from a constant (`alike`). The recorder itself is described by stamps (`row_rate`) and the
 //! noise of interpolated rows (`noise_cycle`), joined in `rows`; the same search on shuffled rows is the `control`. `look`
@@ -33,6 +34,10 @@ pub(crate) mod line;
 pub(crate) mod products;
 
 mod lines;
+
+mod bands;
+
+mod band_words;
 
 pub(crate) mod line_words;
 

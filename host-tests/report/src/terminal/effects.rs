@@ -9,7 +9,7 @@ use rlg_findings::own_mode;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
 
 use super::sizes::{strength, text, value, words};
-use crate::lines::{frequency, is_line};
+use crate::lines::{frequency, is_band, is_line};
 
 /// Group of entries that share a line.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]
@@ -20,6 +20,8 @@ enum Group<'a> {
     Expression(&'a str, &'a str),
     /// Steady lines of a unit at rest.
     Lines,
+    /// Bands of noise of a unit at rest.
+    Bands,
     /// Rows of one fault.
     Fault(&'a str),
     /// Corrected channels, described in a sentence.
@@ -33,6 +35,7 @@ fn group(effect: &EffectEntry) -> Group<'_> {
     let kind = effect.kind.as_str();
     match &effect.expression {
         _ if is_line(effect) => Group::Lines,
+        _ if is_band(effect) => Group::Bands,
         Some(expression) if kind == UNLISTED => {
             Group::Expression(text(parameters, "axis").unwrap_or_default(), expression)
         }
@@ -61,7 +64,7 @@ pub(super) fn said(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     };
     let rank = |group: &Group<'_>| match group {
         Group::Sentence(_) => 0,
-        Group::Kind(_) | Group::Expression(..) | Group::Lines => 1,
+        Group::Kind(_) | Group::Expression(..) | Group::Lines | Group::Bands => 1,
         Group::Fault(_) => 2,
         Group::Unexplained => 3,
     };
@@ -167,15 +170,8 @@ fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
                 format!("{}; no effect of the catalogue", words.sizes),
             )
         }
-        Group::Lines => {
-            let (_, sizes) = sized(String::new(), &members[..1]);
-            let hz = frequency(members[0]);
-            let said = match members.len() {
-                1 => format!("{hz} Hz: {sizes}"),
-                count => format!("{count} of them, the strongest at {hz} Hz: {sizes}"),
-            };
-            ("steady lines".to_owned(), said)
-        }
+        Group::Lines => ("steady lines".to_owned(), strongest_of(members)),
+        Group::Bands => ("noise in a band".to_owned(), strongest_of(members)),
         Group::Fault(kind) => (plain(kind), faults(members)),
         Group::Sentence(kind) => (plain(kind), members[0].what_was_left_out.clone()),
         Group::Unexplained => {
@@ -188,6 +184,16 @@ fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
                 ),
             }
         }
+    }
+}
+
+/// Size of the strongest line or band, and their number.
+fn strongest_of(members: &[&EffectEntry]) -> String {
+    let (_, sizes) = sized(String::new(), &members[..1]);
+    let hz = frequency(members[0]);
+    match members.len() {
+        1 => format!("{hz} Hz: {sizes}"),
+        count => format!("{count} of them, the strongest at {hz} Hz: {sizes}"),
     }
 }
 

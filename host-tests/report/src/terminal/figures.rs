@@ -9,6 +9,9 @@ use super::sizes::to_two_digits;
 /// Two-sided probability of [`SIGNIFICANT_SIGMAS`] in noise alone.
 const SIGNIFICANT_CHANCE: f64 = 0.0027;
 
+/// Power over noise below which held-out time is quieter than the fitted: noise of one level scatters less.
+const QUIET: f64 = 0.5;
+
 /// Number of stretches of one channel that are written out; more are counted.
 const MOST_STRETCHES: usize = 2;
 
@@ -171,9 +174,17 @@ pub(super) fn power(diagnosis: &Diagnosis) -> Option<String> {
         let word = if same.len() == 1 { "stays" } else { "stay" };
         said.push(format!("{which} {} {word} at {range}", same.len()));
     }
+    // Noise whose level varies: the fitted mean is no measure of a quieter time.
+    let is_quieter = channels
+        .iter()
+        .all(|one| one.held_out_after.normalised_power < QUIET);
+    let quieter = match is_quieter {
+        true => ": the held-out time is quieter than the fitted",
+        false => "",
+    };
     (!said.is_empty()).then(|| {
         format!(
-            "Held-out power over noise: {} (1 = noise alone).",
+            "Held-out power over noise: {} (1 = noise alone{quieter}).",
             said.join("; ")
         )
     })

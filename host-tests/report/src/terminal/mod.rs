@@ -1,6 +1,6 @@
 //! Text of a diagnosis for a terminal: at most [`MOST_LINES`] lines, none of them cut.
 //!
-//! verdict → findings, with sizes → locations → held-out time before and after → alternative causes → next experiment.
+//! verdict → residual relative to the motion → findings, with sizes → locations → held-out time before and after → alternative causes → next experiment.
 //! Everything is formatted from the fields of [`Diagnosis`], never from its sentences, except the verdict's own.
 
 mod effects;
@@ -41,6 +41,9 @@ pub fn beside_findings(diagnosis: &Diagnosis) -> Vec<String> {
 /// `note`: additional information for the reader, such as an assumed model.
 pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     let mut head: Vec<String> = diagnosis.summary.first().cloned().into_iter().collect();
+    if diagnosis.verdict != Verdict::Unusable {
+        head.extend(noise::residual(diagnosis));
+    }
     head.extend(note.map(str::to_owned));
     let mut tail = Vec::new();
     if diagnosis.verdict != Verdict::Unusable {

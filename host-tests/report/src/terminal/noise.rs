@@ -1,5 +1,6 @@
-//! Text on the noise of a unit at rest in the terms of IEEE 952, in one line.
+//! Text on the residual relative to the motion, and on the noise of a unit at rest in the terms of IEEE 952, a line each.
 
+use rlg_findings::absolute::{grade, share_percent};
 use rlg_findings::numbers::Scale;
 use rlg_findings::result::{Diagnosis, LevelEntry, NoiseEntry, NoiseTermsEntry};
 use rlg_recording::AXES;
@@ -32,14 +33,29 @@ const TERMS: [Term; 4] = [
     ),
 ];
 
+/// Residual relative to the motion, and the noise fitted to it beside that of instruments.
+pub(super) fn residual(diagnosis: &Diagnosis) -> Option<String> {
+    let share = diagnosis.residual.as_ref();
+    let share = share.map(|one| format!("{} % of the motion", share_percent(one.share_of_motion)));
+    let is_in_terms = diagnosis.noise.iter().any(|one| one.terms.is_some());
+    let noise = (!diagnosis.noise.is_empty() && !is_in_terms).then(|| {
+        let grade = grade(largest_walk(&diagnosis.noise));
+        let fitted = fitted(&diagnosis.noise);
+        match diagnosis.verdict.is_told() {
+            true => format!("like noise of {fitted} ({grade} grade, reference included)"),
+            false => format!("more than noise of {fitted}"),
+        }
+    });
+    let parts: Vec<String> = share.into_iter().chain(noise).collect();
+    (!parts.is_empty()).then(|| format!("Residual: {}.", parts.join(", ")))
+}
+
 /// Terms of every gyro with estimates: value ± σ, or the upper bound of an insignificant term.
 pub(super) fn noise(diagnosis: &Diagnosis) -> Option<String> {
     let said = TERMS.iter().filter_map(|term| one_term(diagnosis, term));
-    let mut said: Vec<String> = said.collect();
-    if said.is_empty() && diagnosis.effects.is_empty() && !diagnosis.noise.is_empty() {
-        said.push(judged_with(&diagnosis.noise));
-    }
-    (!said.is_empty()).then(|| format!("Noise: {}.", said.join("; ")))
+    let said: Vec<String> = said.collect();
+    let grade = grade(largest_walk(&diagnosis.noise));
+    (!said.is_empty()).then(|| format!("Noise: {} ({grade} grade).", said.join("; ")))
 }
 
 /// One term of all gyros; `None` if it is unknown or not worth reporting.
@@ -70,15 +86,22 @@ fn one_term(diagnosis: &Diagnosis, (letter, unit, of, is_bounded): &Term) -> Opt
     Some(format!("{letter} {}", scale.with_unit(&each.join(", "))))
 }
 
-/// Noise used for the whitening, reported for a recording without findings.
-fn judged_with(noise: &[NoiseEntry]) -> String {
-    let walks: Vec<f64> = noise
-        .iter()
-        .map(|one| one.angle_random_walk_rad_sqrt_s)
-        .collect();
-    let scale = Scale::of("noise", "rad/√s", walks.iter().copied().fold(0.0, f64::max));
-    let each = AXES.iter().zip(walks);
-    let each = each.map(|(axis, walk)| format!("{axis} {}", to_two_digits(walk * scale.factor)));
+/// Largest angle random walk of the gyros \[rad/√s\].
+fn largest_walk(noise: &[NoiseEntry]) -> f64 {
+    let walks = noise.iter().map(|one| match &one.terms {
+        Some(terms) => terms.angle_random_walk_rad_sqrt_s.value,
+        None => one.angle_random_walk_rad_sqrt_s,
+    });
+    walks.fold(0.0, f64::max)
+}
+
+/// Noise used for the whitening: angle random walk by gyro.
+fn fitted(noise: &[NoiseEntry]) -> String {
+    let scale = Scale::of("noise", "rad/√s", largest_walk(noise));
+    let each = AXES.iter().zip(noise).map(|(axis, one)| {
+        let walk = one.angle_random_walk_rad_sqrt_s * scale.factor;
+        format!("{axis} {}", to_two_digits(walk))
+    });
     let each: Vec<String> = each.collect();
     format!("N {}", scale.with_unit(&each.join(", ")))
 }

@@ -257,7 +257,10 @@ fn answers_on_recordings_of_others_are_short_and_whole() {
         ),
         (
             "null-10s",
-            &["The model explains this recording", "Noise: N x "],
+            &[
+                "The model explains this recording",
+                " % of the motion, like noise of N x ",
+            ],
         ),
         (
             "two-attitudes-bias",

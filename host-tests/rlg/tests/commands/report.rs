@@ -443,6 +443,14 @@ pub(super) fn explained() -> Diagnosis {
         registration: Vec::new(),
         experiment: None,
         next_experiment: "Spin about one axis while oscillating about a second.".to_string(),
+        residual: Some(ResidualEntry {
+            share_of_motion: 2.34e-4,
+            coherence: vec![CoherenceEntry {
+                low_hz: 12.5,
+                high_hz: 25.0,
+                gyros: [0.98, 0.99, 0.75],
+            }],
+        }),
         noise: vec![NoiseEntry {
             channel: "gyro_x".to_string(),
             // × 180/π × 60 = 0.002022 °/√h

@@ -31,6 +31,8 @@ struct Made {
     clock: f64,
     /// Bias of gyro x, which points up [rad/s].
     bias_rad_s: f64,
+    /// Root mean square of a resonance at 17.3 Hz, 0.3 Hz wide, on gyro z, and half of it on gyro y \[rad/s\].
+    resonance_rad_s: f64,
     /// No white noise of angle.
     is_of_rate_alone: bool,
 }
@@ -41,6 +43,12 @@ fn records(made: &Made, seed: u64) -> Vec<u8> {
     let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
     let earth = EARTH_RAD_S * std::f64::consts::FRAC_1_SQRT_2;
     let mut before = [0.0; 3];
+    // A resonance driven by noise, sampled: its rms is 1.
+    let pole = (-std::f64::consts::PI * 0.3 / RATE_HZ).exp();
+    let cosine = (TAU * 17.3 / RATE_HZ).cos();
+    let [one, two] = [2.0 * pole * cosine, -pole * pole];
+    let gain = ((1.0 + two) * ((1.0 - two).powi(2) - one * one) / (1.0 - two)).sqrt();
+    let mut rings = [[0.0; 2]; 2];
     let mut bytes = Vec::new();
     for row in 0..25_600_u32 {
         let time_s = (f64::from(row) + 1.0) / (RATE_HZ * (1.0 + made.clock));
@@ -50,10 +58,16 @@ fn records(made: &Made, seed: u64) -> Vec<u8> {
         let wandering = TAU * 29.9 * at_s + 0.6 * (TAU * at_s / 170.0).sin();
         let image = made.wandering_rad_s * wandering.sin();
         let product = made.wandering_rad_s / 3.0 * (wandering + TAU * 9.2 * at_s).cos();
+        if made.resonance_rad_s > 0.0 {
+            for ring in &mut rings {
+                *ring = [one * ring[0] + two * ring[1] + gain * normal(), ring[0]];
+            }
+        }
+        let rings = rings.map(|ring| made.resonance_rad_s * ring[0]);
         let mean = [
             earth + made.bias_rad_s + image + product,
-            earth + line + image,
-            slow + image,
+            earth + line + image + 0.5 * rings[0],
+            slow + image + rings[1],
         ];
         let mut record = vec![time_s + 2e-5 * normal()];
         for axis in 0..3 {
@@ -191,6 +205,47 @@ fn at_rest_a_line_whose_phase_wanders_is_followed_and_its_product_with_it() {
     }
     let again = bench.diagnosed_with(&bench.0.path().join("out/model.toml"), "again");
     assert_eq!(again["verdict"], "matches");
+}
+
+#[test]
+fn at_rest_a_resonance_that_noise_drives_is_a_band_with_its_width_and_size() {
+    let made = Made {
+        resonance_rad_s: 1e-5,
+        ..Made::default()
+    };
+    let bench = Bench::made(&made, 91);
+    let diagnosis = bench.diagnosed();
+    let bands = expressions(&diagnosis, "band(");
+    assert_eq!(bands.len(), 1, "{:#?}", diagnosis["summary"]);
+    assert_eq!(
+        diagnosis["verdict"], "explained",
+        "{:#?}",
+        diagnosis["summary"]
+    );
+    let parameters = bands[0]["parameters"].as_array().expect("numbers");
+    let near = |name: &str, truth: f64| {
+        let own = parameters
+            .iter()
+            .find(|one| one["name"] == name)
+            .expect(name);
+        let [value, std] = ["value", "std"].map(|key| own[key].as_f64().expect("a number"));
+        assert!(
+            (value - truth).abs() < 4.0 * std,
+            "{name}: {value} ± {std}, not {truth}"
+        );
+        assert!(std < 0.15 * truth, "{name}: {value} ± {std}");
+    };
+    near("frequency_hz", 17.3);
+    near("width_hz", 0.3);
+    near("y", 0.5e-5);
+    near("z", 1e-5);
+    assert!(
+        parameters
+            .iter()
+            .all(|one| one["name"] != "x" || one["value"] == 0.0)
+    );
+    let again = bench.diagnosed_with(&bench.0.path().join("out/model.toml"), "again");
+    assert_eq!(again["verdict"], "matches", "{:#?}", again["summary"]);
 }
 
 #[test]
