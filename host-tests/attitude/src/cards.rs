@@ -2,6 +2,9 @@
 
 use rlg_catalogue::entries::{self, Card};
 
+/// Initial error of an attitude filter that decays.
+pub(crate) const SETTLING: &str = "reference_settling";
+
 /// Catalogue card of a kind.
 pub(crate) fn card(kind: &str) -> Card {
     const CLOCK: Card = Card {
@@ -11,5 +14,15 @@ pub(crate) fn card(kind: &str) -> Card {
         meaning: "The clock of the reference and the clock of the gyros run at different rates.",
         experiment: "A longer record shows the clocks part further.",
     };
-    entries::card(kind).unwrap_or(CLOCK)
+    const SETTLES: Card = Card {
+        kind: SETTLING,
+        equation: "reference attitude = exp(e exp(-t/T)) attitude, e in the navigation frame",
+        unit: "rad",
+        meaning: "The reference is an attitude filter that began with a wrong attitude and settled: its error decays with one time constant. Was this attitude computed from these gyros? Then it is no witness of their errors.",
+        experiment: "Keep the unit at rest until the filter has settled, and start the record then.",
+    };
+    match kind {
+        SETTLING => SETTLES,
+        _ => entries::card(kind).unwrap_or(CLOCK),
+    }
 }

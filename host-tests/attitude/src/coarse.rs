@@ -13,6 +13,10 @@ const REACH_S: f64 = 0.6;
 /// Least number of turns for an estimate of the delay.
 const LEAST_TURNS: usize = 8;
 
+/// Pieces with a delay of their own, and least number of turns in one.
+const MOST_PIECES: usize = 8;
+const LEAST_TURNS_OF_A_PIECE: usize = 64;
+
 /// Most turns compared.
 const MOST: usize = 4000;
 
@@ -44,22 +48,7 @@ impl Compared {
         if turns.len() < LEAST_TURNS {
             return None;
         }
-        let lasts_s = turns.iter().map(|turn| turn.end_s - turn.start_s);
-        let step_s = 0.1 * lasts_s.sum::<f64>() / turns.len() as f64;
-        let step_s = step_s.clamp(1e-3, 0.01);
-        let count = (REACH_S / step_s) as i64;
-        let best = (-count..=count)
-            .map(|k| {
-                let delay_s = of_model.delay_s + k as f64 * step_s;
-                (correlation(&motion, &turns, delay_s), delay_s)
-            })
-            .max_by(|a, b| a.0.total_cmp(&b.0));
-        let here = correlation(&motion, &turns, of_model.delay_s);
-        let delay_s = match best {
-            // Noise alone improves one delay slightly over another.
-            Some((value, delay_s)) if 1.0 - value < 0.9 * (1.0 - here) => delay_s,
-            _ => of_model.delay_s,
-        };
+        let delay_s = best_delay_s(&motion, &turns, of_model.delay_s);
         Some(Self {
             motion,
             turns,
@@ -90,29 +79,89 @@ impl Compared {
     }
 }
 
-/// Agreement of attitudes with the gyros at the best delay and rotation.
+/// Agreement of attitudes with the gyros at the best delays and rotation.
 pub struct Likeness {
     /// Residual share of the turns' sum of squares \[1\].
     pub left: f64,
     /// Angle of the rotation \[rad\].
     pub turned_rad: f64,
+    /// Rotation from the reference's body axes to the gyros'.
+    pub map: Matrix3<f64>,
+    /// Beginning of each piece and its delay \[s\].
+    delays_s: Vec<[f64; 2]>,
 }
 
-/// Compares attitudes with the gyros; `None` if turns are too few.
+impl Likeness {
+    /// Delay of the reference at a time \[s\].
+    pub fn delay_s(&self, time_s: f64) -> f64 {
+        let begun = self
+            .delays_s
+            .iter()
+            .rev()
+            .find(|[begin_s, _]| *begin_s <= time_s);
+        begun
+            .or(self.delays_s.first())
+            .map_or(0.0, |[_, delay_s]| *delay_s)
+    }
+}
+
+/// Compares attitudes with the gyros under one rotation, with a delay for each piece of the record, since lost rows shift the
+/// later ones; `None` if turns are too few.
 pub fn likeness(
     gyros: &Gyros,
     samples: &[SlowSample],
     tested: &[bool],
     of_model: &Alignment,
 ) -> Option<Likeness> {
-    let compared = Compared::new(gyros, samples, tested, of_model)?;
-    let whole = compared.left(&Matrix3::zeros());
-    let map = compared.rotation();
+    let motion = gyros.motion(gyros.sensed_rad.clone());
+    let turns = turns(samples, tested);
+    if turns.len() < LEAST_TURNS {
+        return None;
+    }
+    let count = (turns.len() / LEAST_TURNS_OF_A_PIECE).clamp(1, MOST_PIECES);
+    let pieces: Vec<(&[Turn], f64)> = turns
+        .chunks(turns.len().div_ceil(count))
+        .map(|piece| (piece, best_delay_s(&motion, piece, of_model.delay_s)))
+        .collect();
+    let products = pieces
+        .iter()
+        .map(|(piece, delay_s)| products(&motion, piece, *delay_s));
+    let map = nearest_rotation(products.sum());
+    let left = |map: &Matrix3<f64>| -> f64 {
+        let each = pieces.iter();
+        each.map(|(piece, delay_s)| left(&motion, piece, *delay_s, map))
+            .sum()
+    };
     let turn = nalgebra::Rotation3::from_matrix_unchecked(map);
     Some(Likeness {
-        left: compared.left(&map) / whole,
+        left: left(&map) / left(&Matrix3::zeros()),
         turned_rad: nalgebra::UnitQuaternion::from_rotation_matrix(&turn).angle(),
+        delays_s: pieces
+            .iter()
+            .map(|(piece, delay_s)| [piece[0].start_s, *delay_s])
+            .collect(),
+        map,
     })
+}
+
+/// Delay of highest correlation of the rates' magnitudes, or the model's if that is nearly as good \[s\].
+fn best_delay_s(motion: &GyroMotion, turns: &[Turn], of_model_s: f64) -> f64 {
+    let lasts_s = turns.iter().map(|turn| turn.end_s - turn.start_s);
+    let step_s = 0.1 * lasts_s.sum::<f64>() / turns.len() as f64;
+    let step_s = step_s.clamp(1e-3, 0.01);
+    let count = (REACH_S / step_s) as i64;
+    let best = (-count..=count)
+        .map(|k| {
+            let delay_s = of_model_s + k as f64 * step_s;
+            (correlation(motion, turns, delay_s), delay_s)
+        })
+        .max_by(|a, b| a.0.total_cmp(&b.0));
+    let here = correlation(motion, turns, of_model_s);
+    match best {
+        // Noise alone improves one delay slightly over another.
+        Some((value, delay_s)) if 1.0 - value < 0.9 * (1.0 - here) => delay_s,
+        _ => of_model_s,
+    }
 }
 
 /// Initial delay and rotation of the registration.
@@ -234,14 +283,22 @@ fn correlation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> f64 {
     (ab - a * b / count) / (variance(a, aa) * variance(b, bb)).sqrt()
 }
 
-/// Fits the rotation from the reference's turns to the gyros' by least squares (Kabsch).
+/// Fits the rotation from the reference's turns to the gyros' by least squares.
 fn rotation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> Matrix3<f64> {
-    let mut products = Matrix3::zeros();
-    for turn in turns {
-        if let Some(own) = of_gyros(motion, turn, delay_s) {
-            products += own * turn.angle_rad.transpose();
-        }
-    }
+    nearest_rotation(products(motion, turns, delay_s))
+}
+
+/// Sum of the products of the gyros' and the reference's turns \[rad²\].
+fn products(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> Matrix3<f64> {
+    let each = turns.iter().filter_map(|turn| {
+        let own = of_gyros(motion, turn, delay_s)?;
+        Some(own * turn.angle_rad.transpose())
+    });
+    each.sum()
+}
+
+/// Rotation of the largest inner product with a matrix (Kabsch).
+fn nearest_rotation(products: Matrix3<f64>) -> Matrix3<f64> {
     let svd = products.svd(true, true);
     let (Some(left), Some(right)) = (svd.u, svd.v_t) else {
         return Matrix3::identity();

@@ -1,12 +1,17 @@
 //! Check of the attitude convention: from body to navigation frame, in the order w, x, y, z.
 
+use std::path::Path;
+
 use nalgebra::{Quaternion, UnitQuaternion};
+use rlg_model::Model;
 use rlg_recording::error::InputError;
-use rlg_signal::attitude_samples::{Shown, SlowSample};
+use rlg_recording::{Quantity, Recording};
+use rlg_signal::attitude_samples::{Shown, SlowSample, has_attitude};
 
 use crate::alignment::Alignment;
 use crate::coarse::{self, Likeness};
-use crate::observed::Observed;
+use crate::observed::{Observed, observe};
+use crate::plan::{AttitudePlan, ConventionPlan};
 
 /// An alternative attitude convention.
 struct Reading {
@@ -46,32 +51,73 @@ fn scalar_first(q: UnitQuaternion<f64>) -> UnitQuaternion<f64> {
     UnitQuaternion::from_quaternion(Quaternion::new(q.i, q.j, q.k, q.w))
 }
 
-/// Largest residual power of a better convention, relative to the given one's.
-const BETTER: f64 = 0.05;
+/// A recording with its attitudes in the project's convention.
+pub struct Converted {
+    /// The recording.
+    pub recording: Recording,
+    /// Sentence on the convention found.
+    pub sentence: String,
+}
 
-/// Largest residual power of an equally good convention, relative to the best one's: another order of the components is the
-/// inverse between other constant rotations. Of these the convention of smallest rotation of the unit is selected.
-const AS_WELL: f64 = 2.0;
-
-/// Residual share of the turns' squares below which a convention is accepted.
-const FITS: f64 = 0.01;
-
-/// Converts the attitudes if another convention fits twenty times better, and returns its description; `None` if they are as
-/// declared.
+/// Converts a recording's attitudes if another convention fits the gyros better; `None` if they are as declared.
+///
+/// The convention with a plausible mount is taken without asking if no other with one fits as well.
 ///
 /// # Errors
-/// The attitudes are not as declared, and `anyway` is not set.
-pub(crate) fn check(
-    observed: &mut Observed,
-    of_model: &Alignment,
+/// The attitudes are not as declared, several conventions fit, and `anyway` is not set; or a channel is missing or invalid.
+pub fn converted(
+    recording: &Recording,
+    (model, model_file): (&Model, &Path),
+    plan: &AttitudePlan,
     anyway: bool,
-) -> Result<Option<String>, InputError> {
+) -> Result<Option<Converted>, InputError> {
+    if !has_attitude(recording) {
+        return Ok(None);
+    }
+    let Some(observed) = observe(recording, (model, model_file), plan)? else {
+        return Ok(None);
+    };
+    if observed.is_few {
+        return Ok(None);
+    }
+    let Some((reading, is_clear)) = other_reading(&observed, model, &plan.conventions) else {
+        return Ok(None);
+    };
+    let words = format!(
+        "the attitudes are {}: read so, they follow the gyros",
+        reading.words
+    );
+    if !is_clear && !anyway {
+        let file = recording.folder.join("recording.toml");
+        return Err(InputError::new(file, words)
+            .channel("reference_attitude")
+            .expected(
+                "body to navigation frame, each component in the channel of its axis; --anyway reads them so and reports it",
+            ));
+    }
+    let mut recording = recording.clone();
+    read_as(reading, &mut recording);
+    Ok(Some(Converted {
+        recording,
+        sentence: format!("Channels: {words}."),
+    }))
+}
+
+/// Another convention that fits better, and true if it is the only one with a plausible mount.
+fn other_reading(
+    observed: &Observed,
+    model: &Model,
+    plan: &ConventionPlan,
+) -> Option<(&'static Reading, bool)> {
+    let of_model = Alignment::of_model(model);
     let compared = |samples: &[SlowSample]| {
         let left_out = &observed.stamps.left_out;
-        coarse::likeness(&observed.gyros, samples, left_out, of_model)
+        coarse::likeness(&observed.gyros, samples, left_out, &of_model)
     };
-    let Some(given) = compared(&observed.samples).filter(|likeness| likeness.left > FITS) else {
-        return Ok(None);
+    let given = compared(&observed.samples).filter(|likeness| likeness.left > plan.fits)?;
+    let better = match given.turned_rad > plan.implausible_rad {
+        true => plan.better,
+        false => plan.far_better,
     };
     let read = |reading: &Reading| -> Vec<SlowSample> {
         let samples = observed.samples.iter();
@@ -85,32 +131,45 @@ pub(crate) fn check(
             })
             .collect()
     };
-    let others: Vec<(Likeness, &Reading)> = READINGS
+    let others: Vec<(Likeness, &'static Reading)> = READINGS
         .iter()
         .filter_map(|reading| Some((compared(&read(reading))?, reading)))
         .collect();
     let least = others.iter().map(|(likeness, _)| likeness.left);
-    let least = least.fold(BETTER * given.left, f64::min);
-    let fitting = others
+    let least = least.fold(better * given.left, f64::min);
+    let mut fitting: Vec<&(Likeness, &Reading)> = others
         .iter()
-        .filter(|(likeness, _)| likeness.left < BETTER * given.left)
-        .filter(|(likeness, _)| likeness.left <= AS_WELL * least);
-    let best = fitting.min_by(|a, b| a.0.turned_rad.total_cmp(&b.0.turned_rad));
-    let Some((_, reading)) = best else {
-        return Ok(None);
-    };
-    let said = format!(
-        "the attitudes are {}: read so, they follow the gyros",
-        reading.words
-    );
-    if !anyway {
-        let file = observed.recording.folder.join("recording.toml");
-        return Err(InputError::new(file, said)
-            .channel("reference_attitude")
-            .expected(
-                "body to navigation frame, each component in the channel of its axis; --anyway reads them so and reports it",
-            ));
+        .filter(|(likeness, _)| likeness.left < better * given.left)
+        .filter(|(likeness, _)| likeness.left <= plan.as_well * least)
+        .collect();
+    fitting.sort_by(|a, b| a.0.turned_rad.total_cmp(&b.0.turned_rad));
+    let (_, best) = fitting.first()?;
+    let plausible = |one: &&&(Likeness, &Reading)| one.0.turned_rad < plan.implausible_rad;
+    Some((best, fitting.iter().filter(plausible).count() == 1))
+}
+
+/// Converts the attitude channels of a recording; rows without an attitude stay.
+fn read_as(reading: &Reading, recording: &mut Recording) {
+    for table in &mut recording.tables {
+        let places = ["w", "x", "y", "z"].map(|axis| {
+            table.channels.iter().position(|channel| {
+                channel.quantity == Quantity::ReferenceAttitude
+                    && channel.axis.as_deref() == Some(axis)
+            })
+        });
+        let [Some(w), Some(x), Some(y), Some(z)] = places else {
+            continue;
+        };
+        for row in 0..table.rows {
+            let [a, b, c, d] = [w, x, y, z].map(|place| table.channels[place].values[row]);
+            let q = Quaternion::new(a, b, c, d);
+            // Also false for a component that was not measured.
+            if q.norm() > 0.0 {
+                let q = (reading.of)(UnitQuaternion::new_unchecked(q));
+                for (place, value) in [(w, q.w), (x, q.i), (y, q.j), (z, q.k)] {
+                    table.channels[place].values[row] = value;
+                }
+            }
+        }
     }
-    observed.samples = read(reading);
-    Ok(Some(format!("Channels: {said}.")))
 }

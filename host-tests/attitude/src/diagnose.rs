@@ -21,7 +21,6 @@ use crate::case_motion;
 use crate::channels;
 use crate::choice::{Candidates, Named};
 use crate::coarse::Start;
-use crate::conventions;
 use crate::equations::ParameterColumn;
 use crate::few::{AtRest, FewRows, NoiseBelief};
 use crate::few_search::{self, FewFound};
@@ -106,10 +105,9 @@ pub fn diagnose(
         return Ok(None);
     };
     let of_model = Alignment::of_model(model);
-    let mut read_otherwise = None;
     let mut put_right = None;
     if !observed.is_few {
-        read_otherwise = conventions::check(&mut observed, &of_model, settings.anyway)?;
+        observed.take_settling(&of_model, &settings.plan);
         put_right = match check_channels(settings, &mut observed, (model, model_file)) {
             Err(Stopped::Apart(why, _)) => {
                 let outcome =
@@ -153,9 +151,6 @@ pub fn diagnose(
     let corrected_rad = case_motion::corrected_rad(&said);
     if let Some(put_right) = put_right {
         put_right.report(&mut outcome);
-    }
-    if let Some(said) = read_otherwise {
-        outcome.diagnosis.summary.insert(1, said);
     }
     let mut streams = observed.streams;
     let corrected = corrected_rad.map(|case_rad| {

@@ -66,6 +66,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         .collect();
     let clock = (streams.rows, streams.rate_hz);
     let mut preprocessed = own_lines::entries(&observed.lines, clock, observed.model);
+    preprocessed.extend(observed.settling.map(|one| one.entry()));
     preprocessed.extend(zeroing::entry(&observed.zeroed));
     preprocessed.extend(gyro_times::entry(&observed.late));
     effects.extend(preprocessed.iter().map(|(entry, _)| entry.clone()));

@@ -73,7 +73,9 @@ mod earth;
 
 mod coarse;
 
-mod conventions;
+pub mod conventions;
+
+mod settling;
 
 mod physics;
 

@@ -17,6 +17,7 @@ use rlg_signal::residual::body_from_sensing;
 use rlg_signal::streams::Streams;
 
 use crate::about::{About, Gyros};
+use crate::alignment::Alignment;
 use crate::channels;
 use crate::conditioned;
 use crate::dither::Dither;
@@ -29,6 +30,7 @@ use crate::noise::declared_walk_rad_sqrt_s;
 use crate::physics::Gyro;
 use crate::plan::AttitudePlan;
 use crate::registration::Records;
+use crate::settling::{self, Settling};
 use crate::vertical;
 use crate::zeroing::{self, Zeroed};
 
@@ -48,7 +50,9 @@ pub(crate) struct Observed<'a> {
     /// The attitudes are too few for an estimate of their noise.
     pub(crate) is_few: bool,
     pub(crate) gyros: Gyros,
-    /// High passes that were undone on them beyond those of the model.
+    /// Settling of the reference that was removed beyond that of the model.
+    pub(crate) settling: Option<Settling>,
+    /// High passes that were undone on the gyros beyond those of the model.
     pub(crate) zeroed: Zeroed,
     /// True once the model's effects are subtracted from them.
     pub(crate) is_without_known: bool,
@@ -59,6 +63,29 @@ pub(crate) struct Observed<'a> {
 }
 
 impl Observed<'_> {
+    /// Flags held-out stamps, known faults, frozen attitudes and failed stretches.
+    fn flag_stamps(&mut self, plan: &AttitudePlan) {
+        let samples = &self.samples;
+        let held_out = if self.is_few { 0.0 } else { plan.tested_share };
+        let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
+        (self.known, self.tested) = known_stamps(self.model, samples, fitted);
+        self.stamps = self.known.clone();
+        let [held, failed] = [held::find, failures::find].map(|find| find(&self.gyros, samples));
+        for stamp in (0..samples.len()).filter(|stamp| held[*stamp] || failed[*stamp]) {
+            self.stamps.left_out[stamp] = true;
+            self.tested[stamp] = false;
+        }
+    }
+
+    /// Removes the settling of an attitude filter, whose fast beginning is no failed stretch.
+    pub(crate) fn take_settling(&mut self, of_model: &Alignment, plan: &AttitudePlan) {
+        self.settling = settling::find(&self.gyros, &self.samples, of_model, &plan.settling);
+        if let Some(found) = self.settling {
+            found.undo(&mut self.samples);
+            self.flag_stamps(plan);
+        }
+    }
+
     /// Samples without those known to be faulty; held-out ones are among them.
     pub(crate) fn sound_samples(&self) -> Vec<SlowSample> {
         let flags = self.stamps.left_out.iter().zip(&self.tested);
@@ -164,31 +191,27 @@ pub(crate) fn observe<'a>(
     };
     let map = channels::map(&model.effects);
     channels::put_right(&map, &mut samples, &mut gyros.sensed_rad);
-    let held_out = if is_few { 0.0 } else { plan.tested_share };
-    let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
-    let (known, mut tested) = known_stamps(model, &samples, fitted);
-    let mut stamps = known.clone();
-    let [held, failed] = [held::find, failures::find].map(|find| find(&gyros, &samples));
-    for stamp in (0..samples.len()).filter(|stamp| held[*stamp] || failed[*stamp]) {
-        stamps.left_out[stamp] = true;
-        tested[stamp] = false;
+    if let Some(known) = Settling::of_model(model) {
+        known.undo(&mut samples);
     }
     let mut observed = Observed {
         recording,
         model,
         streams,
         faults,
+        tested: Vec::new(),
+        known: Stamps::without(&[]),
+        stamps: Stamps::without(&[]),
         samples,
-        tested,
-        known,
-        stamps,
         is_few,
         gyros,
+        settling: None,
         zeroed: [None; 3],
         late: Late::default(),
         is_without_known: false,
         lines: Vec::new(),
     };
+    observed.flag_stamps(plan);
     zeroing::undo(&mut observed.gyros, zeroing::of_model(model));
     gyro_times::advance(&mut observed.gyros, gyro_times::of_model(model));
     Ok(Some(observed))

@@ -27,6 +27,10 @@ pub struct AttitudePlan {
     pub most_effects: usize,
     /// Residual power on held-out rows, relative to the noise model, above which the record is not fully explained.
     pub most_power: f64,
+    /// Test of the attitudes' convention.
+    pub conventions: ConventionPlan,
+    /// Search for the settling of an attitude filter.
+    pub settling: SettlingPlan,
     /// Search for automatic zeroing.
     pub zeroing: ZeroingPlan,
     /// Search for lines of the gyros alone.
@@ -46,8 +50,69 @@ impl Default for AttitudePlan {
             nearly: 0.5,
             most_effects: 6,
             most_power: 10.0,
+            conventions: ConventionPlan::default(),
+            settling: SettlingPlan::default(),
             zeroing: ZeroingPlan::default(),
             lines: OwnLinesPlan::default(),
+        }
+    }
+}
+
+/// Criteria for another convention.
+#[derive(Debug, Clone, Copy)]
+pub struct ConventionPlan {
+    /// Residual share of the turns' squares below which the declared convention is accepted \[1\].
+    pub fits: f64,
+    /// Largest residual power of a better convention, relative to the declared one's \[1\]: an attitude filter's own error is
+    /// in both.
+    pub better: f64,
+    /// The same where the declared convention needs no implausible mount.
+    pub far_better: f64,
+    /// Least rotation of an implausible mount \[rad\].
+    pub implausible_rad: f64,
+    /// Largest residual power of an equally good convention, relative to the best one's \[1\]: another order of the
+    /// components is the inverse between other constant rotations. Of these the one of the smallest mount is selected.
+    pub as_well: f64,
+}
+
+impl Default for ConventionPlan {
+    fn default() -> Self {
+        Self {
+            fits: 0.01,
+            better: 0.5,
+            far_better: 0.05,
+            implausible_rad: 60.0 * std::f64::consts::PI / 180.0,
+            as_well: 2.0,
+        }
+    }
+}
+
+/// Thresholds of the search for a settling.
+#[derive(Debug, Clone, Copy)]
+pub struct SettlingPlan {
+    /// Shortest time constant \[samples\].
+    pub least_samples: f64,
+    /// Least length of the record \[time constants\].
+    pub least_lengths: f64,
+    /// Ratio of neighbouring time constants that are tried \[1\].
+    pub step: f64,
+    /// Least gain in 2 ln L over no decay.
+    pub least_gain: f64,
+    /// Gain in 2 ln L that separates it from a decaying bias of the gyros.
+    pub apart: f64,
+    /// Largest share of the squares of the first two time constants that is left \[1\].
+    pub left: f64,
+}
+
+impl Default for SettlingPlan {
+    fn default() -> Self {
+        Self {
+            least_samples: 6.0,
+            least_lengths: 3.0,
+            step: 1.4,
+            least_gain: 50.0,
+            apart: 10.0,
+            left: 0.3,
         }
     }
 }

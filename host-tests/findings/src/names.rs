@@ -36,6 +36,7 @@ const KINDS: &[(&str, &str)] = &[
     ("saturation", "saturated rows"),
     ("reference_misalignment", "reference turned"),
     ("reference_bandwidth", "reference low pass"),
+    ("reference_settling", "settling attitude filter"),
     ("reference_pull", "attitude filter as reference"),
     ("isolator_mode", "isolator resonance"),
     ("earth_rate", "Earth rate"),

@@ -6,6 +6,7 @@
 use std::path::Path;
 
 use rlg_attitude::Diagnosed;
+use rlg_attitude::conventions::converted;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -32,6 +33,8 @@ pub(super) fn diagnose(
     };
     let of = (model, model_file);
     progress("aligning the channels");
+    let converted = converted(recording, of, &asked.plan, settings.anyway)?;
+    let recording = converted.as_ref().map_or(recording, |one| &one.recording);
     let whole = lost_rows::put_back(recording, model, rlg_attitude::beside_gyros)?;
     let diagnosed = rlg_attitude::diagnose(&asked, &whole.recording, of, progress)?;
     let Some(Diagnosed {
@@ -50,7 +53,9 @@ pub(super) fn diagnose(
             Err(reason) => rlg_force::say_why_not(&reason, &mut outcome),
         }
     }
-    outcome.diagnosis.say_first(whole.said);
+    let sentences = converted.as_ref().map(|one| one.sentence.clone());
+    let sentences = sentences.into_iter().chain(whole.said).collect();
+    outcome.diagnosis.say_first(sentences);
     Ok(outcome)
 }
 

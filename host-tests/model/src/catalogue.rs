@@ -242,6 +242,14 @@ pub const CATALOGUE: &[Kind] = &[
             ),
         ],
     ),
+    // Error at the reference's first sample, navigation frame.
+    kind(
+        "reference_settling",
+        &[
+            of(XYZ, "rad"),
+            needed(&["time_constant_s"], "s", Value::Positive),
+        ],
+    ),
     kind("gyro_high_pass", &[bounded(XYZ, "s", Value::NotNegative)]),
     kind(
         "reference_clock_rate",
