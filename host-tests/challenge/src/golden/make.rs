@@ -5,8 +5,15 @@ use std::time::Instant;
 
 use super::row::Row;
 use crate::given::MODEL;
+use crate::marks::family::Family;
+use crate::marks::judge::judge;
+use crate::marks::read_as::ReadAs;
+use crate::marks::record::{Declares, record};
+use crate::marks::run::{self as marks, Outcome};
+use crate::marks::under_test::DiagnosisSummary;
 use crate::trial::MIX;
 use crate::{Plan, prepare};
+use rayon::prelude::*;
 use rlg_findings::result::Diagnosis;
 use rlg_flow::{Settings, diagnose_under};
 use rlg_model::Model;
@@ -42,6 +49,87 @@ pub fn trial_rows(
         Ok(row)
     });
     rows.into_iter().collect()
+}
+
+/// A kind of recording that the trials above have none of.
+struct Guard {
+    /// Name of its rows.
+    name: &'static str,
+    family: Family,
+    read_as: ReadAs,
+}
+
+const GUARDS: [Guard; 7] = [
+    guard("attitude", Family::Attitude, ReadAs::Whole),
+    guard("rest", Family::Rest, ReadAs::Whole),
+    guard("force", Family::Force, ReadAs::Whole),
+    guard("positions", Family::Positions, ReadAs::Whole),
+    guard("unrelated", Family::Unrelated, ReadAs::Whole),
+    guard("long", Family::Single, ReadAs::Long),
+    guard("several", Family::Single, ReadAs::Several),
+];
+
+const fn guard(name: &'static str, family: Family, read_as: ReadAs) -> Guard {
+    Guard {
+        name,
+        family,
+        read_as,
+    }
+}
+
+/// Makes the rows of the other kinds of recordings: trials of the marks, with models that declare no noise.
+///
+/// # Inputs
+/// The seed; `each`: trials of each kind; `progress` as of [`trial_rows`].
+pub fn guard_rows(
+    seed: u64,
+    each: u64,
+    progress: &(dyn Fn(&str, f64) + Sync),
+) -> Result<Vec<Row>, InputError> {
+    /// Longest recording \[s\], and most rows of one.
+    const LONGEST_S: f64 = 120.0;
+    const MOST_ROWS: f64 = 40_000.0;
+    let mut rows = Vec::new();
+    for guard in &GUARDS {
+        let prepared = marks::prepare(
+            &marks::Plan {
+                longest_s: LONGEST_S,
+                most_rows: MOST_ROWS,
+                ..marks::Plan::new(seed, each, &[guard.family])
+            },
+            &|| {},
+        )?;
+        let trials = prepared.trials.par_iter().zip(&prepared.answers);
+        let own = trials.map(|(trial, answer)| {
+            let begun = Instant::now();
+            let (recording, model) = record(trial, Declares::Nothing)?;
+            let of = (&model, Path::new(MODEL));
+            let said = guard.read_as.diagnose(&Settings::default(), &recording, of);
+            let said = said.map(|outcome| outcome.diagnosis);
+            let said = said.map_err(|error| format!("refused: {}", error.problem));
+            let outcome = Outcome {
+                trial: trial.number,
+                said: match &said {
+                    Ok(diagnosis) => Some(summary(diagnosis)?),
+                    Err(_) => None,
+                },
+                failure: said.as_ref().err().cloned(),
+            };
+            let name = format!("{}-{:03}", guard.name, trial.number);
+            let said = said.as_ref().map_err(String::as_str);
+            let row = Row::of_marks(&name, answer, said, &judge(answer, &outcome))?;
+            progress(row.name(), begun.elapsed().as_secs_f64());
+            Ok(row)
+        });
+        rows.extend(own.collect::<Result<Vec<Row>, InputError>>()?);
+    }
+    Ok(rows)
+}
+
+fn summary(diagnosis: &Diagnosis) -> Result<DiagnosisSummary, InputError> {
+    let json = serde_json::to_value(diagnosis).map_err(|error| error.to_string());
+    let summary = json.and_then(|json| DiagnosisSummary::from_json(&json));
+    summary.map_err(|problem| InputError::new("diagnosis.json", problem))
 }
 
 /// Makes the row of a recording with the model in its folder, as in `rlg diagnose`.

@@ -14,7 +14,7 @@ mod row;
 mod table;
 
 pub use compare::{Comparison, FieldDifference, RowDifference, compare};
-pub use make::{recording_row, trial_rows};
+pub use make::{guard_rows, recording_row, trial_rows};
 pub use quality::Quality;
 pub use row::{COLUMNS, Row, diagnosis_sha256, trial_name};
 pub use table::{Header, Table};

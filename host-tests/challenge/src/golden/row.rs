@@ -9,6 +9,8 @@ use crate::answer::Answer;
 use crate::case::Case;
 use crate::commit::sha256;
 use crate::examine::outcome_of;
+use crate::marks::judge::{Judgement, Score};
+use crate::marks::record::Answer as MarksAnswer;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
 use rlg_recording::error::InputError;
 
@@ -82,6 +84,30 @@ impl Row {
         ];
         let judged = said.map_or([NO, NONE].map(str::to_owned), |said| judged(answer, said));
         Self::new(&trial_name(answer.trial), origin, said, judged)
+    }
+
+    /// Makes the row of a trial of the marks, with its judgement.
+    pub fn of_marks(
+        name: &str,
+        answer: &MarksAnswer,
+        said: Result<&Diagnosis, &str>,
+        judgement: &Judgement,
+    ) -> Result<Self, InputError> {
+        let concealed: Vec<String> = answer.effects.iter().map(|one| one.kind.clone()).collect();
+        let origin = [
+            answer.family.name(),
+            joined(&answer.conditions),
+            joined(&concealed),
+        ];
+        let right = match judgement.score {
+            Score::Right | Score::OrDrift => YES,
+            Score::Missed => SILENT,
+            Score::Wrong | Score::Unanswered => NO,
+        };
+        let sigmas = judgement.pulls.iter().map(|pull| pull.abs());
+        let largest = sigmas.reduce(f64::max);
+        let largest = largest.map_or(NONE.to_owned(), |sigmas| format!("{sigmas:.2}"));
+        Self::new(name, origin, said, [right.to_owned(), largest])
     }
 
     /// Makes the row of a recording. `said` is the diagnosis, or the reason for its absence.

@@ -23,7 +23,7 @@ pub enum ReadAs {
 
 impl ReadAs {
     /// Diagnoses a recording in this reading, or whole if that is impossible.
-    pub(super) fn diagnose(
+    pub fn diagnose(
         self,
         settings: &Settings,
         recording: &Recording,

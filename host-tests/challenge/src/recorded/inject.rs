@@ -48,7 +48,7 @@ pub fn added_rad(effect: &Effect, base: &Base) -> Vec<Vector3<f64>> {
     let motion = &base.sensed_motion_rad;
     let (period_s, rows) = (base.period_s, motion.len());
     let pair = |gyro: usize, other: usize| effect.value(&format!("{}{}", AXES[gyro], AXES[other]));
-    // Sign and axis sensed by a gyro tilted about another axis (physics.md, 1).
+    // Sign and axis sensed by a gyro tilted about another axis.
     let tilts = |gyro: usize| {
         let others = (0..3).filter(move |about| *about != gyro);
         others.map(move |about| {

@@ -11,7 +11,7 @@ use super::import::Import;
 use super::import_format::Format;
 use crate::challenge::Share;
 use crate::challenge::golden::{
-    Comparison, Header, Quality, Row, Table, compare, recording_row, trial_rows,
+    Comparison, Header, Quality, Row, Table, compare, guard_rows, recording_row, trial_rows,
 };
 use crate::error::InputError;
 use crate::output::write_file;
@@ -20,7 +20,8 @@ use crate::terminal::Terminal;
 /// Options of the golden table.
 #[derive(Debug, Args)]
 pub(super) struct GoldenArguments {
-    /// Write the golden table instead: a row for each trial, and for each shared recording
+    /// Write the golden table instead: a row for each trial, for trials of the other kinds of recordings (attitudes, rest,
+    /// accelerometers, positions, long ones, several, two motions), and for each shared recording
     #[arg(
         long,
         value_name = "FILE.tsv",
@@ -175,6 +176,13 @@ impl GoldenArguments {
                 rows.push(row);
             }
         }
+        let is_whole = self.rows.is_none() && matches!(share, Share::Shard(0, 1));
+        if is_whole {
+            if let Some(recordings) = &self.recordings {
+                rows.extend(outside_rows(recordings, &said)?);
+            }
+            rows.extend(guard_rows(header.seed, GUARDS_EACH, &said)?);
+        }
         rows.extend(trial_rows(
             header.seed,
             &share.trials(header.trials),
@@ -186,6 +194,26 @@ impl GoldenArguments {
         }
         Ok(Table::new(header, rows))
     }
+}
+
+/// Trials of each other kind of recording in a whole table.
+const GUARDS_EACH: u64 = 12;
+
+/// Rows of the small recordings in the folder `outside`, by name.
+fn outside_rows(recordings: &Path, said: &dyn Fn(&str, f64)) -> Result<Vec<Row>, InputError> {
+    let folder = recordings.join("outside");
+    let entries = fs::read_dir(&folder).map_err(|error| InputError::unreadable(&folder, &error))?;
+    let mut paths: Vec<PathBuf> = entries.flatten().map(|entry| entry.path()).collect();
+    paths.retain(|path| path.join("model.toml").is_file());
+    paths.sort();
+    let each = paths.iter().map(|path| {
+        let begun = Instant::now();
+        let name = path.file_name().unwrap_or_default().to_string_lossy();
+        let row = recording_row(&format!("outside/{name}"), path)?;
+        said(row.name(), begun.elapsed().as_secs_f64());
+        Ok(row)
+    });
+    each.collect()
 }
 
 fn read(file: &Path) -> Result<Table, InputError> {
