@@ -3,6 +3,7 @@
 use std::path::Path;
 
 use nalgebra::{Quaternion, UnitQuaternion};
+use rlg_findings::sentences::READ_AS;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_recording::{Quantity, Recording};
@@ -83,13 +84,10 @@ pub fn converted(
     let Some((reading, is_clear)) = other_reading(&observed, model, &plan.conventions) else {
         return Ok(None);
     };
-    let words = format!(
-        "the attitudes are {}: read so, they follow the gyros",
-        reading.words
-    );
+    let words = format!("{}: read so, they follow the gyros", reading.words);
     if !is_clear && !anyway {
         let file = recording.folder.join("recording.toml");
-        return Err(InputError::new(file, words)
+        return Err(InputError::new(file, format!("the attitudes are {words}"))
             .channel("reference_attitude")
             .expected(
                 "body to navigation frame, each component in the channel of its axis; --anyway reads them so and reports it",
@@ -99,7 +97,7 @@ pub fn converted(
     read_as(reading, &mut recording);
     Ok(Some(Converted {
         recording,
-        sentence: format!("Channels: {words}."),
+        sentence: format!("{READ_AS}{words}."),
     }))
 }
 

@@ -10,6 +10,9 @@ pub use crate::numbers::DEG_H;
 /// Matched-filter SNR at which a six-parameter effect is found with a probability of 0.9.
 pub const NEEDED_SNR: f64 = 7.0;
 
+/// Begins the sentence on attitudes read in another convention than declared, which a terminal shows, too.
+pub const READ_AS: &str = "Channels: the attitudes are ";
+
 /// The verdict as a sentence.
 pub fn opening(verdict: Verdict) -> &'static str {
     match verdict {

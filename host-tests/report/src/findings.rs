@@ -63,7 +63,7 @@ fn gist(effect: &EffectEntry) -> String {
 }
 
 /// Kinds that are not distinguishable from a found one.
-fn not_told_apart(effect: &EffectEntry) -> Vec<&str> {
+fn not_distinguishable(effect: &EffectEntry) -> Vec<&str> {
     let alike = effect.indistinguishable_from.iter();
     alike
         .filter(|kind| !effect.gravity_speaks_against.contains(kind))
@@ -86,7 +86,7 @@ fn one(effect: &EffectEntry, fit: &FitEntry) -> Markup {
 
 /// Description of an effect, its equivalence class and significance.
 fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
-    let alike = not_told_apart(effect);
+    let alike = not_distinguishable(effect);
     html! {
         p { (effect.what_was_left_out) }
         @if !effect.equation.is_empty() { p.equation { (symbols(&effect.equation)) } }
@@ -101,7 +101,7 @@ fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
         }
         @if !alike.is_empty() {
             p.caution {
-                b { "Not told apart: " }
+                b { "Not distinguishable: " }
                 "this recording cannot tell it from "
                 @for (place, kind) in alike.iter().enumerate() {
                     @if place > 0 { ", " }

@@ -112,7 +112,7 @@ pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
 }
 
 /// Alternative causes of each effect.
-pub(super) fn not_told_apart(diagnosis: &Diagnosis) -> Option<String> {
+pub(super) fn not_distinguishable(diagnosis: &Diagnosis) -> Option<String> {
     let mut said: Vec<String> = Vec::new();
     for effect in &diagnosis.effects {
         let rivals = rivals(effect);
@@ -123,7 +123,7 @@ pub(super) fn not_told_apart(diagnosis: &Diagnosis) -> Option<String> {
             }
         }
     }
-    let apart = (!said.is_empty()).then(|| format!("Not told apart: {}.", said.join("; ")));
+    let apart = (!said.is_empty()).then(|| format!("Not distinguishable: {}.", said.join("; ")));
     let own: BTreeSet<String> = diagnosis
         .effects
         .iter()

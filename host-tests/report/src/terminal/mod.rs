@@ -1,7 +1,8 @@
 //! Text of a diagnosis for a terminal: at most [`MOST_LINES`] lines, none of them cut.
 //!
 //! verdict → residual relative to the motion → findings, with sizes → locations → held-out time before and after → alternative causes → next experiment.
-//! Everything is formatted from the fields of [`Diagnosis`], never from its sentences, except the verdict's own.
+//! Everything is formatted from the fields of [`Diagnosis`], never from its sentences, except the verdict's own and that on the
+//! attitudes' convention.
 
 mod effects;
 mod figures;
@@ -14,7 +15,7 @@ pub use registration::alignment;
 use rlg_findings::names::plain;
 use rlg_findings::numbers::Scale;
 use rlg_findings::result::{Diagnosis, Verdict};
-use rlg_findings::sentences::NEEDED_SNR;
+use rlg_findings::sentences::{NEEDED_SNR, READ_AS};
 
 /// Largest number of lines of an answer, before the line with the page's path.
 pub const MOST_LINES: usize = 14;
@@ -32,7 +33,7 @@ pub fn beside_findings(diagnosis: &Diagnosis) -> Vec<String> {
     let drift = figures::drift(diagnosis);
     drift
         .into_iter()
-        .chain(effects::not_told_apart(diagnosis))
+        .chain(effects::not_distinguishable(diagnosis))
         .collect()
 }
 
@@ -41,6 +42,8 @@ pub fn beside_findings(diagnosis: &Diagnosis) -> Vec<String> {
 /// `note`: additional information for the reader, such as an assumed model.
 pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     let mut head: Vec<String> = diagnosis.summary.first().cloned().into_iter().collect();
+    let mut said = diagnosis.summary.iter();
+    head.extend(said.find(|line| line.starts_with(READ_AS)).cloned());
     if diagnosis.verdict != Verdict::Unusable {
         head.extend(noise::residual(diagnosis));
     }
@@ -53,7 +56,7 @@ pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
         tail.extend(figures::unlike_noise(diagnosis));
         tail.extend(noise::noise(diagnosis));
         tail.extend(sensitive(diagnosis));
-        tail.extend(effects::not_told_apart(diagnosis));
+        tail.extend(effects::not_distinguishable(diagnosis));
     }
     if !diagnosis.next_experiment.is_empty() {
         tail.push(format!("Next: {}", diagnosis.next_experiment));

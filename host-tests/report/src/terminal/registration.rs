@@ -30,7 +30,7 @@ pub fn alignment(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     let width = width.unwrap_or(0);
     let other = |(name, sizes): &(String, String)| format!("  {name:<width$}   {sizes}");
     lines.extend(others.iter().map(other));
-    lines.extend(effects::not_told_apart(diagnosis));
+    lines.extend(effects::not_distinguishable(diagnosis));
     lines.extend(figures::drift(diagnosis));
     lines.extend(figures::power(diagnosis));
     lines.push("Physics was not searched for: rlg diagnose does that.".to_owned());

@@ -145,7 +145,8 @@ impl NavigateCommand {
         out.commit()?;
         spinner.finish_and_clear();
         if results.after.alignment.pitch_deg.abs() > STEEPEST_PITCH_DEG {
-            terminal.warn("the body's x axis stands upright: roll and heading are not told apart");
+            terminal
+                .warn("the body's x axis stands upright: roll and heading are not distinguishable");
         }
         for kind in &results.uncompensated {
             terminal.warn(format!(

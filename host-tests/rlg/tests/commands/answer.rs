@@ -102,7 +102,7 @@ fn the_whole_answer_stands_on_standard_output_and_nothing_beside_it() {
         "{said}"
     );
     assert!(
-        said.contains("Not told apart: gyro scale or reference scale."),
+        said.contains("Not distinguishable: gyro scale or reference scale."),
         "{said}"
     );
     for begin in ["Next: ", "To read: "] {
