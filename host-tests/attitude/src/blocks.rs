@@ -2,7 +2,7 @@
 //! likelihood ratio that few rows carry is misleading.
 //!
 //! Rows are whitened and reduced to the analysed band, free rows are projected out, and contiguous blocks store their normal
-//! equations. (inference.md, B6.)
+//! equations.
 
 use nalgebra::{DMatrix, DVector};
 use rlg_signal::axes::Triad;

@@ -27,7 +27,7 @@ pub struct Band {
     pub octaves: Octaves,
 }
 
-/// Highest analysed frequency \[Hz\]: hands, vehicles and shakers of attitudes move below (inference.md, B3).
+/// Highest analysed frequency \[Hz\]: hands, vehicles and shakers of attitudes move below.
 const HIGHEST_HZ: f64 = 10.0;
 
 /// Least number of analysed coefficients.

@@ -2,7 +2,6 @@
 //!
 //! Noise is declared by the model, or has a log-normal prior of typical instruments; models are compared by their evidence,
 //! averaged over that noise, with priors of physical size, and no more parameters are named than the rows have values.
-//! (inference.md, B10.)
 
 use std::ops::Range;
 

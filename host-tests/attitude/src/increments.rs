@@ -2,8 +2,8 @@
 //!
 //! With D = (navigation from body, by the reference) × (body from start, by the gyros), row k is Log(D_{k+1} D_k⁻¹). White
 //! noise of the attitude is then differenced white noise, and an error h of the gyros in body axes becomes D_k ∫ C h dt.
-//! (inference.md, B1, B2; each row is relative to its own initial attitude, so that an error may grow without bound.) For a
-//! reference of summed increments D is the difference of the sums, without rotation.
+//! Each row is relative to its own initial attitude, so that an error may grow without bound. For a reference of summed
+//! increments D is the difference of the sums, without rotation.
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_signal::attitude_samples::{Shown, SlowSample};

@@ -1,5 +1,5 @@
 //! Sag of a mount between reference and unit under force: the unit then turns about an axis across the force, so that
-//! `elastic_rate_by_force` is antisymmetric. (inference.md, B8.)
+//! `elastic_rate_by_force` is antisymmetric.
 
 use rlg_model::catalogue::NINE;
 

@@ -5,7 +5,7 @@
 //!
 //! With λ = 4 sin²(π k / 2n) the increments of an attitude error contain: angle random walk of the gyros (constant), white
 //! noise of the attitude (λ), and correlated attitude noise, Ornstein-Uhlenbeck processes of several time constants (λ over
-//! λ plus the corner). No rate random walk: in one record of rest and motion it absorbs a bias. (inference.md, B3.) Noise
+//! λ plus the corner). No rate random walk: in one record of rest and motion it absorbs a bias. Noise
 //! differs between rest and motion, and not by one factor at all frequencies: the levels are means over the record, and each
 //! octave of the spectrum varies in time (`modulation`).
 

@@ -1,7 +1,7 @@
 //! Estimates of errors of single stamps, and of jumps between two, by generalised least squares.
 //!
 //! With w = S⁻¹ times the rows, the generalised-least-squares estimate of a jump in row k is w_k / mean(1/S), of an error e
-//! of one stamp (+e in the row before it, −e in the row after) (w_{k−1} − w_k) / mean(λ/S). (inference.md, B5.)
+//! of one stamp (+e in the row before it, −e in the row after) (w_{k−1} − w_k) / mean(λ/S).
 
 use rlg_signal::axes::Triad;
 

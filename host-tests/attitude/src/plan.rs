@@ -1,5 +1,5 @@
 //! Decision thresholds. Calibrated by `cargo test -p rlg --test diagnose attitude` and on rotated blocks of
-//! real recordings (inference.md, B6).
+//! real recordings.
 
 use rlg_signal::own_lines::OwnLinesPlan;
 

@@ -1,6 +1,4 @@
 //! Detection of faulty stamps of the reference before the search for physics: spikes, and rough stretches.
-//!
-//! (inference.md, B5.)
 
 use rlg_signal::axes::Triad;
 

@@ -1,7 +1,6 @@
 //! Registration: alignment of two instruments before the search for physics.
 //!
-//! Twenty parameters in groups, by forward selection from none, each linearised about its last value until convergence
-//! (inference.md, B4).
+//! Twenty parameters in groups, by forward selection from none, each linearised about its last value until convergence.
 
 use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::{Triad, add_triad};

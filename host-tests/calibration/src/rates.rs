@@ -2,7 +2,7 @@
 //! 952 estimated from the residual.
 //!
 //! The recording's `reference_increment` lies on the gyros' rows. Columns are computed from a motion whose noise is
-//! independent of the residual (inference.md, A2); estimates of motion, noise and parameters alternate.
+//! independent of the residual; estimates of motion, noise and parameters alternate.
 //!
 //! The whole recording is fitted: no model is selected, so none needs held-out data.
 
@@ -47,7 +47,7 @@ pub fn record_information(
     }
     let plan = AnalysisPlan::default();
     let mut data = Data::new(&mut streams, model, &plan, model_file)?;
-    let seen = data.rows_of(&[Use::Train, Use::Confirm, Use::Test]);
+    let seen = data.rows_of(&[Use::Fit, Use::Test]);
     let observations = Observations::bridged(&seen)
         .ok_or_else(|| too_short(recording, seconds_of(&seen, rate_hz)))?;
     let fitted = observations.clone().to_fast_length();

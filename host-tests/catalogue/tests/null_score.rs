@@ -1,4 +1,4 @@
-//! Columns made from a noisy reference fit nothing where nothing is left out: the law of inference.md, A2.
+//! Columns made from a noisy reference fit nothing where nothing is left out (errors in variables).
 
 use std::f64::consts::TAU;
 

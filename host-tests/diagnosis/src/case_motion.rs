@@ -1,4 +1,4 @@
-//! Estimates the motion from which columns are computed, independent of the residual's noise (inference.md, A2).
+//! Estimates the motion from which columns are computed, independent of the residual's noise.
 
 use std::sync::Arc;
 

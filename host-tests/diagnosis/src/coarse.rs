@@ -1,5 +1,4 @@
-//! Estimates gross departures from the model by global regressions, before any linearisation (inference.md, A2: large errors
-//! first).
+//! Estimates gross departures from the model by global regressions, before any linearisation: large errors first.
 //!
 //! The delay is estimated by cross-correlation over all lags at once, all gyros together, with low passes as alternatives;
 //! at the best path each gyro is regressed on all three axes of the reference and a constant. A fit that explains more than

@@ -387,7 +387,7 @@ pub(super) fn in_doubt(found: &Found, place: usize, plan: &AnalysisPlan) -> Name
     }
 }
 
-/// Moves every step among the `headlines` to the posterior mean of its instant on the rows to fit and to confirm.
+/// Moves every step among the `headlines` to the posterior mean of its instant on the rows to fit.
 ///
 /// # Returns
 /// Standard deviation of each headline's instant \[rows\], where it has one.
@@ -401,7 +401,7 @@ pub(super) fn settle_instants(
     if !headlines.iter().any(is_step) {
         return vec![None; headlines.len()];
     }
-    let Some(observations) = data.observed(&data.rows_of(&[Use::Train, Use::Confirm])) else {
+    let Some(observations) = data.observed(&data.rows_of(&[Use::Fit])) else {
         return vec![None; headlines.len()];
     };
     let (transform, basis) =
@@ -468,7 +468,7 @@ fn is_same_column(a: &Hypothesis, b: &Hypothesis) -> bool {
     is_free(a) && is_free(b) && places(a) == places(b)
 }
 
-/// Final fit of the set, on rows to fit and rows to confirm together.
+/// Final fit of the set, on all rows to fit.
 pub struct Final {
     /// The fit, its blocks in the order of the members.
     pub fit: Fit,
@@ -509,7 +509,7 @@ pub(super) fn misfits_left(
 
 /// Fits `members`, places in `found.candidates`; `None` where too few rows are left.
 fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> Option<Final> {
-    let fitted = data.rows_of(&[Use::Train, Use::Confirm]);
+    let fitted = data.rows_of(&[Use::Fit]);
     let observations = data.observed(&fitted)?.to_fast_length();
     let mut pool = Pool::default();
     let candidates: Vec<Candidate> = members

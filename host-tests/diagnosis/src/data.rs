@@ -123,7 +123,7 @@ impl<'a> Data<'a> {
         cuts.sort_unstable();
         cuts.dedup();
         let partition = Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition);
-        let seen = partition.rows_of(&[Use::Train, Use::Confirm], &streams.usable);
+        let seen = partition.rows_of(&[Use::Fit], &streams.usable);
         let lattice = Lattice::of(streams, model, &|row| seen[row]);
         let counted_rad = std::array::from_fn(|axis| {
             (lattice.counted_rad[axis] > 0.0).then(|| {

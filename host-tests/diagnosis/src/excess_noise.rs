@@ -31,7 +31,7 @@ pub fn excess(
     plan: &AnalysisPlan,
 ) -> Vec<Excess> {
     let rate_hz = data.streams.rate_hz;
-    let Some(observations) = data.observed(&data.rows_of(&[Use::Train, Use::Confirm])) else {
+    let Some(observations) = data.observed(&data.rows_of(&[Use::Fit])) else {
         return Vec::new();
     };
     let basis = NoiseBasis::new(&observations);

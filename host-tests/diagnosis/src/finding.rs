@@ -230,7 +230,7 @@ fn estimated(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
 
 /// Share of the residual's power explained by an effect, given the others, on the fitted rows \[1\].
 fn share(data: &Data, found: &Found, last: &Final, effect_rad: &Triad) -> f64 {
-    let rows = data.ranges_of(&[Use::Train, Use::Confirm]);
+    let rows = data.ranges_of(&[Use::Fit]);
     let sum = |of: &dyn Fn(usize, usize) -> f64| -> f64 {
         let rows = rows.iter().cloned().flatten();
         rows.map(|row| (0..3).map(|gyro| of(gyro, row)).sum::<f64>())

@@ -123,7 +123,7 @@ pub(super) fn written(
         |rows: &std::ops::Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
     let next = next_experiment((data, found), confirmed, &findings, plan);
     let motion_rad = &found.motion.signals.independent.case_rad;
-    let is_used = data.rows_of(&[Use::Train, Use::Confirm, Use::Test]);
+    let is_used = data.rows_of(&[Use::Fit, Use::Test]);
     let rows = Rows {
         residual_rad: &seen.after_rad,
         motion_rad,
@@ -240,8 +240,8 @@ impl Seen {
     fn places(&self, data: &Data, findings: &[Finding]) -> Places {
         let streams = data.streams;
         let (noise, regimes) = (&self.noise, &self.regimes);
-        let all_rows = data.ranges_of(&[Use::Train, Use::Confirm, Use::Test]);
-        let fitted_rows = data.ranges_of(&[Use::Train, Use::Confirm]);
+        let all_rows = data.ranges_of(&[Use::Fit, Use::Test]);
+        let fitted_rows = data.ranges_of(&[Use::Fit]);
         let test_rows = data.ranges_of(&[Use::Test]);
         let tiles_of = |residual_rad: &Triad, rows: &[Range<usize>]| {
             locate::tiles(streams, residual_rad, noise, regimes, rows)
@@ -324,11 +324,10 @@ fn added(
         .collect()
 }
 
-/// True if a step or a slip is significant in any row, rows to confirm and to test included: too late for a name, but the
+/// True if a step or a slip is significant in any row, rows to test included: too late for a name, but the
 /// residual is then not the fitted noise.
 fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> bool {
-    let Some(observations) = data.observed(&data.rows_of(&[Use::Train, Use::Confirm, Use::Test]))
-    else {
+    let Some(observations) = data.observed(&data.rows_of(&[Use::Fit, Use::Test])) else {
         return false;
     };
     let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(&fit.levels));

@@ -474,7 +474,7 @@ fn of_recording(
     (pool, asked): (&Pool, &[Asked]),
     levels: &[NoiseLevels],
 ) -> Option<Information> {
-    let rows = data.rows_of(&[Use::Train, Use::Confirm]);
+    let rows = data.rows_of(&[Use::Fit]);
     let observations = data.observed(&rows)?.to_fast_length();
     let columns = PoolColumns {
         columns: &pool.columns,

@@ -22,7 +22,7 @@ impl Data<'_> {
             .chain(&self.dither_rad)
             .chain(&streams.force_m_s2)
             .collect();
-        let seen = self.rows_of(&[Use::Train, Use::Confirm]);
+        let seen = self.rows_of(&[Use::Fit]);
         let clocks = (streams.rate_hz, streams.rate_hz);
         let mut lines = find(&self.residual_rad, &others, &seen, clocks, plan);
         let resolution_hz = streams.rate_hz / streams.rows as f64;

@@ -1,4 +1,4 @@
-//! Parametric bootstrap of the recording without an effect: its size by the same estimator in its absence (inference.md, C).
+//! Parametric bootstrap of the recording without an effect: its size by the same estimator in its absence.
 
 use std::sync::Arc;
 
@@ -167,7 +167,7 @@ pub(super) struct Stage<'a> {
 impl<'a> Stage<'a> {
     pub(super) fn new(data: &'a Data<'a>, found: &'a Found, fit: &'a Fit) -> Self {
         let rows = data.streams.rows;
-        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let seen = data.rows_of(&[Use::Fit]);
         let members = fit.members.iter().map(|&place| &found.candidates[place]);
         let is_alone = fit.members.len() < 2;
         let effects_rad = (0..fit.members.len()).filter(|_| !is_alone);

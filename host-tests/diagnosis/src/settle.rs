@@ -45,7 +45,7 @@ pub(super) struct Settled {
 
 /// Rows of a search.
 pub(super) struct Rows {
-    /// True for rows to fit and to confirm.
+    /// True for rows to fit.
     pub(super) seen: Vec<bool>,
     /// Spans of the seen rows.
     pub(super) looked_at: Observations,
@@ -54,9 +54,9 @@ pub(super) struct Rows {
 }
 
 impl Rows {
-    /// Selects the rows to fit and to confirm; `None` where they are too few.
+    /// Selects the rows to fit; `None` where they are too few.
     fn of(data: &Data) -> Option<Self> {
-        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let seen = data.rows_of(&[Use::Fit]);
         let looked_at = data.observed(&seen)?;
         let fitted = looked_at.clone().to_fast_length();
         Some(Self {

@@ -19,9 +19,9 @@ pub(super) struct Whitener {
 }
 
 impl Whitener {
-    /// Whitener of the rows to fit and to confirm, under noise of `levels`; `None` where too few of them are measured.
+    /// Whitener of the rows to fit, under noise of `levels`; `None` where too few of them are measured.
     pub fn new(data: &Data, levels: &[NoiseLevels]) -> Option<Self> {
-        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let seen = data.rows_of(&[Use::Fit]);
         Some(Self::of(data.observed(&seen)?, seen, levels))
     }
 

@@ -302,7 +302,7 @@ fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
     }
     let rate_hz = readings.rate_hz;
     let partition = Partition::new(readings.count, rate_hz, &segments, &plan.shared.partition);
-    let seen = partition.rows_of(&[Use::Train, Use::Confirm], &readings.usable);
+    let seen = partition.rows_of(&[Use::Fit], &readings.usable);
     let tested = runs(&partition.rows_of(&[Use::Test], &readings.usable));
     if seconds(&seen, rate_hz) < plan.least_fitted_s {
         return Err("fewer than two seconds with accelerometers and motion measured".to_string());

@@ -1,7 +1,7 @@
 //! Cross-validation of an effect over a record: least squares on whitened rows with one contiguous block left out in turn.
 //!
 //! On Gaussian stationary noise the result equals that of the likelihood. On real noise a likelihood ratio is unreliable
-//! where few rows carry it; these appear as blocks that disagree by more than the noise (inference.md, B6).
+//! where few rows carry it; these appear as blocks that disagree by more than the noise.
 
 use std::ops::Range;
 

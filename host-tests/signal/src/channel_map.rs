@@ -71,8 +71,7 @@ fn seen(streams: &Streams, partition: &PartitionPlan, sound: &[bool]) -> Vec<boo
         .iter()
         .map(|segment| streams.row_at(segment.start_s)..streams.row_at(segment.end_s))
         .collect();
-    Partition::new(streams.rows, streams.rate_hz, &segments, partition)
-        .rows_of(&[Use::Train, Use::Confirm], sound)
+    Partition::new(streams.rows, streams.rate_hz, &segments, partition).rows_of(&[Use::Fit], sound)
 }
 
 /// Gyro increments less the dither from the pickoffs times the pickoff gain \[rad\].

@@ -1,4 +1,4 @@
-//! Partition of the rows into training, confirmation and test.
+//! Partition of the rows into those to fit and those to test.
 //!
 //! Contiguous stretches, spread over the recording: each part holds a piece of every regime. Rows are assigned before any
 //! data are used.
@@ -8,10 +8,8 @@ use std::ops::Range;
 /// Use of a row.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Use {
-    /// Search and fit.
-    Train,
-    /// Confirmation: a finding must raise the predictive score here.
-    Confirm,
+    /// Search, fit and cross-validation over blocks.
+    Fit,
     /// Test: figures of the report.
     Test,
 }
@@ -19,10 +17,8 @@ pub enum Use {
 /// Shares and lengths of a partition.
 #[derive(Debug, Clone, Copy)]
 pub struct PartitionPlan {
-    /// Share of the training rows \[1\].
-    pub train: f64,
-    /// Share of the confirmation rows \[1\]; the rest is the test.
-    pub confirm: f64,
+    /// Share of the rows to fit \[1\]; the rest is the test.
+    pub fit: f64,
     /// Number of stretches where the recording names no segments.
     pub stretches: usize,
     /// Segments shorter than this are joined to their neighbours \[s\].
@@ -32,8 +28,7 @@ pub struct PartitionPlan {
 impl Default for PartitionPlan {
     fn default() -> Self {
         Self {
-            train: 0.6,
-            confirm: 0.2,
+            fit: 0.8,
             stretches: 8,
             shortest_s: 4.0,
         }
@@ -48,8 +43,8 @@ pub struct Partition {
 }
 
 impl Partition {
-    /// Cuts `rows` rows at the ends of `segments` (rows, ascending) or into equal stretches; each stretch has its training
-    /// rows first, then confirmation, then test.
+    /// Cuts `rows` rows at the ends of `segments` (rows, ascending) or into equal stretches; each stretch has its
+    /// rows to fit first.
     pub fn new(rows: usize, rate_hz: f64, segments: &[Range<usize>], plan: &PartitionPlan) -> Self {
         let shortest = (plan.shortest_s * rate_hz) as usize;
         let mut cuts: Vec<usize> = segments
@@ -71,12 +66,10 @@ impl Partition {
             }
         }
         begins.push(rows);
-        let mut uses = vec![Use::Train; rows];
+        let mut uses = vec![Use::Fit; rows];
         for pair in begins.windows(2) {
             let length = (pair[1] - pair[0]) as f64;
-            let confirm = pair[0] + (length * plan.train).round() as usize;
-            let test = pair[0] + (length * (plan.train + plan.confirm)).round() as usize;
-            uses[confirm..test].fill(Use::Confirm);
+            let test = pair[0] + (length * plan.fit).round() as usize;
             uses[test..pair[1]].fill(Use::Test);
         }
         Self { uses }
@@ -95,16 +88,12 @@ mod tests {
     use super::{Partition, PartitionPlan, Use};
 
     #[test]
-    fn every_stretch_has_its_three_parts_in_their_shares() {
+    fn every_stretch_has_both_parts_in_their_shares() {
         let partition = Partition::new(1000, 10.0, &[0..500, 500..1000], &PartitionPlan::default());
         let count = |of: Use| partition.uses.iter().filter(|other| **other == of).count();
-        assert_eq!(
-            [Use::Train, Use::Confirm, Use::Test].map(count),
-            [600, 200, 200]
-        );
-        assert_eq!(partition.uses[299], Use::Train);
-        assert_eq!(partition.uses[300], Use::Confirm);
+        assert_eq!([Use::Fit, Use::Test].map(count), [800, 200]);
+        assert_eq!(partition.uses[399], Use::Fit);
         assert_eq!(partition.uses[499], Use::Test);
-        assert_eq!(partition.uses[500], Use::Train);
+        assert_eq!(partition.uses[500], Use::Fit);
     }
 }

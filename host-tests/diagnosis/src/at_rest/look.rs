@@ -119,7 +119,7 @@ pub(super) fn look(
     let before_rad = data.aside.with_all(&found.residual_rad);
     let runs_of = |uses: &[Use]| runs(&data.rows_of(uses), true);
     let parted = Parted {
-        fitted: runs_of(&[Use::Train, Use::Confirm]),
+        fitted: runs_of(&[Use::Fit]),
         held_out: runs_of(&[Use::Test]),
     };
     let tested = self_test(&found, plan, settings.seed);
@@ -181,7 +181,7 @@ fn beside_lines(
             add_triad(&mut whole_rad, &rows_rad, 1.0);
             add_triad(&mut data.residual_rad, &rows_rad, 1.0);
         }
-        let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+        let seen = data.rows_of(&[Use::Fit]);
         let levels = &found.fit.levels;
         let lines = lines::search(&whole_rad, &seen, levels, clock.rate_hz, &settings.plan);
         narrow = lines.and_then(|lines| {

@@ -77,7 +77,7 @@ pub(super) fn without_effects(found: &Found, is_out: impl Fn(&str) -> bool) -> T
 
 /// Mean rate of a residual in the body, the Earth's rotation included \[rad/s\].
 fn constant_rad_s(data: &Data, rest: &AtRest, left_rad: &Triad) -> Vector3<f64> {
-    let seen = data.rows_of(&[Use::Train, Use::Confirm]);
+    let seen = data.rows_of(&[Use::Fit]);
     let count = seen.iter().filter(|&&seen| seen).count().max(1) as f64;
     let sensed = Vector3::from_fn(|gyro, _| {
         let pairs = left_rad[gyro].iter().zip(&seen);

@@ -271,7 +271,7 @@ struct Refitted {
     told: Vec<[bool; 3]>,
 }
 
-/// Fits the headlines to all rows to fit and to confirm.
+/// Fits the headlines to all rows to fit.
 fn refit(
     (all, sums): (&[Data], Option<&Sums>),
     together: &Together,
@@ -281,7 +281,7 @@ fn refit(
 ) -> Option<Refitted> {
     let mut parts: Vec<(NormalEquations, Vec<Candidate>)> = Vec::with_capacity(all.len());
     for (data, own) in all.iter().zip(found) {
-        let fitted = data.rows_of(&[Use::Train, Use::Confirm]);
+        let fitted = data.rows_of(&[Use::Fit]);
         let observations = data.observed(&fitted)?.to_fast_length();
         let mut pool = Pool::default();
         let candidates: Vec<Candidate> = headlines

@@ -26,7 +26,7 @@ pub(crate) struct Summed {
     pub(crate) rate_hz: f64,
     /// True for blocks with all rows measured.
     pub(crate) measured: Vec<bool>,
-    /// True for blocks to fit and to confirm.
+    /// True for blocks to fit.
     pub(crate) seen: Vec<bool>,
     /// Held-out blocks.
     pub(crate) tested: Vec<Range<usize>>,

@@ -1,4 +1,4 @@
-//! The error of the product of α̂ and D by frequency: physics.md's table through the chain.
+//! The error of the product of α̂ and D by frequency, against the closed form of sampled sines.
 
 use std::f64::consts::TAU;
 

@@ -95,7 +95,7 @@ fn flexed_x_increment(row: usize, omega: f64, angle_rad: f64, k: &Six) -> f64 {
 
 #[test]
 fn acceleration_coefficients_are_those_derived_by_hand() {
-    // physics.md §4: 0.8958, −0.2417, 0.0292
+    // Of the central difference: 0.8958, −0.2417, 0.0292
     let printed = [43.0 / 48.0, -29.0 / 120.0, 7.0 / 240.0];
     for (solved, printed) in acceleration::central_coefficients().iter().zip(printed) {
         // rounding of a 3 × 3 solution of condition about 1e3

@@ -76,7 +76,7 @@ proptest! {
             effect("installation", &SIX, &tilts),
             effect("dither_gain", &XYZ, &dither_gain),
         ];
-        // The gyros' rates, from the contract's words and the tilts of physics.md, section 1.
+        // The gyros' rates, from the contract's words and small tilts of the sensing axes.
         let w = Vector3::from(case);
         let static_part = eq7(angles).try_inverse().expect("small angles") * w;
         let [xy, xz, yx, yz, zx, zy] = tilts;

@@ -9,7 +9,7 @@ use std::path::Path;
 
 #[test]
 fn flexure_under_coning_drifts_by_the_sum_of_the_coefficients() {
-    // physics.md §2: 15 Hz at 0.367° is the paper's 0.5 °/h, 1 Hz at 5° its "still consistent"
+    // 15 Hz at 0.367° is the paper's 0.5 °/h, 1 Hz at 5° its "still consistent"
     for (frequency_hz, angle_deg, printed_deg_h) in [(15.0, 0.367, 0.495), (1.0, 5.0, 0.027)] {
         let angle_rad = f64::to_radians(angle_deg);
         let text = PERFECT.to_owned() + &coning(frequency_hz, angle_rad, 8.0) + TABLE_3;

@@ -29,7 +29,7 @@ fn a_name_that_the_held_out_rows_contradict_is_taken_back() {
     let made = sensing_besides((recording, model), |rates_rad_s, _| {
         let mut rates = rates_rad_s[1].clone();
         let rows = rates.iter_mut().zip(&uses);
-        rows.filter(|(_, of)| **of != Use::Train)
+        rows.filter(|(_, of)| **of != Use::Fit)
             .for_each(|(rate, _)| *rate = 0.0);
         rates.iter().map(|rate| 2e-5 * rate).collect()
     });
