@@ -23,6 +23,8 @@ fn on_each_axis(motion: &str) -> String {
 struct Case<'a> {
     motion: &'a str,
     truth: (&'a str, &'a [(&'a str, f64)]),
+    /// Rows a second.
+    rate_hz: f64,
     /// Kinds not distinguishable from it now, to be distinguished by the experiment.
     rivals: &'a [&'a str],
 }
@@ -30,7 +32,7 @@ struct Case<'a> {
 impl Case<'_> {
     fn streams(&self, motion: &str, seed: u64) -> (Streams, rlg::model::Model) {
         let effect = concealed(self.truth.0, self.truth.1);
-        let instrument = instrument(400.0).replace("attitude = true\n", "");
+        let instrument = instrument(self.rate_hz).replace("attitude = true\n", "");
         let text = format!("{instrument}{motion}{effect}");
         let scenario = Scenario::parse(&text, Path::new("next.toml")).expect("a scenario");
         let mut simulation = simulate(&scenario, seed, |_| {});
@@ -107,6 +109,7 @@ fn stronger_coning_tells_a_linear_flexure_from_a_cubic_one() {
             "axis_flexure",
             &["xy", "xz", "yx", "yz", "zx", "zy"].map(|name| (name, 3e-7)),
         ),
+        rate_hz: 200.0,
         rivals: &["axis_flexure_cubic"],
     });
 }
@@ -117,6 +120,7 @@ fn faster_motion_of_both_senses_tells_a_scale_error_from_one_that_grows_with_the
     keeps_its_promise(&Case {
         motion: "kind = \"slew\"\nangle_rad = 3.0\nduration_s = 20.0\n",
         truth: ("gyro_scale_quadratic", &[("x", 3e-5)]),
+        rate_hz: 400.0,
         rivals: &["gyro_scale", "gyro_scale_asymmetry"],
     });
 }

@@ -41,9 +41,9 @@ fn fine_gyros(rate_hz: f64) -> String {
 #[test]
 fn increments_of_a_reference_at_a_rate_of_its_own_are_summed_up() {
     let truth = [("x", 1.5e-6), ("y", -2e-6), ("z", 1e-6)];
-    let text = moved(&instrument(1000.0)) + &concealed("gyro_bias", &truth);
+    let text = moved(&instrument(200.0)) + &concealed("gyro_bias", &truth);
     let simulation = made(&text, 4);
-    let diagnosis = told(&sums(&simulation, 20, 0.0), &simulation);
+    let diagnosis = told(&sums(&simulation, 4, 0.0), &simulation);
     assert_eq!(kinds(&diagnosis), ["gyro_bias"], "{:#?}", diagnosis.summary);
     sizes_are(&diagnosis.effects[0], &truth);
 }
@@ -52,8 +52,8 @@ fn increments_of_a_reference_at_a_rate_of_its_own_are_summed_up() {
 #[test]
 fn the_noise_of_an_encoder_is_about_its_own_axis() {
     const ENCODER_RAD: f64 = 3e-5;
-    let simulation = made(&moved(&fine_gyros(1000.0)), 7);
-    let mut recording = sums(&simulation, 20, 0.0);
+    let simulation = made(&moved(&fine_gyros(200.0)), 7);
+    let mut recording = sums(&simulation, 4, 0.0);
     let mut random = ChaCha8Rng::seed_from_u64(7);
     let mut last_rad = 0.0;
     for value in &mut recording.tables[1].channels[2].values {
@@ -91,7 +91,7 @@ fn a_cone_faster_than_the_reference_is_in_the_sums_of_both_in_full() {
 fn fast_cones_are_in_the_sums(seeds: RangeInclusive<u64>) {
     let text = format!(
         "{}{}{}{}{}",
-        fine_gyros(2000.0),
+        fine_gyros(1000.0),
         still(3.0),
         slews(),
         coning("x", 90.0, 2e-4, 8.0),
@@ -100,7 +100,7 @@ fn fast_cones_are_in_the_sums(seeds: RangeInclusive<u64>) {
     for seed in seeds {
         let simulation = made(&text, seed);
         names_nothing(
-            &told(&sums(&simulation, 20, 0.0), &simulation),
+            &told(&sums(&simulation, 10, 0.0), &simulation),
             format!("seed {seed}"),
         );
     }
@@ -108,9 +108,9 @@ fn fast_cones_are_in_the_sums(seeds: RangeInclusive<u64>) {
 
 #[test]
 fn sums_of_a_reference_that_is_turned_or_late_say_so() {
-    let simulation = made(&moved(&fine_gyros(400.0)), 5);
+    let simulation = made(&moved(&fine_gyros(200.0)), 5);
     for turn_rad in [4e-4_f64, 0.08] {
-        let mut recording = sums(&simulation, 8, 0.0);
+        let mut recording = sums(&simulation, 4, 0.0);
         let channels = &mut recording.tables[1].channels;
         for row in 0..channels[0].values.len() {
             let (x, y) = (channels[0].values[row], channels[1].values[row]);
@@ -123,7 +123,7 @@ fn sums_of_a_reference_that_is_turned_or_late_say_so() {
         sizes_are(&diagnosis.effects[0], &[("z", turn_rad)]);
     }
     for late_s in [0.001, 0.137] {
-        let diagnosis = told(&sums(&simulation, 8, late_s), &simulation);
+        let diagnosis = told(&sums(&simulation, 4, late_s), &simulation);
         let expected = ["reference_delay"];
         assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
         sizes_are(&diagnosis.effects[0], &[("all", late_s)]);
@@ -138,7 +138,7 @@ fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
     let delays = [("x", 3e-6), ("y", 3e-6), ("z", -2e-6)];
     let text = format!(
         "{}{}{}{}{}{}",
-        dithered(2000.0),
+        dithered(1000.0),
         still(3.0),
         slews(),
         tumble(15.0),
@@ -146,7 +146,7 @@ fn a_dither_that_was_taken_out_wrongly_shows_in_attitudes() {
         concealed("dither_delay", &delays)
     );
     let simulation = made(&text, 6);
-    let diagnosis = told(&slow(&simulation, 50, 0), &simulation);
+    let diagnosis = told(&slow(&simulation, 25, 0), &simulation);
     // The stronger first.
     let expected = ["dither_delay", "dither_gain"];
     assert_eq!(kinds(&diagnosis), expected, "{:#?}", diagnosis.summary);
@@ -170,11 +170,12 @@ fn drift_of_one_gyro_that_the_model_does_not_state_is_no_random_walk_of_angle_in
 fn drift_is_no_walk(seeds: RangeInclusive<u64>) {
     const SIZE_RAD_S: f64 = 1e-6;
     const RELAXES_S: f64 = 1.5;
+    const ROW_S: f64 = 5e-3;
     for seed in seeds {
-        let simulation = made(&moved(&instrument(1000.0)), seed);
-        let mut recording = slow(&simulation, 50, 0);
+        let simulation = made(&moved(&instrument(1.0 / ROW_S)), seed);
+        let mut recording = slow(&simulation, 10, 0);
         let mut random = ChaCha8Rng::seed_from_u64(seed);
-        let kept = (-1e-3_f64 / RELAXES_S).exp();
+        let kept = (-ROW_S / RELAXES_S).exp();
         let mut drift_rad_s = 0.0;
         let mut gyros = recording.tables[0].channels.iter_mut();
         let gyro = gyros.find(|channel| {
@@ -183,7 +184,7 @@ fn drift_is_no_walk(seeds: RangeInclusive<u64>) {
         for value in &mut gyro.expect("a gyro about y").values {
             let fresh: f64 = StandardNormal.sample(&mut random);
             drift_rad_s = kept * drift_rad_s + SIZE_RAD_S * (1.0 - kept * kept).sqrt() * fresh;
-            *value += 1e-3 * drift_rad_s;
+            *value += ROW_S * drift_rad_s;
         }
         names_nothing(&told(&recording, &simulation), format!("seed {seed}"));
     }
@@ -202,12 +203,12 @@ fn gyros_without_the_pulses_that_the_model_states_match_it_in_full() {
 }
 
 fn stated_pulses_may_be_absent(seeds: RangeInclusive<u64>) {
-    let fine = fine_gyros(1000.0).replace("angle_noise_rad = 1.0e-6", "angle_noise_rad = 1.0e-9");
+    let fine = fine_gyros(200.0).replace("angle_noise_rad = 1.0e-6", "angle_noise_rad = 1.0e-9");
     for seed in seeds {
         let mut simulation = made(&moved(&fine), seed);
         simulation.model.gyro.pulse_weight_rad = [2.1e-6, 1.9e-6, 2.0e-6];
         names_nothing(
-            &told(&sums(&simulation, 10, 0.0), &simulation),
+            &told(&sums(&simulation, 2, 0.0), &simulation),
             format!("seed {seed}"),
         );
         let mut recording = simulation.recording.clone();
@@ -232,7 +233,7 @@ fn a_walk_that_nobody_states_is_as_large_as_the_attitudes_allow_in_full() {
 fn a_walk_is_as_large_as_allowed(seeds: RangeInclusive<u64>) {
     let text = format!(
         "{}{}{}{}",
-        fine_gyros(1000.0),
+        fine_gyros(200.0),
         still(3.0),
         slews(),
         still(4.0)
@@ -240,7 +241,7 @@ fn a_walk_is_as_large_as_allowed(seeds: RangeInclusive<u64>) {
     for seed in seeds {
         let mut simulation = made(&text, seed);
         simulation.model.gyro.angle_random_walk_rad_sqrt_s = None;
-        let mut recording = slow(&simulation, 50, 0);
+        let mut recording = slow(&simulation, 10, 0);
         for channel in &mut recording.tables[1].channels {
             channel.values[3 * 20..27 * 20].fill(f64::NAN);
         }

@@ -14,7 +14,7 @@ use super::attitude::{coning, dithered, made, slews, still, tumble};
 fn moved() -> Simulation {
     let text = format!(
         "{}{}{}{}",
-        dithered(2000.0),
+        dithered(1000.0),
         still(3.0),
         slews(),
         tumble(12.0)
@@ -132,7 +132,7 @@ fn what_a_delay_or_noise_could_do_is_not_refused() {
         "{}{}{}",
         dithered(1000.0),
         still(2.0),
-        coning("z", 50.0, 2e-3, 8.0)
+        coning("z", 50.0, 2e-3, 4.0)
     );
     let late_rows = 10;
     let late = said(&made(&text, 6), |recording, _| {
@@ -143,7 +143,7 @@ fn what_a_delay_or_noise_could_do_is_not_refused() {
     });
     assert_eq!(late, None);
     let noisy = said(
-        &made(&format!("{}{}", dithered(1000.0), still(8.0)), 7),
+        &made(&format!("{}{}", dithered(1000.0), still(4.0)), 7),
         |recording, _| {
             for axis in ["x", "y", "z"] {
                 let values = &mut channel(recording, &Quantity::ReferenceIncrement, axis).values;
