@@ -1,7 +1,7 @@
 //! Resonances and encoder errors concealed by this workspace's simulator: effects nonlinear in their parameters, and the
 //! linear ones that resemble them.
 
-use super::support::{at_a_quarter, concealed, holds, number, of_gyros};
+use super::support::{at_a_quarter, concealed, holds, in_less_time, number, of_gyros};
 use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::model::Model;
@@ -142,7 +142,7 @@ fn a_scale_error_of_small_turns_may_be_an_encoders() {
 fn a_quadratic_scale_is_no_encoder_error() {
     let effect = "[[effect]]\nkind = \"gyro_scale_quadratic\"\nconcealed = true\n\
         x = 2e-6\ny = -2e-6\nz = 3e-6\n";
-    let diagnosis = diagnosis_of(&table(), effect);
+    let diagnosis = diagnosis_of(&in_less_time(&table()), effect);
     assert_eq!(diagnosis.effects.len(), 1, "{:#?}", diagnosis.summary);
     assert_eq!(diagnosis.effects[0].kind, "gyro_scale_quadratic");
 }

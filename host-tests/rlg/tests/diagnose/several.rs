@@ -1,6 +1,6 @@
 //! Several recordings of one instrument, explained together: made by this workspace's simulator.
 
-use super::support::{concealed, holds, number, of_gyros};
+use super::support::{concealed, holds, in_less_time, number, of_gyros};
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Outcome, Settings, diagnose_streams, diagnose_together};
@@ -19,8 +19,32 @@ fn made(name: &str, seed: u64, effect: &str) -> (Streams, Model) {
 }
 
 fn made_at(rate_hz: u32, name: &str, seed: u64, effect: &str) -> (Streams, Model) {
-    let rate = format!("\nrate_hz = {rate_hz}.0\n");
     let scene = of_gyros(STILL_SLEWS_AND_VIBRATION);
+    simulated(&scene, rate_hz, name, seed, effect)
+}
+
+/// Does the same in less time.
+fn quick(name: &str, seed: u64, effect: &str) -> (Streams, Model) {
+    let scene = of_gyros(&in_less_time(STILL_SLEWS_AND_VIBRATION));
+    simulated(&scene, 1000, name, seed, effect)
+}
+
+/// Makes a quick recording of fine increments without a dither, for effects that need none.
+fn undithered(rate_hz: u32, name: &str, seed: u64, effect: &str) -> (Streams, Model) {
+    let scene = of_gyros(&in_less_time(STILL_SLEWS_AND_VIBRATION));
+    let (gyro, rest) = scene.split_once("[dither]").expect("it has a dither");
+    let (_, rest) = rest.split_once("[reference]").expect("it has a reference");
+    let fine = gyro.replace(
+        "[2.1e-6, 1.9e-6, 2.0e-6]",
+        "[1e-9, 1e-9, 1e-9]\noutput = \"increment\"",
+    );
+    assert_ne!(fine, gyro);
+    let scene = format!("{fine}[reference]{rest}");
+    simulated(&scene, rate_hz, name, seed, effect)
+}
+
+fn simulated(scene: &str, rate_hz: u32, name: &str, seed: u64, effect: &str) -> (Streams, Model) {
+    let rate = format!("\nrate_hz = {rate_hz}.0\n");
     let at_rate = scene.replace("\nrate_hz = 4000.0\n", &rate);
     assert_ne!(at_rate, scene);
     let text = format!("{at_rate}\n{effect}");
@@ -57,9 +81,9 @@ fn scale(size: f64) -> String {
 
 #[test]
 fn what_one_recording_shows_predicts_the_one_that_is_held_out() {
-    let mut friday = made("friday", 72, &scale(1e-3));
+    let mut friday = quick("friday", 72, &scale(1e-3));
     friday.0.piece.held_out = true;
-    let found = together(vec![made("monday", 71, &scale(1e-3)), friday]);
+    let found = together(vec![quick("monday", 71, &scale(1e-3)), friday]);
     let [effect] = found.effects.as_slice() else {
         panic!("{:#?}", found.summary);
     };
@@ -179,17 +203,21 @@ fn a_step_is_told_on_its_own_recordings_clock() {
 #[ignore = "twice as long: --test diagnose -- --ignored in_full"]
 fn a_step_on_its_own_recordings_clock_leaves_nothing_in_full() {
     let model = step_on_its_own_clock();
-    let again = vec![made("first", 41, "").0, made("second", 42, STEP).0];
+    let again = vec![
+        undithered(250, "first", 41, "").0,
+        undithered(250, "second", 42, STEP).0,
+    ];
     let again = diagnosed(again, &model).expect("a diagnosis").diagnosis;
     assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
 }
 
-const STEP: &str = "[[effect]]\nkind = \"gyro_bias_step\"\nconcealed = true\naxis = \"y\"\ntime_s = 31.0\n\
+const STEP: &str = "[[effect]]\nkind = \"gyro_bias_step\"\nconcealed = true\naxis = \"y\"\ntime_s = 20.0\n\
     size = 3e-6\n";
 
 /// Returns the model with the step of the second of two recordings.
 fn step_on_its_own_clock() -> Model {
-    let (first, second) = (made("first", 41, ""), made("second", 42, STEP));
+    let first = undithered(250, "first", 41, "");
+    let second = undithered(250, "second", 42, STEP);
     let model = first.1.clone();
     let streams = vec![first.0, second.0];
     let outcome = diagnosed(streams, &model).expect("a diagnosis");
@@ -200,14 +228,15 @@ fn step_on_its_own_clock() -> Model {
     assert_eq!(effect.kind, "gyro_bias_step", "{summary:#?}");
     assert_eq!(effect.text("recording"), Some("second"));
     // 3e-6 rad/s against 6e-7 rad/√s: a second's random walk is 0.2 of its size.
-    assert!((effect.number("time_s") - 31.0).abs() < 2.0, "{effect:?}");
+    assert!((effect.number("time_s") - 20.0).abs() < 2.0, "{effect:?}");
     outcome.model
 }
 
 #[test]
 fn a_step_before_a_recording_began_is_in_it_all_along() {
     let bias = concealed("gyro_bias", &[("y", 5e-6)]);
-    let (early, late) = (made("early", 43, &bias), made("late", 44, &bias));
+    let early = undithered(250, "early", 43, &bias);
+    let late = undithered(250, "late", 44, &bias);
     let mut model = late.1.clone();
     let parameters = [
         ("axis", EffectValue::Text("y".to_string())),
@@ -226,20 +255,21 @@ fn a_step_before_a_recording_began_is_in_it_all_along() {
 
 #[test]
 fn recordings_of_one_name_are_refused_and_rows_of_other_rates_are_not() {
-    let (first, model) = made("first", 1, "");
-    let second = made("first", 2, "").0;
+    let (first, model) = undithered(250, "first", 1, "");
+    let second = undithered(250, "first", 2, "").0;
     let same = diagnosed(vec![first, second], &model).err();
     let same = same.expect("an error").to_string();
     assert!(same.contains("the name of another recording"), "{same}");
     let size = 2e-5;
+    let tilt = concealed("installation", &[("xy", size)]);
     let recordings = vec![
-        made("fast", 3, &scale(size)),
-        made_at(2000, "faster", 4, &scale(size)),
+        undithered(250, "fast", 3, &tilt),
+        undithered(500, "faster", 4, &tilt),
     ];
     let found = together(recordings);
     let [effect] = found.effects.as_slice() else {
         panic!("{:#?}", found.summary);
     };
-    assert_eq!(effect.kind, "gyro_scale", "{:#?}", found.summary);
-    holds(effect, &[("x", size)]);
+    assert_eq!(effect.kind, "installation", "{:#?}", found.summary);
+    holds(effect, &[("xy", size)]);
 }
