@@ -4,17 +4,18 @@
 use std::path::Path;
 
 use super::support::{concealed, holds, kinds, names_nothing, number};
-use rlg::diagnose::diagnose;
 use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
+use rlg::diagnose::{Outcome, diagnose};
+use rlg::model::Model;
 use rlg::simulate::scenario::Scenario;
-use rlg::simulate::simulate;
+use rlg::simulate::{Simulation, simulate};
 
 const TABLE: &str = include_str!("table_programme.toml");
 
-fn vibration(name: &str, band_hz: [f64; 2], rms_rad_s: f64) -> String {
+fn vibration(name: &str, band_hz: [f64; 2], rms_rad_s: f64, seconds: f64) -> String {
     format!(
         "[[motion]]\nkind = \"vibration\"\nname = \"{name}\"\nlow_hz = {:.1}\nhigh_hz = {:.1}\n\
-         rate_rms_rad_s = [{rms_rad_s}, {rms_rad_s}, {rms_rad_s}]\nduration_s = 20.0\nramp_s = 0.5\n",
+         rate_rms_rad_s = [{rms_rad_s}, {rms_rad_s}, {rms_rad_s}]\nduration_s = {seconds:.1}\nramp_s = 0.5\n",
         band_hz[0], band_hz[1]
     )
 }
@@ -33,22 +34,17 @@ fn tumble(rate_rad_s: f64) -> String {
     )
 }
 
-/// Diagnoses a vibration with an effect, without accelerometers, at 1000 rows a second; and once more with its model.
-fn diagnosed(motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
-    diagnosed_at("1000.0", 1e-9, motion, effect)
+/// Makes a vibration with an effect, without accelerometers, at 1000 rows a second.
+fn shaken(motion: &[String], effect: &str) -> Simulation {
+    made("1000.0", 1e-9, motion, effect)
 }
 
-/// Does the same for rotations at the table's own 400 rows a second, by gyros that count pulses.
-fn turned(pulse_rad: f64, motion: &[String], effect: &str) -> (Diagnosis, Diagnosis) {
-    diagnosed_at("400.0", pulse_rad, motion, effect)
+/// Makes rotations at the table's own 400 rows a second, by gyros that count pulses.
+fn turned(pulse_rad: f64, motion: &[String], effect: &str) -> Simulation {
+    made("400.0", pulse_rad, motion, effect)
 }
 
-fn diagnosed_at(
-    rate_hz: &str,
-    pulse_rad: f64,
-    motion: &[String],
-    effect: &str,
-) -> (Diagnosis, Diagnosis) {
+fn made(rate_hz: &str, pulse_rad: f64, motion: &[String], effect: &str) -> Simulation {
     let instrument = TABLE
         .split("[accelerometer]")
         .next()
@@ -61,20 +57,26 @@ fn diagnosed_at(
         );
     let text = format!("{instrument}{}{effect}", motion.concat());
     let scenario = Scenario::parse(&text, Path::new("families.toml")).expect("a scenario");
-    let simulation = simulate(&scenario, 5, |_| {});
-    let file = Path::new("model.toml");
-    let run = |model: &rlg::model::Model| {
-        diagnose(&simulation.recording, model, file, 0, &|_| {}).expect("a diagnosis")
-    };
-    let found = run(&simulation.model);
-    let again = run(&found.model);
-    (found.diagnosis, again.diagnosis)
+    simulate(&scenario, 5, |_| {})
 }
 
-fn explains_alone(kind: &str, (found, again): &(Diagnosis, Diagnosis)) {
-    assert_eq!(kinds(found), [kind], "{:#?}", found.summary);
+fn diagnosed(simulation: &Simulation, model: &Model) -> Outcome {
+    let file = Path::new("model.toml");
+    diagnose(&simulation.recording, model, file, 0, &|_| {}).expect("a diagnosis")
+}
+
+/// Returns the diagnosis of `kind` alone, whose model explains the recording.
+fn explained_alone(kind: &str, simulation: &Simulation) -> Diagnosis {
+    let Outcome {
+        diagnosis: found,
+        model,
+        ..
+    } = diagnosed(simulation, &simulation.model);
+    assert_eq!(kinds(&found), [kind], "{:#?}", found.summary);
     assert_eq!(found.verdict, Verdict::Explained, "{:#?}", found.summary);
+    let again = diagnosed(simulation, &model).diagnosis;
     assert_eq!(again.verdict, Verdict::Matches, "{:#?}", again.summary);
+    found
 }
 
 #[test]
@@ -89,17 +91,16 @@ fn a_suspension_that_resonates_is_no_stiff_one() {
     ];
     let mode = [("frequency_hz", 120.0), ("damping", 0.05)];
     let motion = [
-        vibration("a", [5.0, 150.0], 0.1),
-        vibration("b", [20.0, 300.0], 0.05),
+        vibration("a", [5.0, 150.0], 0.1, 10.0),
+        vibration("b", [20.0, 300.0], 0.05, 10.0),
     ];
     let effect = concealed("axis_flexure_mode", &[&flexure[..], &mode].concat());
-    let both = diagnosed(&motion, &effect);
-    explains_alone("axis_flexure_mode", &both);
-    holds(&both.0.effects[0], &flexure);
-    holds(&both.0.effects[0], &mode);
-    let stiff = diagnosed(&motion, &concealed("axis_flexure", &flexure));
-    explains_alone("axis_flexure", &stiff);
-    holds(&stiff.0.effects[0], &flexure);
+    let resonant = explained_alone("axis_flexure_mode", &shaken(&motion, &effect));
+    holds(&resonant.effects[0], &flexure);
+    holds(&resonant.effects[0], &mode);
+    let effect = concealed("axis_flexure", &flexure);
+    let stiff = explained_alone("axis_flexure", &shaken(&motion, &effect));
+    holds(&stiff.effects[0], &flexure);
 }
 
 #[test]
@@ -114,9 +115,8 @@ fn an_encoders_harmonic_is_found_with_its_order() {
         "{}axis = \"z\"\norder = 3\n",
         concealed("reference_harmonic", &[("cos", 2e-6), ("sin", -1e-6)])
     );
-    let both = turned(1e-9, &motion, &effect);
-    explains_alone("reference_harmonic", &both);
-    let found = &both.0.effects[0];
+    let diagnosis = explained_alone("reference_harmonic", &turned(1e-9, &motion, &effect));
+    let found = &diagnosis.effects[0];
     holds(found, &[("cos", 2e-6), ("sin", -1e-6)]);
     assert_eq!(number(found, "order").0, 3.0);
     let on_z =
@@ -137,10 +137,11 @@ fn a_soft_mount_is_found_with_its_resonances_and_what_is_left_is_not_called_phys
         ("z_damping", 0.15),
     ];
     let motion = [
-        vibration("a", [5.0, 150.0], 0.1),
-        vibration("b", [20.0, 300.0], 0.05),
+        vibration("a", [5.0, 150.0], 0.1, 10.0),
+        vibration("b", [20.0, 300.0], 0.05, 10.0),
     ];
-    let (diagnosis, _) = diagnosed(&motion, &concealed("isolator_mode", &mount));
+    let simulation = shaken(&motion, &concealed("isolator_mode", &mount));
+    let diagnosis = diagnosed(&simulation, &simulation.model).diagnosis;
     let [found, others @ ..] = diagnosis.effects.as_slice() else {
         panic!("{:#?}", diagnosis.summary);
     };
@@ -160,15 +161,14 @@ fn a_step_is_found_in_vibration_with_its_instant_in_full() {
     const STEP_RAD_S: f64 = 0.6 / 3600.0 * std::f64::consts::PI / 180.0;
     const AT_S: f64 = 61.5;
     let motion: Vec<String> = (0..6)
-        .map(|part| vibration(&format!("shake-{part}"), [5.0, 150.0], 0.1))
+        .map(|part| vibration(&format!("shake-{part}"), [5.0, 150.0], 0.1, 20.0))
         .collect();
     let effect = format!(
         "{}axis = \"y\"\n",
         concealed("gyro_bias_step", &[("time_s", AT_S), ("size", STEP_RAD_S)])
     );
-    let both = diagnosed(&motion, &effect);
-    explains_alone("gyro_bias_step", &both);
-    let step = &both.0.effects[0];
+    let diagnosis = explained_alone("gyro_bias_step", &shaken(&motion, &effect));
+    let step = &diagnosis.effects[0];
     holds(step, &[("size", STEP_RAD_S), ("time_s", AT_S)]);
     assert!(
         number(step, "time_s").1 < 1.2,
@@ -183,14 +183,14 @@ fn delays_of_gyros_and_reference_are_seen_by_their_difference() {
     const GYRO_S: f64 = 5e-5;
     const REFERENCE_S: f64 = 1.2e-4;
     let motion = [
-        vibration("a", [5.0, 150.0], 0.1),
-        vibration("b", [20.0, 300.0], 0.05),
+        vibration("a", [5.0, 150.0], 0.1, 10.0),
+        vibration("b", [20.0, 300.0], 0.05, 10.0),
     ];
     let of_gyros = concealed("gyro_delay", &[("x", GYRO_S), ("y", GYRO_S), ("z", GYRO_S)]);
     let of_reference = concealed("reference_delay", &[("all", REFERENCE_S)]);
-    let both = diagnosed(&motion, &format!("{of_gyros}{of_reference}"));
-    explains_alone("reference_delay", &both);
-    let delay = &both.0.effects[0];
+    let both = shaken(&motion, &format!("{of_gyros}{of_reference}"));
+    let diagnosis = explained_alone("reference_delay", &both);
+    let delay = &diagnosis.effects[0];
     holds(delay, &[("all", REFERENCE_S - GYRO_S)]);
     assert!(
         delay
@@ -207,13 +207,14 @@ fn delays_of_gyros_and_reference_are_seen_by_their_difference() {
 fn a_dead_band_about_rest_is_lock_in_with_each_gyros_threshold() {
     let thresholds = [("x", 1.2e-3), ("y", 8e-4), ("z", 1e-3)];
     let motion = [tumble(0.05)];
-    let both = turned(1e-6, &motion, &concealed("lock_in", &thresholds));
-    explains_alone("lock_in", &both);
-    let found = &both.0.effects[0];
+    let locked = turned(1e-6, &motion, &concealed("lock_in", &thresholds));
+    let diagnosis = explained_alone("lock_in", &locked);
+    let found = &diagnosis.effects[0];
     holds(found, &thresholds);
     let is_sharp = |(axis, _)| number(found, axis).1 < 8.5e-7;
     assert!(thresholds.into_iter().all(is_sharp), "{found:#?}");
-    let (free, _) = turned(1e-6, &motion, "");
+    let free = turned(1e-6, &motion, "");
+    let free = diagnosed(&free, &free.model).diagnosis;
     names_nothing(&free, "no threshold");
 }
 
@@ -222,11 +223,8 @@ fn a_dead_band_about_rest_is_lock_in_with_each_gyros_threshold() {
 #[test]
 fn coarse_pulses_are_named_by_their_weight_and_nothing_that_they_make() {
     let pulses = [("x", 1.2e-6), ("y", 1.7e-6), ("z", 1.4e-6)];
-    let both = turned(
-        1e-9,
-        &[tumble(0.05)],
-        &concealed("pulse_quantisation", &pulses),
-    );
-    explains_alone("pulse_quantisation", &both);
-    holds(&both.0.effects[0], &pulses);
+    let effect = concealed("pulse_quantisation", &pulses);
+    let coarse = turned(1e-9, &[tumble(0.05)], &effect);
+    let diagnosis = explained_alone("pulse_quantisation", &coarse);
+    holds(&diagnosis.effects[0], &pulses);
 }
