@@ -7,18 +7,15 @@ use std::fs::File;
 use std::ops::Range;
 use std::path::Path;
 
-use arrow_array::cast::AsArray;
-use arrow_array::types::{
-    Float16Type, Float32Type, Float64Type, Int8Type, Int16Type, Int32Type, Int64Type,
-    TimestampMicrosecondType, TimestampMillisecondType, TimestampNanosecondType,
-    TimestampSecondType, UInt8Type, UInt16Type, UInt32Type, UInt64Type,
-};
-use arrow_array::{Array, ArrayRef};
-use arrow_schema::{DataType, TimeUnit};
-use parquet::arrow::ProjectionMask;
-use parquet::arrow::arrow_reader::{ArrowReaderOptions, ParquetRecordBatchReaderBuilder};
-use parquet::file::metadata::RowGroupMetaData;
+use half::f16;
+use parquet::column::reader::{ColumnReader, ColumnReaderImpl};
+use parquet::data_type::DataType;
+use parquet::errors::{ParquetError, Result as ParquetResult};
+use parquet::file::metadata::{ParquetMetaData, RowGroupMetaData};
+use parquet::file::reader::{FileReader, SerializedFileReader};
+use parquet::schema::types::TypePtr;
 
+use super::parquet_kind::Kind;
 use crate::error::InputError;
 
 /// Rows decoded at a time: 64 Ki rows of twelve channels stay within a few MB.
@@ -45,69 +42,56 @@ pub struct ForeignColumn {
 
 /// Reads all columns of numbers and of date-times of `path`, for files without a `recording.toml`.
 pub fn parquet_columns(path: &Path) -> Result<Vec<ForeignColumn>, InputError> {
-    let builder = open(path)?;
-    let is_number = |data_type: &DataType| data_type.is_numeric() && !is_decimal(data_type);
+    let file = open(path)?;
     let mut found = Vec::new();
-    let mut are_dates = Vec::new();
-    for field in builder.schema().fields() {
-        let zone = match field.data_type() {
-            DataType::Timestamp(_, zone) => Some(zone.is_some()),
-            data_type if is_number(data_type) => None,
+    for (root, field) in fields(&file).iter().enumerate() {
+        let kind = Kind::of(field);
+        let has_zone = match kind {
+            Kind::Dates { has_zone, .. } => has_zone,
+            _ if kind.is_number() => false,
             _ => continue,
         };
-        are_dates.push(zone.is_some());
-        found.push(ForeignColumn {
-            name: field.name().clone(),
+        let column = ForeignColumn {
+            name: field.name().to_owned(),
             values: Vec::new(),
             origin_s: None,
-            has_zone: zone.unwrap_or(false),
+            has_zone,
+        };
+        found.push((root, kind, column));
+    }
+    let wanted: Vec<&str> = found
+        .iter()
+        .map(|(.., column)| column.name.as_str())
+        .collect();
+    locate(path, &names(&file), &wanted)?;
+    let spans = spans(file.metadata(), None);
+    for (root, kind, column) in &mut found {
+        let decoded = match *kind {
+            Kind::Dates { per_second, .. } => decode(&file, *root, &spans, |cell| {
+                column.push_date(cell, per_second)
+            }),
+            _ => decode(&file, *root, &spans, |cell| {
+                column.values.push(cell.number(kind));
+            }),
+        };
+        decoded.map_err(|error| damaged(path, &error))?;
+    }
+    Ok(found.into_iter().map(|(.., column)| column).collect())
+}
+
+impl ForeignColumn {
+    /// Adds a date-time as seconds since the whole second of the first one present.
+    fn push_date(&mut self, cell: Cell, per_second: i64) {
+        self.values.push(match cell {
+            Cell::Integer(since) => {
+                let whole_s = since.div_euclid(per_second);
+                let origin_s = *self.origin_s.get_or_insert(whole_s);
+                (whole_s - origin_s) as f64
+                    + since.rem_euclid(per_second) as f64 / per_second as f64
+            }
+            _ => f64::NAN,
         });
     }
-    let names: Vec<String> = found.iter().map(|column| column.name.clone()).collect();
-    let wanted: Vec<&str> = names.iter().map(String::as_str).collect();
-    batches(path, &wanted, None, |place, array| {
-        let column = &mut found[place];
-        match are_dates[place] {
-            true => append_dates(array, column),
-            false => append(path, wanted[place], array, &mut column.values)?,
-        }
-        Ok(())
-    })?;
-    Ok(found)
-}
-
-/// Appends date-times as seconds since the whole second of the first one present.
-fn append_dates(array: &ArrayRef, column: &mut ForeignColumn) {
-    macro_rules! dates {
-        ($type:ty, $per_second:expr) => {
-            for value in array.as_primitive::<$type>() {
-                column.values.push(value.map_or(f64::NAN, |since: i64| {
-                    let whole_s = since.div_euclid($per_second);
-                    let origin_s = *column.origin_s.get_or_insert(whole_s);
-                    (whole_s - origin_s) as f64
-                        + since.rem_euclid($per_second) as f64 / $per_second as f64
-                }));
-            }
-        };
-    }
-    match array.data_type() {
-        DataType::Timestamp(TimeUnit::Second, _) => dates!(TimestampSecondType, 1),
-        DataType::Timestamp(TimeUnit::Millisecond, _) => dates!(TimestampMillisecondType, 1_000),
-        DataType::Timestamp(TimeUnit::Microsecond, _) => {
-            dates!(TimestampMicrosecondType, 1_000_000);
-        }
-        _ => dates!(TimestampNanosecondType, 1_000_000_000),
-    }
-}
-
-fn is_decimal(data_type: &DataType) -> bool {
-    matches!(
-        data_type,
-        DataType::Decimal32(..)
-            | DataType::Decimal64(..)
-            | DataType::Decimal128(..)
-            | DataType::Decimal256(..)
-    )
 }
 
 /// Reads the columns `wanted` of `path`, in that order, equally long; all rows or a range, in which case row groups
@@ -117,70 +101,182 @@ pub(super) fn read_rows(
     wanted: &[&str],
     rows: Option<Range<usize>>,
 ) -> Result<Vec<Vec<f64>>, InputError> {
-    let capacity = match &rows {
-        Some(rows) => rows.len(),
-        None => self::rows(path)?,
-    };
+    let file = open(path)?;
+    let roots = locate(path, &names(&file), wanted)?;
+    let spans = spans(file.metadata(), rows);
+    let capacity = spans.iter().map(|span| span.rows.len());
     // A damaged row count must not determine an allocation; a correct one only saves a few copies.
-    let capacity = capacity.min(1 << 24);
-    let mut columns: Vec<Vec<f64>> = wanted
-        .iter()
-        .map(|_| Vec::with_capacity(capacity))
-        .collect();
-    batches(path, wanted, rows, |place, array| {
-        append(path, wanted[place], array, &mut columns[place])
-    })?;
-    Ok(columns)
+    let capacity = capacity.fold(0, usize::saturating_add).min(1 << 24);
+    let read = |(&root, &name): (&usize, &&str)| {
+        let mut values = Vec::with_capacity(capacity);
+        let kind = Kind::of(&fields(&file)[root]);
+        let decoded = match (&kind, spans.first()) {
+            (_, None) => Ok(()),
+            (Kind::Text, Some(span)) => return Err(text(path, name, &file, root, span)),
+            _ if kind.is_number() || kind == Kind::Null => decode(&file, root, &spans, |cell| {
+                values.push(cell.number(&kind));
+            }),
+            _ => {
+                return Err(InputError::new(path, "is not a column of numbers")
+                    .channel(name)
+                    .value(kind.name())
+                    .expected("integers or floating-point numbers"));
+            }
+        };
+        decoded.map_err(|error| damaged(path, &error))?;
+        Ok(values)
+    };
+    roots.iter().zip(wanted).map(read).collect()
 }
 
-/// Calls `take` with each batch of each wanted column, by its place in `wanted`, in the order of the rows.
-fn batches(
+/// Error about a column of text, with the first one of the first rows.
+fn text(
     path: &Path,
-    wanted: &[&str],
-    rows: Option<Range<usize>>,
-    mut take: impl FnMut(usize, &ArrayRef) -> Result<(), InputError>,
-) -> Result<(), InputError> {
-    let damaged = |error: &dyn std::fmt::Display| damaged(path, error);
-    let mut builder = open(path)?;
-    let names: Vec<String> = builder
-        .schema()
-        .fields()
-        .iter()
-        .map(|f| f.name().clone())
-        .collect();
-    let roots = locate(path, &names, wanted)?;
-
-    let mask = ProjectionMask::roots(builder.parquet_schema(), roots.iter().copied());
-    if let Some(rows) = rows {
-        let mut first = 0;
-        let mut before = 0;
-        let mut groups = Vec::new();
-        for (place, group) in builder.metadata().row_groups().iter().enumerate() {
-            let end = first + usize::try_from(group.num_rows()).unwrap_or(0);
-            if rows.start < end && first < rows.end {
-                groups.push(place);
-            } else if end <= rows.start {
-                before = end;
-            }
-            first = end;
+    name: &str,
+    file: &SerializedFileReader<File>,
+    root: usize,
+    span: &Span,
+) -> InputError {
+    let end = span.rows.end.min(span.rows.start + BATCH_ROWS);
+    let first = Span {
+        group: span.group,
+        rows: span.rows.start..end,
+    };
+    let (mut row, mut found) = (0, None);
+    let decoded = decode(file, root, &[first], |cell| {
+        if let (Cell::Text(text), None) = (cell, &found) {
+            found = Some((row, String::from_utf8_lossy(text).into_owned()));
         }
-        builder = builder
-            .with_row_groups(groups)
-            .with_offset(rows.start - before.min(rows.start))
-            .with_limit(rows.len());
+        row += 1;
+    });
+    if let Err(error) = decoded {
+        return damaged(path, &error);
     }
-    let reader = builder
-        .with_projection(mask)
-        .with_batch_size(BATCH_ROWS)
-        .build()
-        .map_err(|error| damaged(&error))?;
-    for batch in reader {
-        let batch = batch.map_err(|error| damaged(&error))?;
-        for (place, (&root, name)) in roots.iter().zip(wanted).enumerate() {
-            let array = batch
-                .column_by_name(&names[root])
-                .ok_or_else(|| InputError::new(path, "has no such column").channel(*name))?;
-            take(place, array)?;
+    let error = InputError::new(path, "is text, not a number")
+        .channel(name)
+        .expected("a column of integers or floating-point numbers");
+    match found {
+        Some((row, value)) => error.row(row).value(format!("{value:?}")),
+        None => error,
+    }
+}
+
+/// Wanted rows of a row group.
+struct Span {
+    group: usize,
+    /// Counted within the group.
+    rows: Range<usize>,
+}
+
+/// Returns where the rows `wanted`, or all, are.
+fn spans(metadata: &ParquetMetaData, wanted: Option<Range<usize>>) -> Vec<Span> {
+    let wanted = wanted.unwrap_or(0..usize::MAX);
+    let mut spans = Vec::new();
+    let mut first = 0_usize;
+    for (group, about) in metadata.row_groups().iter().enumerate() {
+        let end = first.saturating_add(usize::try_from(about.num_rows()).unwrap_or(0));
+        let rows = wanted.start.clamp(first, end) - first..wanted.end.clamp(first, end) - first;
+        if !rows.is_empty() {
+            spans.push(Span { group, rows });
+        }
+        first = end;
+    }
+    spans
+}
+
+/// Stored value of one row.
+#[derive(Clone, Copy)]
+enum Cell<'a> {
+    Null,
+    Integer(i64),
+    Float(f64),
+    Text(&'a [u8]),
+}
+
+impl Cell<'_> {
+    /// Returns its number, NaN for null.
+    fn number(self, kind: &Kind) -> f64 {
+        match self {
+            Self::Integer(stored) => kind.number(stored),
+            Self::Float(value) => value,
+            Self::Null | Self::Text(_) => f64::NAN,
+        }
+    }
+}
+
+/// Calls `take` with each row of a column, at position `root` in the file, in order.
+fn decode(
+    file: &SerializedFileReader<File>,
+    root: usize,
+    spans: &[Span],
+    mut take: impl FnMut(Cell),
+) -> ParquetResult<()> {
+    let schema = file.metadata().file_metadata().schema_descr();
+    let leaf = (0..schema.num_columns())
+        .find(|&leaf| schema.get_column_root_idx(leaf) == root)
+        .ok_or_else(|| ParquetError::General("a column without values".to_owned()))?;
+    for Span { group, rows } in spans {
+        use ColumnReader as Of;
+        let (take, rows) = (&mut take, rows.clone());
+        match file.get_row_group(*group)?.get_column_reader(leaf)? {
+            Of::BoolColumnReader(from) => each(from, rows, |_| take(Cell::Null)),
+            Of::Int32ColumnReader(from) => each(from, rows, |value| {
+                take(value.map_or(Cell::Null, |&value| Cell::Integer(value.into())));
+            }),
+            Of::Int64ColumnReader(from) => each(from, rows, |value| {
+                take(value.map_or(Cell::Null, |&value| Cell::Integer(value)));
+            }),
+            Of::Int96ColumnReader(from) => each(from, rows, |value| {
+                take(value.map_or(Cell::Null, |value| Cell::Integer(value.to_nanos())));
+            }),
+            Of::FloatColumnReader(from) => each(from, rows, |value| {
+                take(value.map_or(Cell::Null, |&value| Cell::Float(value.into())));
+            }),
+            Of::DoubleColumnReader(from) => each(from, rows, |value| {
+                take(value.map_or(Cell::Null, |&value| Cell::Float(value)));
+            }),
+            Of::FixedLenByteArrayColumnReader(from) => each(from, rows, |value| {
+                let half = value.and_then(|value| <[u8; 2]>::try_from(value.data()).ok());
+                take(half.map_or(Cell::Null, |half| {
+                    Cell::Float(f16::from_le_bytes(half).into())
+                }));
+            }),
+            Of::ByteArrayColumnReader(from) => each(from, rows, |value| {
+                take(value.map_or(Cell::Null, |value| Cell::Text(value.data())));
+            }),
+        }?;
+    }
+    Ok(())
+}
+
+/// Calls `take` with each of the rows `rows` of a column in a row group, `None` for null.
+fn each<T: DataType>(
+    mut from: ColumnReaderImpl<T>,
+    rows: Range<usize>,
+    mut take: impl FnMut(Option<&T::T>),
+) -> ParquetResult<()> {
+    let ends = || ParquetError::EOF("a column ends before its row group".to_owned());
+    if from.skip_records(rows.start)? != rows.start {
+        return Err(ends());
+    }
+    let (mut levels, mut values) = (Vec::new(), Vec::new());
+    let mut left = rows.len();
+    while left > 0 {
+        levels.clear();
+        values.clear();
+        let most = left.min(BATCH_ROWS);
+        let (read, ..) = from.read_records(most, Some(&mut levels), None, &mut values)?;
+        if read == 0 {
+            return Err(ends());
+        }
+        left -= read;
+        if levels.is_empty() {
+            values.iter().for_each(|value| take(Some(value)));
+        } else {
+            let mut present = values.iter();
+            for &level in &levels {
+                take(if level > 0 { present.next() } else { None });
+            }
         }
     }
     Ok(())
@@ -191,26 +287,27 @@ fn damaged(path: &Path, error: &dyn std::fmt::Display) -> InputError {
         .expected("a whole Parquet file")
 }
 
-fn open(path: &Path) -> Result<ParquetRecordBatchReaderBuilder<File>, InputError> {
+fn open(path: &Path) -> Result<SerializedFileReader<File>, InputError> {
     let file = File::open(path).map_err(|error| InputError::unreadable(path, &error))?;
     let length = file.metadata().map_or(u64::MAX, |metadata| metadata.len());
     if length == 0 {
         return Err(InputError::new(path, "is empty").expected("a Parquet file"));
     }
-    let damaged = |error: &dyn std::fmt::Display| damaged(path, error);
-    // The writer's own schema hints (dictionaries, views) are skipped: plain types suffice.
-    let options = ArrowReaderOptions::new().with_skip_arrow_metadata(true);
-    let builder = ParquetRecordBatchReaderBuilder::try_new_with_options(file, options)
-        .map_err(|error| damaged(&error))?;
-    if !builder
-        .metadata()
-        .row_groups()
-        .iter()
-        .all(|group| lies_within(group, length))
-    {
-        return Err(damaged(&"a column lies outside the file"));
+    let reader = SerializedFileReader::new(file).map_err(|error| damaged(path, &error))?;
+    let mut groups = reader.metadata().row_groups().iter();
+    if !groups.all(|group| lies_within(group, length)) {
+        return Err(damaged(path, &"a column lies outside the file"));
     }
-    Ok(builder)
+    Ok(reader)
+}
+
+fn fields(file: &SerializedFileReader<File>) -> &[TypePtr] {
+    file.metadata().file_metadata().schema().get_fields()
+}
+
+fn names(file: &SerializedFileReader<File>) -> Vec<String> {
+    let fields = fields(file).iter();
+    fields.map(|field| field.name().to_owned()).collect()
 }
 
 /// True if every column of a row group lies in a file of `length` bytes. The library asserts this instead of reporting
@@ -242,54 +339,4 @@ pub(super) fn locate(
         }
     };
     wanted.iter().map(position).collect()
-}
-
-fn append(path: &Path, name: &str, array: &ArrayRef, out: &mut Vec<f64>) -> Result<(), InputError> {
-    macro_rules! numbers {
-        ($type:ty, $convert:expr) => {
-            out.extend(
-                array
-                    .as_primitive::<$type>()
-                    .iter()
-                    .map(|value| value.map_or(f64::NAN, $convert)),
-            )
-        };
-    }
-    match array.data_type() {
-        DataType::Int8 => numbers!(Int8Type, f64::from),
-        DataType::Int16 => numbers!(Int16Type, f64::from),
-        DataType::Int32 => numbers!(Int32Type, f64::from),
-        DataType::Int64 => numbers!(Int64Type, |value| value as f64),
-        DataType::UInt8 => numbers!(UInt8Type, f64::from),
-        DataType::UInt16 => numbers!(UInt16Type, f64::from),
-        DataType::UInt32 => numbers!(UInt32Type, f64::from),
-        DataType::UInt64 => numbers!(UInt64Type, |value| value as f64),
-        DataType::Float16 => numbers!(Float16Type, f64::from),
-        DataType::Float32 => numbers!(Float32Type, f64::from),
-        DataType::Float64 => numbers!(Float64Type, |value| value),
-        DataType::Null => out.extend(std::iter::repeat_n(f64::NAN, array.len())),
-        DataType::Utf8 => {
-            let text = array.as_string::<i32>();
-            let found = text
-                .iter()
-                .enumerate()
-                .find_map(|(row, value)| Some((row, value?)));
-            let error = InputError::new(path, "is text, not a number")
-                .channel(name)
-                .expected("a column of integers or floating-point numbers");
-            return Err(match found {
-                Some((row, value)) => error
-                    .row((out.len() + row) as u64)
-                    .value(format!("{value:?}")),
-                None => error,
-            });
-        }
-        other => {
-            return Err(InputError::new(path, "is not a column of numbers")
-                .channel(name)
-                .value(other)
-                .expected("integers or floating-point numbers"));
-        }
-    }
-    Ok(())
 }

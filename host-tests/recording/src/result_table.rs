@@ -3,13 +3,12 @@
 //! The same table gives the same bytes.
 
 use std::path::Path;
-use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, StringArray};
-use parquet::arrow::ArrowWriter;
+use parquet::basic::Type as Physical;
+use parquet::errors::Result as ParquetResult;
 use parquet::file::properties::DEFAULT_MAX_ROW_GROUP_ROW_COUNT;
 
-use super::storage::writer_options;
+use super::parquet_writer::ParquetWriter;
 use crate::error::InputError;
 
 /// One column.
@@ -48,10 +47,9 @@ impl ResultTable {
     /// Writes the table as CSV with a header; an unknown value is an empty cell.
     pub fn to_csv(&self) -> Vec<u8> {
         let mut writer = csv::Writer::from_writer(Vec::new());
-        let rows = self.0.first().map_or(0, |(_, column)| column.len());
         // Writing to memory cannot fail, so the results are dropped.
         let _ = writer.write_record(self.0.iter().map(|(name, _)| name));
-        for row in 0..rows {
+        for row in 0..self.rows() {
             let _ = writer.write_record(self.0.iter().map(|(_, column)| column.cell(row)));
         }
         writer.into_inner().unwrap_or_default()
@@ -59,22 +57,30 @@ impl ResultTable {
 
     /// Writes the table as Parquet, for the file `path`; an unknown value is null.
     pub fn to_parquet(&self, path: &Path) -> Result<Vec<u8>, InputError> {
-        let array = |column: &ResultColumn| match column {
-            ResultColumn::Text(values) => Arc::new(StringArray::from(values.clone())) as ArrayRef,
-            ResultColumn::Number(values) => Arc::new(Float64Array::from(values.clone())),
-        };
-        let columns = self.0.iter();
-        let columns = columns.map(|(name, column)| (name, array(column), true));
-        let fault = |error: &dyn std::fmt::Display| {
-            InputError::new(path, format!("cannot be written ({error})"))
-        };
-        let batch = RecordBatch::try_from_iter_with_nullable(columns).map_err(|e| fault(&e))?;
+        self.parquet()
+            .map_err(|error| InputError::new(path, format!("cannot be written ({error})")))
+    }
+
+    fn parquet(&self) -> ParquetResult<Vec<u8>> {
+        let fields = self.0.iter().map(|(name, column)| {
+            let physical = match column {
+                ResultColumn::Text(_) => Physical::BYTE_ARRAY,
+                ResultColumn::Number(_) => Physical::DOUBLE,
+            };
+            (name.as_str(), physical)
+        });
         let mut bytes = Vec::new();
-        let options = writer_options(DEFAULT_MAX_ROW_GROUP_ROW_COUNT);
-        let mut writer = ArrowWriter::try_new_with_options(&mut bytes, batch.schema(), options)
-            .map_err(|e| fault(&e))?;
-        writer.write(&batch).map_err(|e| fault(&e))?;
-        writer.close().map_err(|e| fault(&e))?;
+        let mut writer =
+            ParquetWriter::create(&mut bytes, fields, DEFAULT_MAX_ROW_GROUP_ROW_COUNT)?;
+        writer.write(self.rows(), |column, place, rows| match &self.0[place].1 {
+            ResultColumn::Text(values) => column.texts(&values[rows]),
+            ResultColumn::Number(values) => column.numbers(values[rows].iter().copied()),
+        })?;
+        writer.close()?;
         Ok(bytes)
+    }
+
+    fn rows(&self) -> usize {
+        self.0.first().map_or(0, |(_, column)| column.len())
     }
 }

@@ -4,18 +4,16 @@
 //! scale · integer + offset is stored as those integers, any other as f64 with scale 1, so that in both cases the
 //! values are exact to the bit on reading.
 
+use std::ops::Range;
 use std::path::Path;
-use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, Int32Array, Int64Array, RecordBatch};
-use arrow_schema::{DataType, Field, Schema};
-use parquet::arrow::ArrowWriter;
-use parquet::arrow::arrow_writer::ArrowWriterOptions;
-use parquet::basic::{Compression, ZstdLevel};
-use parquet::file::properties::{DEFAULT_MAX_ROW_GROUP_ROW_COUNT, WriterProperties};
+use parquet::basic::Type as Physical;
+use parquet::errors::ParquetError;
+use parquet::file::properties::DEFAULT_MAX_ROW_GROUP_ROW_COUNT;
 
 use super::manifest::{MANIFEST, Manifest};
 use super::manifest_text::manifest_text;
+use super::parquet_writer::{Column, ParquetWriter};
 use super::{Channel, Clock, Head, Recording, Table};
 use crate::error::InputError;
 use crate::output::OutputFolder;
@@ -168,56 +166,31 @@ fn write_parquet(
     stored: &[Stored],
 ) -> Result<(), InputError> {
     let path = out.target().join(&table.file);
-    let mut fields = Vec::new();
-    let mut arrays: Vec<ArrayRef> = Vec::new();
-    for (name, values, stored) in columns(table, stored) {
-        let array: ArrayRef = match stored {
+    let columns = columns(table, stored);
+    let fields = columns.iter().map(|(name, _, stored)| {
+        let physical = match stored {
             Some(Stored::Integers(integers)) => {
-                let narrow = |value: &Option<i64>| value.map(i32::try_from).transpose();
-                match integers.iter().map(narrow).collect::<Result<Vec<_>, _>>() {
-                    Ok(narrow) => Arc::new(Int32Array::from(narrow)),
-                    Err(_) => Arc::new(Int64Array::from(integers.clone())),
+                let mut measured = integers.iter().flatten();
+                match measured.all(|&value| i32::try_from(value).is_ok()) {
+                    true => Physical::INT32,
+                    false => Physical::INT64,
                 }
             }
-            Some(Stored::Floats) | None => {
-                let measured = values
-                    .iter()
-                    .map(|value| (!value.is_nan()).then_some(*value));
-                Arc::new(measured.collect::<Float64Array>())
-            }
+            Some(Stored::Floats) | None => Physical::DOUBLE,
         };
-        let data_type: DataType = array.data_type().clone();
-        fields.push(Field::new(name, data_type, true));
-        arrays.push(array);
-    }
-    let fault = |error: &dyn std::fmt::Display| {
-        InputError::new(&path, format!("cannot be written ({error})"))
-    };
-    let schema = Arc::new(Schema::new(fields));
-    let batch = RecordBatch::try_new(Arc::clone(&schema), arrays).map_err(|error| fault(&error))?;
+        (*name, physical)
+    });
+    let fault =
+        |error: ParquetError| InputError::new(&path, format!("cannot be written ({error})"));
     let file = out.file(&table.file)?;
-    let mut writer = ArrowWriter::try_new_with_options(
-        file,
-        schema,
-        writer_options(DEFAULT_MAX_ROW_GROUP_ROW_COUNT),
-    )
-    .map_err(|error| fault(&error))?;
-    writer.write(&batch).map_err(|error| fault(&error))?;
-    writer.close().map_err(|error| fault(&error))?;
-    Ok(())
-}
-
-/// Options of the Parquet writer for all tables, in row groups of at most `rows_per_group`; independent of machine and
-/// time.
-pub(super) fn writer_options(rows_per_group: usize) -> ArrowWriterOptions {
-    let properties = WriterProperties::builder()
-        .set_compression(Compression::ZSTD(ZstdLevel::default()))
-        .set_max_row_group_row_count(Some(rows_per_group))
-        .set_created_by(concat!("rlg ", env!("CARGO_PKG_VERSION")).to_owned())
-        .build();
-    ArrowWriterOptions::new()
-        .with_properties(properties)
-        .with_skip_arrow_metadata(true)
+    let mut writer =
+        ParquetWriter::create(file, fields, DEFAULT_MAX_ROW_GROUP_ROW_COUNT).map_err(fault)?;
+    let encode = |column: &mut Column, place: usize, rows: Range<usize>| match columns[place] {
+        (_, _, Some(Stored::Integers(integers))) => column.integers(integers[rows].iter().copied()),
+        (_, values, _) => column.measured(&values[rows]),
+    };
+    writer.write(table.rows, encode).map_err(fault)?;
+    writer.close().map_err(fault)
 }
 
 fn csv_bytes(table: &Table, stored: &[Stored]) -> Vec<u8> {

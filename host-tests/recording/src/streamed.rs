@@ -6,16 +6,13 @@
 
 use std::fs::File;
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, Int64Array, RecordBatch};
-use arrow_schema::{DataType, Field, Schema};
-use parquet::arrow::ArrowWriter;
+use parquet::basic::Type as Physical;
 
 use super::Recording;
 use super::manifest::{MANIFEST, Manifest};
 use super::manifest_text::manifest_text;
-use super::storage::writer_options;
+use super::parquet_writer::ParquetWriter;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 
@@ -30,10 +27,9 @@ pub struct RecordingStream {
 
 struct TableStream {
     path: PathBuf,
-    schema: Arc<Schema>,
     /// Scale of each column stored as integers.
     scales: Vec<Option<f64>>,
-    writer: ArrowWriter<File>,
+    writer: ParquetWriter<File>,
 }
 
 impl RecordingStream {
@@ -59,26 +55,22 @@ impl RecordingStream {
         let mut tables = Vec::with_capacity(recording.tables.len());
         for (index, table) in recording.tables.iter().enumerate() {
             let path = out.target().join(&table.file);
-            let mut fields = Vec::new();
-            let mut scales = Vec::new();
-            for (place, channel) in table.channels.iter().enumerate() {
-                let whole = is_whole(index, place);
-                let data_type = if whole {
-                    DataType::Int64
-                } else {
-                    DataType::Float64
+            let channels = table.channels.iter().enumerate();
+            let scales: Vec<Option<f64>> = channels
+                .map(|(place, channel)| is_whole(index, place).then_some(channel.scale))
+                .collect();
+            let fields = table.channels.iter().zip(&scales).map(|(channel, scale)| {
+                let physical = match scale {
+                    Some(_) => Physical::INT64,
+                    None => Physical::DOUBLE,
                 };
-                fields.push(Field::new(&channel.column, data_type, true));
-                scales.push(whole.then_some(channel.scale));
-            }
-            let schema = Arc::new(Schema::new(fields));
-            let options = writer_options(ROWS_PER_GROUP);
+                (channel.column.as_str(), physical)
+            });
             let file = out.file(&table.file)?;
-            let writer = ArrowWriter::try_new_with_options(file, Arc::clone(&schema), options)
+            let writer = ParquetWriter::create(file, fields, ROWS_PER_GROUP)
                 .map_err(|error| unwritten(&path, &error))?;
             tables.push(TableStream {
                 path,
-                schema,
                 scales,
                 writer,
             });
@@ -108,24 +100,19 @@ impl RecordingStream {
 
 impl TableStream {
     fn write(&mut self, columns: &[Vec<f64>]) -> Result<(), InputError> {
-        let arrays = columns.iter().zip(&self.scales).map(|(column, scale)| {
-            let measured = column
-                .iter()
-                .map(|value| (!value.is_nan()).then_some(*value));
-            let array: ArrayRef = match scale {
-                None => Arc::new(measured.collect::<Float64Array>()),
-                Some(scale) => Arc::new(
-                    measured
-                        .map(|value| value.map(|value| (value / scale).round() as i64))
-                        .collect::<Int64Array>(),
-                ),
-            };
-            array
-        });
-        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays.collect())
-            .map_err(|error| unwritten(&self.path, &error))?;
+        let rows = columns.first().map_or(0, Vec::len);
         self.writer
-            .write(&batch)
+            .write(rows, |column, place, rows| {
+                let values = &columns[place][rows];
+                match self.scales[place] {
+                    None => column.measured(values),
+                    Some(scale) => {
+                        column.integers(values.iter().map(|&value| {
+                            (!value.is_nan()).then(|| (value / scale).round() as i64)
+                        }))
+                    }
+                }
+            })
             .map_err(|error| unwritten(&self.path, &error))
     }
 }

@@ -8,14 +8,11 @@
 
 use std::fs::File;
 use std::path::PathBuf;
-use std::sync::Arc;
 
-use arrow_array::{ArrayRef, Float64Array, RecordBatch};
-use arrow_schema::{DataType, Field, Schema};
-use parquet::arrow::ArrowWriter;
+use parquet::basic::Type as Physical;
 use parquet::file::properties::DEFAULT_MAX_ROW_GROUP_ROW_COUNT;
 
-use super::storage::writer_options;
+use super::parquet_writer::ParquetWriter;
 use crate::error::InputError;
 use crate::output::OutputFolder;
 
@@ -25,8 +22,7 @@ const BATCH_ROWS: usize = 65_536;
 /// Table written row by row.
 pub struct TableStream {
     path: PathBuf,
-    schema: Arc<Schema>,
-    writer: ArrowWriter<File>,
+    writer: ParquetWriter<File>,
     columns: Vec<Vec<f64>>,
     rows: usize,
 }
@@ -39,20 +35,12 @@ impl TableStream {
         columns: &[&str],
     ) -> Result<Self, InputError> {
         let path = out.target().join(file);
-        let fields: Vec<Field> = columns
-            .iter()
-            .map(|name| Field::new(*name, DataType::Float64, true))
-            .collect();
-        let schema = Arc::new(Schema::new(fields));
-        let writer = ArrowWriter::try_new_with_options(
-            out.file(file)?,
-            Arc::clone(&schema),
-            writer_options(DEFAULT_MAX_ROW_GROUP_ROW_COUNT),
-        )
-        .map_err(|error| fault(&path, &error))?;
+        let fields = columns.iter().map(|name| (*name, Physical::DOUBLE));
+        let writer =
+            ParquetWriter::create(out.file(file)?, fields, DEFAULT_MAX_ROW_GROUP_ROW_COUNT)
+                .map_err(|error| fault(&path, &error))?;
         Ok(Self {
             path,
-            schema,
             writer,
             columns: vec![Vec::with_capacity(BATCH_ROWS); columns.len()],
             rows: 0,
@@ -85,22 +73,15 @@ impl TableStream {
     }
 
     fn flush(&mut self) -> Result<(), InputError> {
-        let arrays: Vec<ArrayRef> = self
-            .columns
-            .iter()
-            .map(|column| {
-                let measured = column
-                    .iter()
-                    .map(|value| (!value.is_nan()).then_some(*value));
-                Arc::new(measured.collect::<Float64Array>()) as ArrayRef
-            })
-            .collect();
-        self.columns.iter_mut().for_each(Vec::clear);
-        let batch = RecordBatch::try_new(Arc::clone(&self.schema), arrays)
-            .map_err(|error| fault(&self.path, &error))?;
+        let rows = self.columns.first().map_or(0, Vec::len);
+        let columns = &self.columns;
         self.writer
-            .write(&batch)
-            .map_err(|error| fault(&self.path, &error))
+            .write(rows, |column, place, rows| {
+                column.measured(&columns[place][rows])
+            })
+            .map_err(|error| fault(&self.path, &error))?;
+        self.columns.iter_mut().for_each(Vec::clear);
+        Ok(())
     }
 }
 

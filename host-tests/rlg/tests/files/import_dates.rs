@@ -1,13 +1,10 @@
 //! `rlg import` of date-times: they are a clock, and they give the start of the recording.
 
-use std::path::Path;
-use std::sync::Arc;
-
-use arrow_array::{ArrayRef, Float64Array, RecordBatch, TimestampMicrosecondArray};
-use parquet::arrow::ArrowWriter;
+use parquet::file::properties::WriterProperties;
 use rlg::recording::{About, Clock};
 
 use super::import_columns::Bench;
+use super::parquet_file::{Cells, write};
 
 /// Makes twenty rows at 100 Hz with stamps written by `stamp` from milliseconds since 2026-03-01T12:00:00Z.
 fn csv(header: &str, stamp: impl Fn(u32) -> String) -> String {
@@ -85,32 +82,16 @@ fn seconds_since_1970_are_dates_in_any_unit() {
 fn timestamps_of_parquet_are_dates() {
     let bench = Bench::new("log.parquet", "");
     let since_us = (1..=20).map(|row| 1_772_366_400_000_000 + 10_000 * row);
-    let stamps: ArrayRef =
-        Arc::new(TimestampMicrosecondArray::from_iter_values(since_us).with_timezone("UTC"));
-    let rates: ArrayRef = Arc::new(
-        (1..=20)
-            .map(|row| Some(f64::from(row)))
-            .collect::<Float64Array>(),
-    );
+    let stamps = Cells::Int64(since_us.map(Some).collect());
+    let rates = Cells::Double((1..=20).map(|row| Some(f64::from(row))).collect());
     let columns = [
-        ("when", &stamps),
-        ("gx_dps", &rates),
-        ("gy_dps", &rates),
-        ("gz_dps", &rates),
+        ("int64 when (TIMESTAMP(MICROS,true))", &stamps),
+        ("double gx_dps", &rates),
+        ("double gy_dps", &rates),
+        ("double gz_dps", &rates),
     ];
-    let columns = columns.map(|(name, column)| (name, Arc::clone(column)));
-    write(
-        &bench.file(),
-        &RecordBatch::try_from_iter(columns).expect("a table"),
-    );
+    write(&bench.file(), 20, &columns, WriterProperties::default());
     is_noon(&bench, &[]);
-}
-
-fn write(path: &Path, batch: &RecordBatch) {
-    let file = std::fs::File::create(path).expect("a file");
-    let mut writer = ArrowWriter::try_new(file, batch.schema(), None).expect("a writer");
-    writer.write(batch).expect("rows");
-    writer.close().expect("a file");
 }
 
 #[test]

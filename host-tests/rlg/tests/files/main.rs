@@ -15,6 +15,7 @@ mod model_compensation;
 mod model_new;
 mod model_round_trip;
 mod output_folder;
+mod parquet_file;
 mod recording_bench;
 mod recording_elsewhere;
 mod recording_parquet;
