@@ -126,9 +126,22 @@ pub(crate) fn find(
     if over_none < plan.least_gain || over_bias < -plan.apart {
         return None;
     }
-    let refined = refined((gyros, samples), (&likeness, time_s), longest_s)?;
+    let begun = Settling {
+        angle_rad: Vector3::zeros(),
+        time_s,
+        stds: [0.0; 4],
+        may_be_bias: false,
+    };
+    let rough = refined((gyros, samples), (&likeness, begun), longest_s)?;
     let mut without = samples.to_vec();
+    rough.undo(&mut without);
+    // A fast settling hides the delay and the rotation of the first seconds.
+    let left_out = vec![false; samples.len()];
+    let likeness = crate::coarse::likeness(gyros, &without, &left_out, of_model)?;
+    let refined = refined((gyros, samples), (&likeness, rough), longest_s)?;
+    without.copy_from_slice(samples);
     refined.undo(&mut without);
+    let rows = Rows::new(gyros, samples, &likeness)?;
     let after = Rows::new(gyros, &without, &likeness)?;
     let shares = [&rows, &after].map(|rows| rows.left_early(refined.time_s));
     let [before, left] = [shares[0]?, shares[1]?];
@@ -138,21 +151,15 @@ pub(crate) fn find(
     })
 }
 
-/// Refines size and time constant by Gauss–Newton about the error already removed.
+/// Refines size and time constant from `now` by Gauss–Newton about the error already removed.
 fn refined(
     (gyros, samples): (&Gyros, &[SlowSample]),
-    (likeness, time_s): (&Likeness, f64),
+    (likeness, mut now): (&Likeness, Settling),
     longest_s: f64,
 ) -> Option<Settling> {
     const PASSES: usize = 8;
     /// Largest change of the logarithm of the time constant in a pass.
     const LONGEST_STEP: f64 = 0.5;
-    let mut now = Settling {
-        angle_rad: Vector3::zeros(),
-        time_s,
-        stds: [0.0; 4],
-        may_be_bias: false,
-    };
     for pass in 0..PASSES {
         let mut without = samples.to_vec();
         now.undo(&mut without);
