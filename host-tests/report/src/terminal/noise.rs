@@ -35,10 +35,10 @@ const TERMS: [Term; 4] = [
 
 /// Residual relative to the motion, and the noise fitted to it beside that of instruments.
 pub(super) fn residual(diagnosis: &Diagnosis) -> Option<String> {
-    let share = diagnosis.residual.as_ref();
-    let share = share.map(|one| format!("{} % of the motion", share_percent(one.share_of_motion)));
-    let is_in_terms = diagnosis.noise.iter().any(|one| one.terms.is_some());
-    let noise = (!diagnosis.noise.is_empty() && !is_in_terms).then(|| {
+    // At rest there is no motion, and the noise has a line of its own.
+    let share = share_percent(diagnosis.residual.as_ref()?.share_of_motion);
+    let share = format!("{share} % of the motion");
+    let noise = (!diagnosis.noise.is_empty()).then(|| {
         let grade = grade(largest_walk(&diagnosis.noise));
         let fitted = fitted(&diagnosis.noise);
         match diagnosis.verdict.is_told() {
@@ -46,8 +46,8 @@ pub(super) fn residual(diagnosis: &Diagnosis) -> Option<String> {
             false => format!("more than noise of {fitted}"),
         }
     });
-    let parts: Vec<String> = share.into_iter().chain(noise).collect();
-    (!parts.is_empty()).then(|| format!("Residual: {}.", parts.join(", ")))
+    let parts: Vec<String> = [share].into_iter().chain(noise).collect();
+    Some(format!("Residual: {}.", parts.join(", ")))
 }
 
 /// Terms of every gyro with estimates: value ± σ, or the upper bound of an insignificant term.
