@@ -66,7 +66,7 @@ pub struct ConventionPlan {
     /// Largest residual power of a better convention, relative to the declared one's \[1\]: an attitude filter's own error is
     /// in both.
     pub better: f64,
-    /// The same where the declared convention needs no implausible mount.
+    /// Largest relative residual power of a better convention where the declared one has a plausible mount \[1\].
     pub far_better: f64,
     /// Least rotation of an implausible mount \[rad\].
     pub implausible_rad: f64,

@@ -17,6 +17,7 @@ use crate::about::Gyros;
 use crate::alignment::Alignment;
 use crate::cards::{SETTLING, card};
 use crate::coarse::Likeness;
+use crate::gyro_motion::GyroMotion;
 use crate::plan::SettlingPlan;
 
 /// Number of free parameters besides the decay: a map and a bias of the gyros, a delay.
@@ -36,15 +37,23 @@ pub(crate) struct Settling {
 }
 
 impl Settling {
-    /// Sum of a model's settlings as far as they have one time constant; `None` without any.
+    /// No error yet, with a time constant to begin with \[s\].
+    fn none(time_s: f64) -> Self {
+        Self {
+            angle_rad: Vector3::zeros(),
+            time_s,
+            stds: [0.0; 4],
+            may_be_bias: false,
+        }
+    }
+
+    /// First settling of a model; `None` without any.
     pub(crate) fn of_model(model: &Model) -> Option<Self> {
         let mut of_kind = model.effects.iter().filter(|one| one.kind == SETTLING);
         let effect = of_kind.next()?;
         Some(Self {
             angle_rad: Vector3::from(AXES.map(|axis| effect.number(axis))),
-            time_s: effect.number("time_constant_s"),
-            stds: [0.0; 4],
-            may_be_bias: false,
+            ..Self::none(effect.number("time_constant_s"))
         })
     }
 
@@ -110,7 +119,8 @@ pub(crate) fn find(
     plan: &SettlingPlan,
 ) -> Option<Settling> {
     let likeness = crate::coarse::likeness(gyros, samples, &vec![false; samples.len()], of_model)?;
-    let rows = Rows::new(gyros, samples, &likeness)?;
+    let motion = gyros.motion(gyros.sensed_rad.clone());
+    let rows = Rows::new(&motion, samples, &likeness)?;
     let longest_s = rows.lasts_s() / plan.least_lengths;
     let mut time_s = plan.least_samples * rows.period_s();
     let mut best: Option<([f64; 2], f64)> = None;
@@ -126,23 +136,21 @@ pub(crate) fn find(
     if over_none < plan.least_gain || over_bias < -plan.apart {
         return None;
     }
-    let begun = Settling {
-        angle_rad: Vector3::zeros(),
-        time_s,
-        stds: [0.0; 4],
-        may_be_bias: false,
-    };
-    let rough = refined((gyros, samples), (&likeness, begun), longest_s)?;
+    let rough = refined(
+        (&motion, samples),
+        (&likeness, Settling::none(time_s)),
+        longest_s,
+    )?;
     let mut without = samples.to_vec();
     rough.undo(&mut without);
     // A fast settling hides the delay and the rotation of the first seconds.
     let left_out = vec![false; samples.len()];
     let likeness = crate::coarse::likeness(gyros, &without, &left_out, of_model)?;
-    let refined = refined((gyros, samples), (&likeness, rough), longest_s)?;
+    let refined = refined((&motion, samples), (&likeness, rough), longest_s)?;
     without.copy_from_slice(samples);
     refined.undo(&mut without);
-    let rows = Rows::new(gyros, samples, &likeness)?;
-    let after = Rows::new(gyros, &without, &likeness)?;
+    let rows = Rows::new(&motion, samples, &likeness)?;
+    let after = Rows::new(&motion, &without, &likeness)?;
     let shares = [&rows, &after].map(|rows| rows.left_early(refined.time_s));
     let [before, left] = [shares[0]?, shares[1]?];
     (left < plan.left * before).then_some(Settling {
@@ -153,7 +161,7 @@ pub(crate) fn find(
 
 /// Refines size and time constant from `now` by Gauss–Newton about the error already removed.
 fn refined(
-    (gyros, samples): (&Gyros, &[SlowSample]),
+    (motion, samples): (&GyroMotion, &[SlowSample]),
     (likeness, mut now): (&Likeness, Settling),
     longest_s: f64,
 ) -> Option<Settling> {
@@ -163,7 +171,7 @@ fn refined(
     for pass in 0..PASSES {
         let mut without = samples.to_vec();
         now.undo(&mut without);
-        let rows = Rows::new(gyros, &without, likeness)?;
+        let rows = Rows::new(motion, &without, likeness)?;
         let with_time = pass > 0;
         let fit = rows.fit(now.time_s, Decay::Of(now, with_time))?;
         let step = Vector3::new(fit.values[0], fit.values[1], fit.values[2]);
@@ -215,9 +223,8 @@ struct Fit {
 }
 
 impl Rows {
-    fn new(gyros: &Gyros, samples: &[SlowSample], likeness: &Likeness) -> Option<Self> {
+    fn new(motion: &GyroMotion, samples: &[SlowSample], likeness: &Likeness) -> Option<Self> {
         let begin_s = samples.first()?.time_s;
-        let motion = gyros.motion(gyros.sensed_rad.clone());
         let mut rows = Self {
             from_s: Vec::new(),
             to_s: Vec::new(),
@@ -269,13 +276,11 @@ impl Rows {
 
     /// Gains in 2 ln L of a decay over none, and over that of a bias.
     fn gains(&self, time_s: f64) -> Option<[f64; 2]> {
-        let begun = Settling {
-            angle_rad: Vector3::zeros(),
-            time_s,
-            stds: [0.0; 4],
-            may_be_bias: false,
-        };
-        let decays = [Decay::No, Decay::OfBias(time_s), Decay::Of(begun, false)];
+        let decays = [
+            Decay::No,
+            Decay::OfBias(time_s),
+            Decay::Of(Settling::none(time_s), false),
+        ];
         let fits = decays.map(|decay| self.fit(time_s, decay));
         let [Some(none), Some(of_bias), Some(own)] = fits else {
             return None;

@@ -40,18 +40,17 @@ pub fn grade(walk_rad_sqrt_s: f64) -> &'static str {
 /// # Inputs
 /// `noise`: of each gyro, which includes the reference's.
 fn beside_instruments(noise: &[NoiseEntry]) -> Option<String> {
-    let walk = |one: &NoiseEntry| match &one.terms {
-        Some(terms) => terms.angle_random_walk_rad_sqrt_s.value,
-        None => one.angle_random_walk_rad_sqrt_s,
-    };
-    let largest = noise.iter().map(walk).reduce(f64::max)?;
+    let largest = noise
+        .iter()
+        .map(NoiseEntry::walk_rad_sqrt_s)
+        .reduce(f64::max)?;
     let angle_rad = noise
         .iter()
         .map(|one| one.angle_noise_rad)
         .fold(0.0, f64::max);
     let each: Vec<String> = noise
         .iter()
-        .map(|one| number(walk(one) * DEG_SQRT_H))
+        .map(|one| number(one.walk_rad_sqrt_s() * DEG_SQRT_H))
         .collect();
     Some(format!(
         "Noise, gyro and reference together: angle random walk {} \u{b0}/\u{221a}h, as of {}-grade gyros; white angle noise up to {angle_rad:.1e} rad.",
@@ -62,6 +61,16 @@ fn beside_instruments(noise: &[NoiseEntry]) -> Option<String> {
 
 /// Conversion factor from rad/√s to °/√h.
 pub const DEG_SQRT_H: f64 = 60.0 * 180.0 / std::f64::consts::PI;
+
+impl NoiseEntry {
+    /// Angle random walk: of the noise terms if they were estimated, else of the whitening \[rad/√s\].
+    pub fn walk_rad_sqrt_s(&self) -> f64 {
+        match &self.terms {
+            Some(terms) => terms.angle_random_walk_rad_sqrt_s.value,
+            None => self.angle_random_walk_rad_sqrt_s,
+        }
+    }
+}
 
 impl Diagnosis {
     /// Compares the noise with that of instruments, and reports noise beyond the bounds as unexplained residual.

@@ -43,6 +43,22 @@ pub fn by_axis(
     ((0..3).map(number).collect(), (0..3).map(row).collect())
 }
 
+/// Appends a number that is independent of the others to parameters and their covariance.
+pub fn append(
+    parameters: &mut Vec<ParameterEntry>,
+    covariance: &mut Vec<Vec<f64>>,
+    number: ParameterEntry,
+) {
+    let ParameterEntry::Number { std, .. } = number else {
+        return parameters.push(number);
+    };
+    covariance.iter_mut().for_each(|row| row.push(0.0));
+    let mut row = vec![0.0; covariance.len()];
+    row.push(std * std);
+    covariance.push(row);
+    parameters.push(number);
+}
+
 /// Entry of noise beyond the model's.
 pub fn noise(excess: &Excess) -> EffectEntry {
     let (parameters, covariance) = by_axis(excess.values, excess.stds, excess.unit);

@@ -104,10 +104,8 @@ impl Row {
             Score::Missed => SILENT,
             Score::Wrong | Score::Unanswered => NO,
         };
-        let sigmas = judgement.pulls.iter().map(|pull| pull.abs());
-        let largest = sigmas.reduce(f64::max);
-        let largest = largest.map_or(NONE.to_owned(), |sigmas| format!("{sigmas:.2}"));
-        Self::new(name, origin, said, [right.to_owned(), largest])
+        let sigmas = largest(judgement.pulls.iter().copied());
+        Self::new(name, origin, said, [right.to_owned(), sigmas])
     }
 
     /// Makes the row of a recording. `said` is the diagnosis, or the reason for its absence.
@@ -181,15 +179,14 @@ fn judged(answer: &Answer, said: &Diagnosis) -> [String; 2] {
         (true, true) => YES,
         (true, false) => SILENT,
     };
-    let sigmas = case
-        .deviations()
-        .into_iter()
-        .map(|[sigmas, _]| sigmas.abs());
-    let largest = sigmas.reduce(f64::max);
-    [
-        right.to_owned(),
-        largest.map_or(NONE.to_owned(), |sigmas| format!("{sigmas:.2}")),
-    ]
+    let sigmas = case.deviations().into_iter().map(|[sigmas, _]| sigmas);
+    [right.to_owned(), largest(sigmas)]
+}
+
+/// Cell of `sigmas`.
+fn largest(sigmas: impl Iterator<Item = f64>) -> String {
+    let largest = sigmas.map(f64::abs).reduce(f64::max);
+    largest.map_or(NONE.to_owned(), |sigmas| format!("{sigmas:.2}"))
 }
 
 /// Name of the row of a simulated trial.

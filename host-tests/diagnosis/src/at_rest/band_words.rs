@@ -1,6 +1,6 @@
 //! Bands of noise as entries of `diagnosis.json` and as effects of a model.
 
-use rlg_findings::entries::{by_axis, unlisted};
+use rlg_findings::entries::{append, by_axis, unlisted};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -36,16 +36,13 @@ fn entry(band: &Band) -> EffectEntry {
     let stds = band.rms_rad_s.map(|[_, std]| std);
     let (mut parameters, mut covariance) = by_axis(sizes, stds, "rad/s");
     for (name, value, std) in [(FREQUENCY, hz, hz_std), (WIDTH, width_hz, width_std)] {
-        parameters.push(ParameterEntry::Number {
+        let number = ParameterEntry::Number {
             name: name.to_string(),
             value,
             std,
             unit: "Hz".to_string(),
-        });
-        covariance.iter_mut().for_each(|row| row.push(0.0));
-        let mut row = vec![0.0; covariance.len()];
-        row.push(std * std);
-        covariance.push(row);
+        };
+        append(&mut parameters, &mut covariance, number);
     }
     let [x, y, z] = sizes.map(|rms| rms * DEG_H);
     EffectEntry {

@@ -1,6 +1,6 @@
 //! Lines as entries of `diagnosis.json` and as effects of a model.
 
-use rlg_findings::entries::{by_axis, unlisted};
+use rlg_findings::entries::{append, by_axis, unlisted};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -43,16 +43,13 @@ fn entry(line: &Line, lines: &[Line], clock: Clock) -> EffectEntry {
     let amplitudes = sizes.map(|[amplitude, _]| amplitude);
     let (mut parameters, mut covariance) = by_axis(amplitudes, sizes.map(|[_, std]| std), "rad/s");
     let mut number = |name: &str, value: f64, std: f64| {
-        parameters.push(ParameterEntry::Number {
+        let number = ParameterEntry::Number {
             name: name.to_string(),
             value,
             std,
             unit: "Hz".to_string(),
-        });
-        covariance.iter_mut().for_each(|row| row.push(0.0));
-        let mut row = vec![0.0; covariance.len()];
-        row.push(std * std);
-        covariance.push(row);
+        };
+        append(&mut parameters, &mut covariance, number);
     };
     let [x, y, z] = amplitudes.map(|amplitude| amplitude * DEG_H);
     let on_gyros = format!("{x:.2}, {y:.2}, {z:.2} °/h on x, y, z.");

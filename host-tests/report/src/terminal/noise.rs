@@ -88,11 +88,10 @@ fn one_term(diagnosis: &Diagnosis, (letter, unit, of, is_bounded): &Term) -> Opt
 
 /// Largest angle random walk of the gyros \[rad/√s\].
 fn largest_walk(noise: &[NoiseEntry]) -> f64 {
-    let walks = noise.iter().map(|one| match &one.terms {
-        Some(terms) => terms.angle_random_walk_rad_sqrt_s.value,
-        None => one.angle_random_walk_rad_sqrt_s,
-    });
-    walks.fold(0.0, f64::max)
+    noise
+        .iter()
+        .map(NoiseEntry::walk_rad_sqrt_s)
+        .fold(0.0, f64::max)
 }
 
 /// Noise used for the whitening: angle random walk by gyro.
