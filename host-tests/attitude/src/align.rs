@@ -8,8 +8,8 @@ use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
-use crate::diagnose::{Settings, diagnose};
-use crate::plan::AttitudePlan;
+use crate::diagnose::diagnose;
+use rlg_diagnosis::Settings;
 
 /// Aligns gyros and attitudes of a recording by the same likelihood without physical effects; `None` as in [`diagnose`].
 ///
@@ -22,14 +22,11 @@ pub fn align(
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
     let left_out: Vec<&str> = CATALOGUE.iter().map(|entry| entry.kind).collect();
-    let asked = Settings {
+    let mut asked = Settings {
         left_out: &left_out,
-        plan: AttitudePlan {
-            most_effects: 0,
-            ..settings.plan
-        },
         ..*settings
     };
+    asked.plan.attitude.most_effects = 0;
     let diagnosed = diagnose(&asked, recording, of, progress)?;
     Ok(diagnosed.map(|diagnosed| diagnosed.outcome))
 }

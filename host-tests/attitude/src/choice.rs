@@ -3,12 +3,12 @@
 use nalgebra::Vector3;
 use rlg_catalogue::Candidate;
 use rlg_inference::{BY_CHANCE, Bound};
+use rlg_plan::Plan;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, in_order, places};
 use crate::block_sums::{BlockSums, Estimates, Statistic};
 use crate::earth;
-use crate::plan::AttitudePlan;
 use crate::steps::Step;
 
 /// Candidate effects with their column indices, which follow those of the registration.
@@ -117,7 +117,7 @@ pub(crate) fn chance(statistic: &Statistic, groups: usize) -> f64 {
 pub(crate) struct Choice<'a> {
     pub(crate) sums: &'a BlockSums,
     pub(crate) candidates: &'a Candidates,
-    pub(crate) plan: &'a AttitudePlan,
+    pub(crate) plan: &'a Plan,
 }
 
 impl Choice<'_> {
@@ -138,7 +138,7 @@ impl Choice<'_> {
             let Some(best) = tried.iter().max_by(|a, b| a.0.1.total_cmp(&b.0.1)) else {
                 break;
             };
-            let least = self.plan.nearly * best.0.1;
+            let least = self.plan.attitude.nearly * best.0.1;
             let near = tried.iter().filter(|(seen, _)| seen.1 > least);
             let near = near.map(|(_, group)| chosen.iter().chain([group]).map(|one| one.kind));
             let near: Vec<Free> = near.map(in_order).collect();
@@ -168,9 +168,10 @@ impl Choice<'_> {
     /// Tests a registration group given a set: true if it is accepted, and its gain.
     pub(crate) fn called_for(&self, group: &Group, beside: &[usize]) -> (bool, f64) {
         let own: Vec<usize> = places(group.kind).collect();
-        let is_near = |one: &Statistic| one.gain(GROUPS.len(), false) > self.plan.least_gain;
+        let is_near =
+            |one: &Statistic| one.gain(GROUPS.len(), false) > self.plan.attitude.least_gain;
         let statistic = self.sums.statistic_beyond(beside, &own, is_near);
-        let is_seen = statistic.gain(GROUPS.len(), true) > self.plan.least_gain
+        let is_seen = statistic.gain(GROUPS.len(), true) > self.plan.attitude.least_gain
             && self.sums.predicted(beside, &own).log_likelihood > 0.0
             && (group.kind != "earth_rate" || self.is_of_the_earth(beside, &own));
         // The undeflated gain ranks accepted groups: the design effect is too uncertain for that.
@@ -198,7 +199,7 @@ impl Choice<'_> {
         let statistic = self.sums.statistic(&beside, &own);
         let gain = statistic.gain(GROUPS.len(), true);
         let mut alike = self.rivals(&beside, &statistic, named);
-        let least = statistic.compared(GROUPS.len()) - self.plan.alike_within;
+        let least = statistic.compared(GROUPS.len()) - self.plan.attitude.alike_within;
         alike.extend(
             others(chosen)
                 .filter(|other| {
@@ -230,7 +231,7 @@ impl Choice<'_> {
     pub(crate) fn next(&self, set: &[usize], named: &[Named]) -> (Option<Named>, usize) {
         let effects = &self.candidates.effects;
         let groups = effects.len();
-        let is_seen = |one: &Statistic| one.gain(groups, false) > self.plan.least_gain;
+        let is_seen = |one: &Statistic| one.gain(groups, false) > self.plan.attitude.least_gain;
         let mut tried: Vec<(f64, usize, Statistic)> = effects
             .iter()
             .enumerate()
@@ -245,7 +246,7 @@ impl Choice<'_> {
         tried.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best = tried.into_iter().find_map(|(_, place, statistic)| {
             let gain = statistic.gain(groups, true);
-            if gain <= self.plan.least_gain {
+            if gain <= self.plan.attitude.least_gain {
                 return None;
             }
             let (candidate, own) = &effects[place];
@@ -253,7 +254,7 @@ impl Choice<'_> {
                 return None;
             }
             let predicted = self.sums.predicted(set, own);
-            (predicted.log_likelihood > self.plan.least_predicted).then(|| Named {
+            (predicted.log_likelihood > self.plan.attitude.least_predicted).then(|| Named {
                 kind: candidate.kind,
                 places: own.clone(),
                 statistic,
@@ -296,7 +297,7 @@ impl Choice<'_> {
         named: &[&str],
     ) -> Vec<&'static str> {
         let groups = self.candidates.effects.len();
-        let least = winner.compared(groups) - self.plan.alike_within;
+        let least = winner.compared(groups) - self.plan.attitude.alike_within;
         let effects = self.candidates.effects.iter();
         effects
             .filter(|(candidate, _)| !named.contains(&candidate.kind))

@@ -1,5 +1,6 @@
 //! Check of the attitude convention: from body to navigation frame, in the order w, x, y, z.
 
+use rlg_plan::{ConventionPlan, Plan};
 use std::path::Path;
 
 use nalgebra::{Quaternion, UnitQuaternion};
@@ -12,7 +13,6 @@ use rlg_signal::attitude_samples::{Shown, SlowSample, has_attitude};
 use crate::alignment::Alignment;
 use crate::coarse::{self, Likeness};
 use crate::observed::{Observed, observe};
-use crate::plan::{AttitudePlan, ConventionPlan};
 
 /// An alternative attitude convention.
 struct Reading {
@@ -69,7 +69,7 @@ pub struct Converted {
 pub fn converted(
     recording: &Recording,
     (model, model_file): (&Model, &Path),
-    plan: &AttitudePlan,
+    plan: &Plan,
     anyway: bool,
 ) -> Result<Option<Converted>, InputError> {
     if !has_attitude(recording) {
@@ -81,7 +81,8 @@ pub fn converted(
     if observed.is_few {
         return Ok(None);
     }
-    let Some((reading, is_clear)) = other_reading(&observed, model, &plan.conventions) else {
+    let Some((reading, is_clear)) = other_reading(&observed, model, &plan.attitude.conventions)
+    else {
         return Ok(None);
     };
     let words = format!("{}: read so, they follow the gyros", reading.words);

@@ -1,5 +1,7 @@
 //! Workflow of a diagnosis against attitudes.
 
+use rlg_diagnosis::Settings;
+use rlg_plan::Plan;
 use std::path::Path;
 
 use nalgebra::Vector3;
@@ -32,25 +34,11 @@ use crate::late_gyros;
 use crate::observed::{Observed, observe};
 use crate::own_lines;
 use crate::physics::{self, Gyro};
-use crate::plan::AttitudePlan;
 use crate::registration::{self, Registration};
 use crate::rest::{self, Rest};
 use crate::said::{Few, Said};
 use crate::search::{Found, called_for, search};
 use crate::zeroing;
-
-/// Settings of a diagnosis.
-#[derive(Debug, Clone, Copy, Default)]
-pub struct Settings<'a> {
-    /// Kinds excluded from the catalogue.
-    pub left_out: &'a [&'a str],
-    /// Decision thresholds.
-    pub plan: AttitudePlan,
-    /// Seed recorded in `diagnosis.json`.
-    pub seed: u64,
-    /// Reversed or exchanged channels, or those of another unit, are corrected and reported instead of refused.
-    pub anyway: bool,
-}
 
 /// A diagnosis and the corrected motion.
 pub struct Diagnosed {
@@ -124,9 +112,10 @@ pub fn diagnose(
         let rows = channels::reference_rows(&observed.sound_samples(), &observed.streams);
         let seen = observed.fitted_rows(&rows.doubtful);
         let reference = (&rows.increments_rad, &seen[..]);
-        observed.zeroed = zeroing::find(&observed.gyros, reference, &settings.plan.zeroing);
+        observed.zeroed =
+            zeroing::find(&observed.gyros, reference, &settings.plan.attitude.zeroing);
         zeroing::undo(&mut observed.gyros, zeroing::high_passes(&observed.zeroed));
-        let lines = own_lines::of(&observed, reference, &settings.plan.lines);
+        let lines = own_lines::of(&observed, reference, &settings.plan.attitude.lines);
         observed.take_lines(lines);
     }
     let fit = if observed.is_few { of_few } else { of_many };
@@ -234,7 +223,7 @@ fn fit_many(
             model: of_model,
             start: &start,
             called_for: &|registered| called_for(observed, registered),
-            alike_within: settings.plan.alike_within,
+            alike_within: settings.plan.attitude.alike_within,
             progress,
         };
         growth.grow()
@@ -258,7 +247,7 @@ fn fit_many(
     let mut known = observed.model.effects.iter();
     if known.any(|effect| effect.kind == PULL) {
         // Computed from these gyros, the reference is no independent evidence of further effects.
-        plan.most_effects = 0;
+        plan.attitude.most_effects = 0;
     }
     let searched = |registered: Registration, gyro: &Gyro, observed: &Observed| {
         progress("searching for physics");
@@ -296,7 +285,7 @@ fn searched(
     (gyros, mut registered): (&Gyros, Registration),
     of_model: &Alignment,
     physics: (&Gyro, &Pool, &Candidates),
-    told: (&AttitudePlan, u64),
+    told: (&Plan, u64),
 ) -> (Registration, Found) {
     let beyond = registered.alignment.beyond(of_model);
     let about = (of_model, &beyond);
@@ -470,14 +459,8 @@ fn check_channels(
     observed: &mut Observed,
     (model, model_file): (&Model, &Path),
 ) -> Result<Option<PutRight>, Stopped> {
-    let mut asked = rlg_diagnosis::Settings {
-        anyway: settings.anyway,
-        ..Default::default()
-    };
-    if let Some(plan) = &mut asked.channels.same_motion {
-        plan.reference_hz = channels::readings_hz(&observed.samples);
-    }
     let samples = observed.sound_samples();
+    let reference_hz = channels::readings_hz(&observed.samples);
     let streams = &mut observed.streams;
     let rows = channels::reference_rows(&samples, streams);
     let own_rad = std::mem::replace(&mut streams.case_rad, rows.increments_rad);
@@ -485,9 +468,9 @@ fn check_channels(
     for (usable, doubtful) in streams.usable.iter_mut().zip(rows.doubtful) {
         *usable &= !doubtful;
     }
-    streams.own_motion = false;
-    let checked = put_right::put_right(&asked, streams, model, model_file);
-    streams.own_motion = true;
+    (streams.own_motion, streams.reference_hz) = (false, reference_hz);
+    let checked = put_right::put_right(settings, streams, model, model_file);
+    (streams.own_motion, streams.reference_hz) = (true, None);
     streams.case_rad = own_rad;
     streams.usable = usable;
     // A pure rotation of any size is left to the registration, which uses attitudes as they are.

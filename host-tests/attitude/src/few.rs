@@ -3,6 +3,7 @@
 //! Noise is declared by the model, or has a log-normal prior of typical instruments; models are compared by their evidence,
 //! averaged over that noise, with priors of physical size, and no more parameters are named than the rows have values.
 
+use rlg_plan::Plan;
 use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
@@ -16,7 +17,6 @@ use crate::about::Gyros;
 use crate::equations::ParameterColumn;
 use crate::increments::Increments;
 use crate::outliers::MEDIAN_CHI_SQUARED;
-use crate::plan::AttitudePlan;
 
 /// Prior of a noise level: log-normal, or known.
 #[derive(Debug, Clone, Copy)]
@@ -54,7 +54,7 @@ pub(crate) struct NoiseBelief {
 impl NoiseBelief {
     /// Takes declared noise as known; else estimates the walk from the gyros' rows, and uses the plan's typical reference
     /// noise.
-    pub(crate) fn new(model: &Model, gyros: &Gyros, plan: &AttitudePlan) -> Self {
+    pub(crate) fn new(model: &Model, gyros: &Gyros, plan: &Plan) -> Self {
         let reference = model.reference.as_ref();
         let mean_square = |of: &dyn Fn(usize) -> f64| (0..3).map(of).sum::<f64>() / 3.0;
         let declared = gyros.declared_walk_rad_sqrt_s;
@@ -68,10 +68,10 @@ impl NoiseBelief {
             pulses / 12.0 + model.pickoff_white_rad2(gyro)
         });
         let declared_angle = reference.and_then(|one| one.angle_noise_rad);
-        let angle = declared_angle.unwrap_or(plan.undeclared_attitude_noise_rad);
+        let angle = declared_angle.unwrap_or(plan.attitude.undeclared_attitude_noise_rad);
         let log_std = |is_declared: bool| match is_declared {
             true => 0.0,
-            false => plan.undeclared_log_std,
+            false => plan.attitude.undeclared_log_std,
         };
         Self {
             walk: Believed {

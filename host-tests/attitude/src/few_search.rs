@@ -2,12 +2,12 @@
 
 use nalgebra::DMatrix;
 use rlg_catalogue::entries::CATALOGUE;
+use rlg_plan::Plan;
 
 use crate::alignment::{COUNT, GROUPS, places};
 use crate::block_sums::{Estimates, Statistic, log_chance};
 use crate::choice::{Candidates, Named, always_alike, chance};
 use crate::few::{FewRows, Weighed};
-use crate::plan::AttitudePlan;
 use crate::search::Found;
 
 /// A candidate kind.
@@ -56,7 +56,7 @@ pub(crate) struct FewFound {
 }
 
 /// Searches few rows for kinds, by forward selection and backward elimination.
-pub(crate) fn search(rows: &FewRows, candidates: &Candidates, plan: &AttitudePlan) -> FewFound {
+pub(crate) fn search(rows: &FewRows, candidates: &Candidates, plan: &Plan) -> FewFound {
     let kinds = kinds(rows, candidates);
     let mut search = FewSearch {
         rows,
@@ -115,7 +115,7 @@ fn estimates(weighed: &Weighed) -> Estimates {
 struct FewSearch<'a> {
     rows: &'a FewRows,
     kinds: &'a [Kind],
-    plan: &'a AttitudePlan,
+    plan: &'a Plan,
     tried: usize,
 }
 
@@ -150,7 +150,7 @@ impl FewSearch<'_> {
         let mut chosen: Vec<usize> = Vec::new();
         let mut now = self.posterior(&chosen);
         while let Some((best, kind)) = self.best_beside(&chosen) {
-            if best <= now + self.plan.least_gain {
+            if best <= now + self.plan.attitude.least_gain {
                 break;
             }
             now = best;
@@ -161,7 +161,7 @@ impl FewSearch<'_> {
             let mut without = chosen.clone();
             without.remove(place);
             let left = self.posterior(&without);
-            if now - left > self.plan.least_gain {
+            if now - left > self.plan.attitude.least_gain {
                 place += 1;
             } else {
                 (chosen, now, place) = (without, left, 0);
@@ -241,7 +241,7 @@ impl FewSearch<'_> {
             weighed.log_evidence + self.price(&set)
         };
         let best = whole.log_evidence + self.price(&chosen);
-        let least = best - self.plan.alike_within;
+        let least = best - self.plan.attitude.alike_within;
         let mut alike: Vec<&'static str> = always_alike(self.kinds[kind].name).to_vec();
         let mut behind = Vec::new();
         let mut short = Vec::new();

@@ -81,7 +81,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     let is_explained = !effects.is_empty();
     let is_left = tested
         .as_ref()
-        .is_some_and(|tested| tested.power_after > said.plan.most_power);
+        .is_some_and(|tested| tested.power_after > said.plan.attitude.most_power);
     let verdict = match (is_explained, is_left) {
         (false, false) => Verdict::Matches,
         (false, true) => Verdict::Unexplained,
@@ -132,6 +132,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         sensitivity: Vec::new(),
         control: None,
         self_test: None,
+        plan: Vec::new(),
     };
     diagnosis.tell(found.tested.clone());
     let in_step = tested.as_ref().and_then(|tested| tested.in_step);

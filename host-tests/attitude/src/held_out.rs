@@ -1,5 +1,6 @@
 //! Validation figures on held-out stamps, and data of the report's plots.
 
+use rlg_plan::InStepPlan;
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -8,7 +9,7 @@ use rlg_diagnosis::relative_residual::{self, Rows};
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_signal::axes::{Triad, add};
-use rlg_signal::in_step::{self, Block, InStep, InStepPlan};
+use rlg_signal::in_step::{self, Block, InStep};
 use rlg_signal::transforms::mean_periodogram;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 

@@ -15,8 +15,6 @@
 //! For attitudes too few to estimate their noise, `few` computes the evidence of rows and columns under declared or prior
 //! noise, and `few_search` replaces registration and search. For the registration alone, `align` omits the physics.
 
-pub mod plan;
-
 mod gyro_motion;
 
 mod dither;
@@ -121,4 +119,4 @@ mod align;
 
 pub use align::align;
 pub use channels::beside_gyros;
-pub use diagnose::{Diagnosed, Settings, diagnose, serves};
+pub use diagnose::{Diagnosed, diagnose, serves};

@@ -1,5 +1,6 @@
 //! Data of the registration: gyros, attitudes, and the stamps held out for validation.
 
+use rlg_plan::Plan;
 use std::path::Path;
 use std::sync::Arc;
 
@@ -28,7 +29,6 @@ use crate::held;
 use crate::increments::Stamps;
 use crate::noise::declared_walk_rad_sqrt_s;
 use crate::physics::Gyro;
-use crate::plan::AttitudePlan;
 use crate::registration::Records;
 use crate::settling::{self, Settling};
 use crate::vertical;
@@ -64,9 +64,13 @@ pub(crate) struct Observed<'a> {
 
 impl Observed<'_> {
     /// Flags held-out stamps, known faults, frozen attitudes and failed stretches.
-    fn flag_stamps(&mut self, plan: &AttitudePlan) {
+    fn flag_stamps(&mut self, plan: &Plan) {
         let samples = &self.samples;
-        let held_out = if self.is_few { 0.0 } else { plan.tested_share };
+        let held_out = if self.is_few {
+            0.0
+        } else {
+            plan.attitude.tested_share
+        };
         let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
         (self.known, self.tested) = known_stamps(self.model, samples, fitted);
         self.stamps = self.known.clone();
@@ -78,8 +82,13 @@ impl Observed<'_> {
     }
 
     /// Removes the settling of an attitude filter, whose fast beginning is no failed stretch.
-    pub(crate) fn take_settling(&mut self, of_model: &Alignment, plan: &AttitudePlan) {
-        self.settling = settling::find(&self.gyros, &self.samples, of_model, &plan.settling);
+    pub(crate) fn take_settling(&mut self, of_model: &Alignment, plan: &Plan) {
+        self.settling = settling::find(
+            &self.gyros,
+            &self.samples,
+            of_model,
+            &plan.attitude.settling,
+        );
         if let Some(found) = self.settling {
             found.undo(&mut self.samples);
             self.flag_stamps(plan);
@@ -149,10 +158,10 @@ fn no_inverse(model_file: &Path) -> InputError {
 pub(crate) fn observe<'a>(
     recording: &'a Recording,
     (model, model_file): (&'a Model, &Path),
-    plan: &AttitudePlan,
+    plan: &Plan,
 ) -> Result<Option<Observed<'a>>, InputError> {
     let mut samples = slow_samples(recording)?;
-    let is_few = samples.len() < plan.least_stamps;
+    let is_few = samples.len() < plan.attitude.least_stamps;
     if samples.len() < 2 {
         return Ok(None);
     }
@@ -162,7 +171,7 @@ pub(crate) fn observe<'a>(
         return Err(no_inverse(model_file));
     }
     take_own_motion(&mut streams, model, &from_sensing);
-    let faults = qualify::qualify(&mut streams)
+    let faults = qualify::qualify(&mut streams, &plan.signal.faults)
         .into_iter()
         .filter(|fault| !qualify::is_known(fault, &streams, &model.effects))
         .collect();

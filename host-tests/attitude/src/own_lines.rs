@@ -1,10 +1,11 @@
 //! Lines of the gyros that the attitudes do not have, taken out before anything is aligned: a filter would follow them.
 
+use rlg_plan::OwnLinesPlan;
 use std::borrow::Cow;
 
 use nalgebra::Vector3;
 use rlg_signal::axes::Triad;
-use rlg_signal::own_lines::{OwnLine, OwnLinesPlan, find};
+use rlg_signal::own_lines::{OwnLine, find};
 
 use crate::about::Gyros;
 use crate::channels;

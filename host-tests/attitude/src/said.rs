@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use rlg_catalogue::{Candidate, Pool};
+use rlg_plan::Plan;
 use rlg_signal::axes::Triad;
 
 use crate::about::About;
@@ -9,7 +10,6 @@ use crate::alignment::{Alignment, COUNT};
 use crate::choice::{Candidates, Named};
 use crate::observed::Observed;
 use crate::physics::Gyro;
-use crate::plan::AttitudePlan;
 use crate::registration::Registration;
 use crate::search::Found;
 use crate::steps::Step;
@@ -32,7 +32,7 @@ pub(crate) struct Said<'a> {
     pub(crate) found: &'a Found,
     /// Present if attitudes are too few to estimate their noise.
     pub(crate) few: Option<&'a Few>,
-    pub(crate) plan: &'a AttitudePlan,
+    pub(crate) plan: &'a Plan,
     pub(crate) seed: u64,
 }
 

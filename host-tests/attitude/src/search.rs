@@ -4,6 +4,7 @@ use rlg_catalogue::Pool;
 use rlg_catalogue::entries::{CATALOGUE, PULL, STEP};
 use rlg_diagnosis::self_test::Trials;
 use rlg_findings::result::Tested;
+use rlg_plan::Plan;
 use rlg_signal::axes::{Triad, add_triad};
 
 use crate::about::{About, Gyros};
@@ -17,7 +18,6 @@ use crate::fitting::priced;
 use crate::growth::Called;
 use crate::noise::NoiseTerms;
 use crate::physics::Gyro;
-use crate::plan::AttitudePlan;
 use crate::registration::{Registration, Steps};
 use crate::self_test::OnBlocks;
 use crate::steps::{self, Step};
@@ -71,7 +71,7 @@ fn step_from(set: &[usize], estimates: &Estimates, beyond: &[f64; COUNT]) -> Ste
 pub(crate) fn called_for(
     of: (&Gyros, &Registration),
     (of_model, beyond): (&Alignment, &[f64; COUNT]),
-    plan: &AttitudePlan,
+    plan: &Plan,
 ) -> Called {
     let none = Candidates::new(Vec::new());
     let basis = basis(of.1);
@@ -105,7 +105,7 @@ pub fn search(
     of: (&Gyros, &Registration),
     (of_model, beyond): (&Alignment, &[f64; COUNT]),
     (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
-    (plan, seed): (&AttitudePlan, u64),
+    (plan, seed): (&Plan, u64),
 ) -> Found {
     let about = &of.1.about;
     let effects = candidates.effects.iter();
@@ -114,7 +114,7 @@ pub fn search(
     let mut search = Search::new(of, (of_model, beyond), &basis, candidates, columns, plan);
     let mut set: Vec<usize> = (0..COUNT).collect();
     let mut physics: Vec<Named> = Vec::new();
-    while physics.len() < plan.most_effects {
+    while physics.len() < plan.attitude.most_effects {
         let (next, tried) = search.choice().next(&set, &physics);
         search.tried += tried;
         let next = next.or_else(|| {
@@ -175,7 +175,7 @@ pub fn search(
 struct Search<'a> {
     blocks: Blocks<'a>,
     candidates: &'a Candidates,
-    plan: &'a AttitudePlan,
+    plan: &'a Plan,
     tried: usize,
 }
 
@@ -188,7 +188,7 @@ impl<'a> Search<'a> {
         (band, terms): &'a (Band, NoiseTerms),
         candidates: &'a Candidates,
         of_effects: impl Iterator<Item = Triad>,
-        plan: &'a AttitudePlan,
+        plan: &'a Plan,
     ) -> Self {
         let about = &registered.about;
         let columns = priced(
@@ -240,13 +240,13 @@ impl<'a> Search<'a> {
         let sought = steps::seek(&self.blocks, about, beyond, set)?;
         let gain = sought.statistic.gain(sought.places, true);
         self.tried += sought.places;
-        if gain <= self.plan.least_gain || known.contains(&sought.step) {
+        if gain <= self.plan.attitude.least_gain || known.contains(&sought.step) {
             return None;
         }
         let place = self.blocks.sums.parameters();
         let blocks = self.blocks.with(std::iter::once(sought.column), beyond);
         let predicted = blocks.sums.predicted(set, &[place]);
-        if predicted.log_likelihood <= self.plan.least_predicted {
+        if predicted.log_likelihood <= self.plan.attitude.least_predicted {
             return None;
         }
         self.blocks = blocks;

@@ -217,7 +217,7 @@ impl Trials for OnBlocks<'_> {
                 degrees: planted.degrees,
                 count,
             };
-            statistic.gain(planted.among, true) >= self.choice.plan.least_gain
+            statistic.gain(planted.among, true) >= self.choice.plan.attitude.least_gain
         })
     }
 

@@ -10,6 +10,7 @@ use rlg_findings::entries::unlisted;
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_inference::linear::pseudo_inverse;
 use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_plan::SettlingPlan;
 use rlg_signal::attitude_samples::{Shown, SlowSample};
 use rlg_signal::axes::AXES;
 
@@ -18,7 +19,6 @@ use crate::alignment::Alignment;
 use crate::cards::{SETTLING, card};
 use crate::coarse::Likeness;
 use crate::gyro_motion::GyroMotion;
-use crate::plan::SettlingPlan;
 
 /// Number of free parameters besides the decay: a map and a bias of the gyros, a delay.
 const ALIGNING: usize = 13;

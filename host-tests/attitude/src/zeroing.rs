@@ -4,6 +4,7 @@
 //! Each gyro is predicted from the reference's three rates behind a high pass, with a free map and a free constant, in sums over a
 //! tenth of a second; the time constant of least squares stands where it leaves much less than no high pass does.
 
+use rlg_plan::ZeroingPlan;
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector};
@@ -16,7 +17,6 @@ use rlg_signal::axes::{AXES, Triad};
 
 use crate::about::Gyros;
 use crate::cards::card;
-use crate::plan::ZeroingPlan;
 
 /// Time constant of a gyro's high pass, and its standard deviation \[s\].
 pub(crate) type Zeroed = [Option<[f64; 2]>; 3];

@@ -18,6 +18,7 @@
 //! frame rotates with the Earth at a constant rate, which is estimated. Out of scope: gaps (steps across one are left out),
 //! lever arms, a travelling frame.
 
+use rlg_plan::{FaultPlan, GatePlan};
 use std::path::Path;
 
 use nalgebra::{DVector, Matrix3, Vector3};
@@ -34,7 +35,7 @@ use rlg_signal::axes::{Triad, add_triad, each_axis};
 use rlg_signal::own_motion::take_own_motion;
 use rlg_signal::qualify;
 use rlg_signal::residual::body_from_sensing;
-use rlg_signal::shrinkage::{Gate, Powers, shrink};
+use rlg_signal::shrinkage::{Powers, shrink};
 use rlg_signal::streams::Streams;
 
 use super::columns::{DesignColumns, known_rad};
@@ -75,7 +76,7 @@ impl AttitudeRecord {
         })?;
         let mut streams = Streams::align_without_reference(recording, model)?;
         take_own_motion(&mut streams, model, &body_from_sensing);
-        qualify::qualify(&mut streams);
+        qualify::qualify(&mut streams, &FaultPlan::default());
         if read.len() < 2 {
             return Err(too_short(recording, 0.0));
         }
@@ -270,7 +271,7 @@ fn signals(
             residual: &own,
         };
         let case_rad = &streams.case_rad[axis];
-        shrink(case_rad, &powers, &all, rate_hz, &Gate::default()).values
+        shrink(case_rad, &powers, &all, rate_hz, &GatePlan::default()).values
     });
     let inputs = Inputs {
         others: &[],

@@ -6,11 +6,11 @@
 //!
 //! The whole recording is fitted: no model is selected, so none needs held-out data.
 
+use rlg_plan::Plan;
 use std::path::Path;
 
 use rlg_catalogue::Signals;
 use rlg_catalogue::signals::Path as SignalPath;
-use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::case_motion::estimate;
 use rlg_diagnosis::data::{Data, bridged, is_predictable};
 use rlg_diagnosis::noise_levels::{drift_prior, first_levels};
@@ -39,13 +39,13 @@ pub fn record_information(
 ) -> Result<RecordInformation, InputError> {
     is_predictable(model, model_file)?;
     let mut streams = Streams::align(recording, model)?;
-    qualify::qualify(&mut streams);
+    let plan = Plan::default();
+    qualify::qualify(&mut streams, &plan.signal.faults);
     let rate_hz = streams.rate_hz;
     let seconds = seconds_of(&streams.usable, rate_hz);
     if seconds < LEAST_S {
         return Err(too_short(recording, seconds));
     }
-    let plan = AnalysisPlan::default();
     let mut data = Data::new(&mut streams, model, &plan, model_file)?;
     let seen = data.rows_of(&[Use::Fit, Use::Test]);
     let observations = Observations::bridged(&seen)
@@ -72,8 +72,15 @@ pub fn record_information(
         // One certain hypothesis: no model prior, and no parameter prior but the wide one of its own information.
         let certain = [columns.fitted()];
         let drift = drift_prior(&model.gyro);
-        let fit =
-            Search::new(&equations, &certain, 1, &plan.search, &drift, levels).fit(&[0], None);
+        let fit = Search::new(
+            &equations,
+            &certain,
+            1,
+            &plan.inference.search,
+            &drift,
+            levels,
+        )
+        .fit(&[0], None);
         if pass == PASSES {
             let own = levels_of(&fit.levels);
             let of_gyro = |levels: &NoiseLevels| {

@@ -1,5 +1,6 @@
 //! Columns made from a noisy reference fit nothing where nothing is left out (errors in variables).
 
+use rlg_plan::GatePlan;
 use std::f64::consts::TAU;
 
 use nalgebra::Matrix3;
@@ -11,7 +12,7 @@ use rlg_inference::normal_equations::Transform;
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::conditioned::{noise_expected, noise_left, weights};
 use rlg_signal::reference_noise::{NoiseTerm, measure};
-use rlg_signal::shrinkage::{Gate, Powers, Shrunk, shrink};
+use rlg_signal::shrinkage::{Powers, Shrunk, shrink};
 
 const RATE_HZ: f64 = 100.0;
 const ROWS: usize = 4096;
@@ -166,7 +167,7 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
             uncertain: &uncertain,
             residual: &of_residual,
         };
-        shrink(&conditioned, &powers, &seen, RATE_HZ, &Gate::default())
+        shrink(&conditioned, &powers, &seen, RATE_HZ, &GatePlan::default())
     });
     let [x, y, z] = shrunk;
     let motions = Motions {

@@ -23,7 +23,6 @@ use rlg_challenge::marks::table::{Scores, score};
 use rlg_challenge::marks::under_test::UnderTest;
 use rlg_challenge::rest;
 use rlg_challenge::rest::trial::Still;
-use rlg_diagnosis::AnalysisPlan;
 use rlg_recording::{Clock, Quantity, Recording};
 
 fn generator(seed: u64) -> ChaCha8Rng {
@@ -319,7 +318,7 @@ fn scores(family: Family, planted: &str, trials: u64) -> Scores {
     plan.planted = vec![planted.to_owned()];
     plan.most_rows = 6000.0;
     let prepared = prepare(&plan, &|| {}).expect("drawn");
-    let under_test = UnderTest::new(AnalysisPlan::default(), true, ReadAs::Whole);
+    let under_test = UnderTest::new(rlg_plan::Plan::default(), true, ReadAs::Whole);
     let told = (plan.seed, plan.declares);
     let done = prepared.diagnose(told, Some(&under_test), None, &|| {});
     let outcomes: Vec<_> = done

@@ -1,5 +1,6 @@
 //! Estimates the motion from which columns are computed, independent of the residual's noise.
 
+use rlg_plan::Plan;
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -11,7 +12,6 @@ use rlg_signal::reference_noise::{NoiseTerm, measure};
 use rlg_signal::shrinkage::{Powers, Shrunk, shrink};
 
 use super::data::Data;
-use super::plan::AnalysisPlan;
 use rlg_signal::streams::{Triad, each_axis, weighted_sum};
 
 /// Estimated motion, and the noise of the reference estimated with it.
@@ -45,7 +45,7 @@ pub fn estimate(
     levels: &[NoiseLevels],
     seen: &[bool],
     path: Path,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Motion {
     let measured = Measured {
         reference_rad: Arc::clone(&data.reference_rad),
@@ -76,7 +76,7 @@ pub fn estimate_from(
     levels: &[NoiseLevels],
     seen: &[bool],
     path: Path,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Motion {
     let streams = data.streams;
     if streams.at_rest.is_some() {
@@ -144,7 +144,7 @@ pub fn estimate_from(
             &noise,
             seen,
             rate_hz,
-            plan.reference_std,
+            plan.judgement.reference_std,
         );
         let mut of_reference = vec![0.0; rows];
         let mut uncertain = vec![0.0; rows];
@@ -185,7 +185,7 @@ pub fn estimate_from(
             uncertain: &uncertain,
             residual: &noise,
         };
-        let shrunk = shrink(&conditioned, &powers, seen, rate_hz, &plan.gate);
+        let shrunk = shrink(&conditioned, &powers, seen, rate_hz, &plan.signal.gate);
         drop((conditioned, left, expected, of_reference, uncertain));
         let level = |term: usize, power: f64, own: f64| Level {
             value: (shares[term].share * power).min(own),
@@ -210,7 +210,8 @@ pub fn estimate_from(
     drop(dct);
     let is_moving = std::array::from_fn(|axis| {
         let shrunk = &axes[axis].shrunk;
-        shrunk.kept >= plan.least_cells && !data.lattice.hides_motion(axis, &shrunk.values)
+        shrunk.kept >= plan.judgement.least_cells
+            && !data.lattice.hides_motion(axis, &shrunk.values)
     });
     let rate_noise_rad_s = std::array::from_fn(|axis| axes[axis].shrunk.noise.sqrt() * rate_hz);
     let reference_walk = std::array::from_fn(|axis| axes[axis].walk);

@@ -4,6 +4,7 @@
 //! at the best path each gyro is regressed on all three axes of the reference and a constant. A fit that explains more than
 //! noise of the reference could is removed from the residual before its noise is estimated.
 
+use rlg_plan::CoarsePlan;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
@@ -14,7 +15,6 @@ use rlg_catalogue::signals::Path;
 use rlg_inference::sums::sums;
 
 use super::data::{Data, reached};
-use super::plan::CoarsePlan;
 use rlg_signal::derivatives::Spectrum;
 use rlg_signal::streams::{Triad, each_axis};
 use rlg_signal::transforms;

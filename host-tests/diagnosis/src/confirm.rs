@@ -1,6 +1,7 @@
 //! Validates each effect of the found set by cross-validation over blocks of the fitted rows and by a parametric bootstrap
 //! without it; then refits the set, drift selected anew.
 
+use rlg_plan::Plan;
 use std::ops::Range;
 
 use rlg_catalogue::candidates::{PoolColumns, Variant, is_delay};
@@ -11,7 +12,7 @@ use rlg_inference::events::{Instant, largest_impulse};
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::Judged;
 use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NoiseLevels, NormalEquations, Search};
-use rlg_signal::partition::Use;
+use rlg_signal::partition::{Use, blocks};
 use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use super::data::Data;
@@ -19,7 +20,6 @@ use super::goodness::{Misfit, misfits};
 use super::lock_in::Stops;
 use super::noise_levels::drift_prior;
 use super::pass::{left_on, subtract};
-use super::plan::AnalysisPlan;
 use super::reenact::{Named, Reenactment, reenact};
 use super::search::{Found, effect_rad};
 use super::told::told;
@@ -42,10 +42,10 @@ pub struct Prediction {
 impl Prediction {
     /// True if a member keeps its name: its cost of omission exceeds the plan's after its likelihood ratio is divided by the
     /// design effect.
-    pub(super) fn keeps(&self, found: &Found, place: usize, plan: &AnalysisPlan) -> bool {
+    pub(super) fn keeps(&self, found: &Found, place: usize, plan: &Plan) -> bool {
         let ratio = found.fit.log_likelihood - found.without[place].log_likelihood;
         let lost = ratio * (1.0 - 1.0 / self.design_effect);
-        self.holds && found.judged[place].cost_without - lost > plan.naming
+        self.holds && found.judged[place].cost_without - lost > plan.judgement.naming
     }
 }
 
@@ -63,7 +63,7 @@ pub(super) fn whiten(
     data: &Data,
     found: &Found,
     set: &[Hypothesis],
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<Whitened> {
     let whitener = Whitener::new(data, &found.fit.levels)?;
     let whitened = |gyro: usize, rows: &[f64]| whitener.rows(gyro, rows);
@@ -73,7 +73,7 @@ pub(super) fn whiten(
     let records: Vec<Vec<f64>> = (0..3)
         .map(|gyro| whitened(gyro, &found.residual_rad[gyro]))
         .collect();
-    let blocks = plan.blocks.of(&whitener.seen, data.streams.rate_hz);
+    let blocks = blocks(&whitener.seen, data.streams.rate_hz, &plan.rates.blocks);
     let sums = BlockSums::new(&records, &columns, &blocks);
     Some(Whitened { sums, whitener })
 }
@@ -107,7 +107,7 @@ impl Parameters {
 ///
 /// # Returns
 /// Predictions in the order of the set; `None` where too few rows are fitted.
-fn predictions(data: &Data, found: &Found, plan: &AnalysisPlan) -> Option<Vec<Prediction>> {
+fn predictions(data: &Data, found: &Found, plan: &Plan) -> Option<Vec<Prediction>> {
     let members = &found.fit.members;
     let members = members
         .iter()
@@ -135,7 +135,7 @@ pub(super) fn of_blocks(
     place: usize,
     parameters: &Parameters,
     sums: &BlockSums,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Prediction {
     // Members that require it are left out with it.
     let members = &found.fit.members;
@@ -148,8 +148,9 @@ pub(super) fn of_blocks(
         .collect();
     let said = sums.validate(&own, &parameters.fixed);
     let law = ChiSquared::new(said.freedom).ok();
-    let is_chance =
-        law.is_none_or(|law| law.sf(said.design_effect * said.freedom) > plan.reenactment_chance);
+    let is_chance = law.is_none_or(|law| {
+        law.sf(said.design_effect * said.freedom) > plan.judgement.reenactment_chance
+    });
     Prediction {
         gain: said.gain,
         design_effect: if is_chance { 1.0 } else { said.design_effect },
@@ -163,7 +164,7 @@ pub(super) fn of_event(
     (place, axis): (usize, usize),
     left_rad: &Triad,
     Whitened { whitener, .. }: &Whitened,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Prediction {
     let fit = &found.fit;
     let (transform, basis) = (&whitener.transform, &whitener.basis);
@@ -174,7 +175,7 @@ pub(super) fn of_event(
     Prediction {
         gain: fit.log_likelihood - found.without[place].log_likelihood,
         design_effect: 1.0,
-        holds: is_step || 2.0 * rows * Normal::standard().sf(largest) > plan.unexplained,
+        holds: is_step || 2.0 * rows * Normal::standard().sf(largest) > plan.judgement.unexplained,
     }
 }
 
@@ -319,9 +320,9 @@ pub(crate) fn until_none_falls<T>(
 
 /// Removes members rejected by the cross-validation over blocks, by the parametric bootstrap or as impossible; `None` where
 /// too few rows are left.
-pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<Confirmed> {
+pub fn confirmed(data: &Data, found: &mut Found, plan: &Plan) -> Option<Confirmed> {
     let predictions = predictions(data, found, plan)?;
-    let is_costly = |place: &usize| found.judged[*place].cost_without > plan.naming;
+    let is_costly = |place: &usize| found.judged[*place].cost_without > plan.judgement.naming;
     let holds = |place: &usize| predictions[*place].keeps(found, *place, plan);
     let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) =
         (0..found.judged.len()).filter(is_costly).partition(holds);
@@ -371,7 +372,7 @@ pub fn confirmed(data: &Data, found: &mut Found, plan: &AnalysisPlan) -> Option<
 pub(super) fn weakest(
     ratios: &[Named],
     reenactments: &[Reenactment],
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<usize> {
     let inflation = |place: usize| reenactments[place].inflation();
     (0..ratios.len())
@@ -380,10 +381,10 @@ pub(super) fn weakest(
 }
 
 /// Log-likelihood ratio of a member, and the part of it that may be lost before its name is.
-pub(super) fn in_doubt(found: &Found, place: usize, plan: &AnalysisPlan) -> Named {
+pub(super) fn in_doubt(found: &Found, place: usize, plan: &Plan) -> Named {
     Named {
         log_likelihood_ratio: found.fit.log_likelihood - found.without[place].log_likelihood,
-        to_spare: found.judged[place].cost_without - plan.naming,
+        to_spare: found.judged[place].cost_without - plan.judgement.naming,
     }
 }
 
@@ -485,7 +486,7 @@ pub(super) fn misfits_of(
     data: &Data,
     equations: &NormalEquations,
     fitted: (&Fit, &[Candidate]),
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Vec<Misfit> {
     let mut misfits = misfits_left(equations, fitted, plan);
     // Quantisation error is not white angle noise where pulses are rare, and never exceeds a pulse.
@@ -497,7 +498,7 @@ pub(super) fn misfits_of(
 pub(super) fn misfits_left(
     equations: &NormalEquations,
     (fit, candidates): (&Fit, &[Candidate]),
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Vec<Misfit> {
     let of_gyro = |gyro: usize| {
         let residual = left_on(equations, fit, candidates, gyro);
@@ -508,7 +509,7 @@ pub(super) fn misfits_left(
 }
 
 /// Fits `members`, places in `found.candidates`; `None` where too few rows are left.
-fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> Option<Final> {
+fn refit(data: &Data, found: &Found, members: &[usize], plan: &Plan) -> Option<Final> {
     let fitted = data.rows_of(&[Use::Fit]);
     let observations = data.observed(&fitted)?.to_fast_length();
     let mut pool = Pool::default();
@@ -538,7 +539,7 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
         &equations,
         &hypotheses,
         kinds,
-        &plan.search,
+        &plan.inference.search,
         &drift,
         levels.clone(),
     );
@@ -546,7 +547,7 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &AnalysisPlan) -> 
     let mut fit = search.fit(&all, None);
     let misfits = misfits_of(data, &equations, (&fit, &candidates), plan);
     let set: Vec<_> = hypotheses.iter().zip(&candidates).collect();
-    let told = told(&equations, &set, &fit, plan.class_within);
+    let told = told(&equations, &set, &fit, plan.judgement.class_within);
     let stops = Stops {
         data,
         signals: &found.motion.signals,

@@ -1,5 +1,6 @@
 //! Data of the search: residual of the model, reference, measured inputs, and the use of each row.
 
+use rlg_plan::Plan;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -23,7 +24,6 @@ use rlg_signal::partition::{Partition, Use};
 
 use super::aside::Aside;
 use super::lattice::Lattice;
-use super::plan::AnalysisPlan;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_signal::residual::{body_from_sensing, without_effects};
 use rlg_signal::streams::{AXES, Streams, Triad, add, add_triad, each_axis, weighted_sum};
@@ -76,7 +76,7 @@ impl<'a> Data<'a> {
     pub fn new(
         streams: &'a mut Streams,
         model: &'a Model,
-        plan: &AnalysisPlan,
+        plan: &Plan,
         file: &std::path::Path,
     ) -> Result<Self, InputError> {
         let sensing_from_body = body_from_sensing(&model.gyro.installation_rad)
@@ -122,7 +122,12 @@ impl<'a> Data<'a> {
             .collect();
         cuts.sort_unstable();
         cuts.dedup();
-        let partition = Partition::new(streams.rows, streams.rate_hz, &segments, &plan.partition);
+        let partition = Partition::new(
+            streams.rows,
+            streams.rate_hz,
+            &segments,
+            &plan.signal.partition,
+        );
         let seen = partition.rows_of(&[Use::Fit], &streams.usable);
         let lattice = Lattice::of(streams, model, &|row| seen[row]);
         let counted_rad = std::array::from_fn(|axis| {

@@ -78,7 +78,7 @@ pub fn diagnose_also<T>(
         ..
     } = *settings;
     let mut data = data::Data::new(streams, model, plan, model_file)?;
-    data.take_own_lines(&plan.own_lines);
+    data.take_own_lines(&plan.signal.own_lines);
     let searched = until_none_falls(left_out, progress, |without| {
         let mut found = settle::find(&mut data, without, plan, progress)?;
         let also = also(&data, &found);

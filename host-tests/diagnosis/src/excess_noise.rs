@@ -1,5 +1,6 @@
 //! Excess noise beyond the declared levels of the model and the measured levels of the reference.
 
+use rlg_plan::Plan;
 use std::collections::BTreeSet;
 
 use nalgebra::Matrix3;
@@ -10,7 +11,6 @@ use statrs::distribution::{ContinuousCDF, Normal};
 
 use super::case_motion::{Level, Motion};
 use super::data::Data;
-use super::plan::AnalysisPlan;
 use rlg_findings::excess::excess_square;
 use rlg_findings::excess::{Excess, PULSES, WALK};
 
@@ -28,7 +28,7 @@ pub fn excess(
     motion: &Motion,
     (unlike_noise, locks_in): (&BTreeSet<usize>, &BTreeSet<usize>),
     explained_rad: &Triad,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Vec<Excess> {
     let rate_hz = data.streams.rate_hz;
     let Some(observations) = data.observed(&data.rows_of(&[Use::Fit])) else {
@@ -158,7 +158,7 @@ fn is_bounded(increments_rad: &[f64], observations: &Observations) -> bool {
 fn angle_of_highest(
     increments_rad: &[f64],
     observations: &Observations,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<Level> {
     /// Median of a squared standard normal variable.
     const MEDIAN: f64 = 0.454_936;
@@ -190,7 +190,7 @@ fn angle_of_highest(
     }
     let [lower, upper] = [level(rows / 4, rows / 2), level(rows / 2, rows)];
     let ratio = (lower.value / upper.value).max(upper.value / lower.value);
-    (ratio < plan.same_angle_ratio).then(|| level(rows / 4, rows))
+    (ratio < plan.judgement.same_angle_ratio).then(|| level(rows / 4, rows))
 }
 
 fn known(own: f64, reference: Level) -> Level {
@@ -205,7 +205,7 @@ fn compare(
     known: &dyn Fn(usize) -> Option<Level>,
     in_unit: &dyn Fn(f64) -> f64,
     kind: &Excess,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<Excess> {
     let mut found = kind.clone();
     let mut any = false;
@@ -215,7 +215,9 @@ fn compare(
         let std = fitted.std.hypot(known.std);
         let more = fitted.value - known.value;
         let size = more / std;
-        if size < plan.excess_noise || fitted.value < plan.excess_ratio * known.value {
+        if size < plan.judgement.excess_noise
+            || fitted.value < plan.judgement.excess_ratio * known.value
+        {
             continue;
         }
         found.values[axis] = in_unit(more);

@@ -43,7 +43,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     let levels = &fits[0].levels;
     let all = tests(pass, fits, &|_| true);
     found.extend(mount(&all, signals, is_moving, levels));
-    let longest_s = begin.plan.coarse.longest_low_pass_s;
+    let longest_s = begin.plan.rates.coarse.longest_low_pass_s;
     found.extend(low_pass(&all, signals, is_moving, longest_s));
     if begin.seeks(HIGH_PASS) {
         found.extend(high_pass(&all, signals, is_moving));
@@ -85,7 +85,7 @@ pub(super) fn strongest_filters(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Al
     let motion = &pass.motion;
     let (signals, is_moving) = (&motion.signals, motion.is_moving);
     let found = mount(&tests, signals, is_moving, &fit.levels).into_iter();
-    let longest_s = begin.plan.coarse.longest_low_pass_s;
+    let longest_s = begin.plan.rates.coarse.longest_low_pass_s;
     let found = found.chain(low_pass(&tests, signals, is_moving, longest_s));
     likely(pass, found.collect(), begin)
 }

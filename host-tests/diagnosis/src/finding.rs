@@ -1,5 +1,6 @@
 //! A finding: a named member of the set with its place in the final fit, its class and its numbers.
 
+use rlg_plan::Plan;
 use std::collections::BTreeSet;
 
 use nalgebra::DMatrix;
@@ -16,7 +17,6 @@ use rlg_signal::streams::{Triad, each_axis};
 use super::by_regime;
 use super::confirm::{Confirmed, Final};
 use super::data::Data;
-use super::plan::AnalysisPlan;
 use super::reenact::Reenactment;
 use super::regimes::Regime;
 use super::search::{Found, effect_rad};
@@ -54,7 +54,7 @@ pub(crate) fn findings<'a>(
     (data, found): (&Data, &'a Found),
     confirmed: &'a Confirmed,
     regimes: &[Regime],
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Vec<Finding<'a>> {
     let Final { fit, left_rad, .. } = &confirmed.last;
     let whitener = Whitener::new(data, &fit.levels).filter(|_| !confirmed.named.is_empty());
@@ -76,7 +76,7 @@ fn finding<'a>(
     (data, found): (&Data, &'a Found),
     confirmed: &'a Confirmed,
     (place, effect_rad): (usize, &Triad),
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Finding<'a> {
     let member = confirmed.named[place];
     let fit = &confirmed.last.fit;
@@ -107,13 +107,13 @@ fn finding<'a>(
         rank: fit.ranks[place],
         told: confirmed.last.told[place],
         alike: alike.into_iter().map(str::to_string).collect(),
-        or_drift: judged.cost_against_drift < plan.drift_within,
+        or_drift: judged.cost_against_drift < plan.judgement.drift_within,
         cost_without: judged.cost_without,
         confirmed_gain: confirmed.predictions[member].gain,
         reenactment: confirmed.reenactments[place],
         instant_std_rows: confirmed.instant_std_rows[place],
         share,
-        is_slight: share < plan.practical_share && !turns(effect_rad, &fit.levels),
+        is_slight: share < plan.judgement.practical_share && !turns(effect_rad, &fit.levels),
         regimes: Vec::new(),
     }
 }

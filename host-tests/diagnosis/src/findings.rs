@@ -1,5 +1,6 @@
 //! Findings in the terms of `diagnosis.json`, the report and the updated model.
 
+use rlg_plan::Plan;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -15,7 +16,7 @@ use rlg_inference::normal_equations::Transform;
 use rlg_inference::{Drift, Fit, NoiseLevels};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::Fault;
-use rlg_signal::in_step::{self, InStepPlan, in_step};
+use rlg_signal::in_step::{self, in_step};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Streams, Triad, add_triad};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -35,7 +36,6 @@ use super::noise_spectrum::Noise;
 use super::outcome::Outcome;
 use super::own_lines;
 use super::pictures;
-use super::plan::AnalysisPlan;
 use super::regimes::{Regime, regimes_of};
 use super::relative_residual::{self, Rows};
 use super::search::Found;
@@ -48,7 +48,7 @@ pub fn outcome(
     confirmed: &Confirmed,
     faults: &[Fault],
     seed: u64,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Outcome {
     written(of, confirmed, faults, seed, plan).0
 }
@@ -62,7 +62,7 @@ pub(super) fn written(
     confirmed: &Confirmed,
     faults: &[Fault],
     seed: u64,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> (Outcome, Vec<ModelEffect>) {
     let streams = data.streams;
     let Final {
@@ -181,8 +181,9 @@ pub(super) fn written(
         sensitivity: Vec::new(),
         control: None,
         self_test: None,
+        plan: Vec::new(),
     };
-    if let Some(found) = in_step(&beside_motion, &InStepPlan::default()) {
+    if let Some(found) = in_step(&beside_motion, &plan.signal.in_step) {
         diagnosis.is_left(vec![absolute::in_step(
             found.share,
             found.moving_over_still,
@@ -326,7 +327,7 @@ fn added(
 
 /// True if a step or a slip is significant in any row, rows to test included: too late for a name, but the
 /// residual is then not the fitted noise.
-fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> bool {
+fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &Plan) -> bool {
     let Some(observations) = data.observed(&data.rows_of(&[Use::Fit, Use::Test])) else {
         return false;
     };
@@ -337,7 +338,7 @@ fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &AnalysisPlan) -> 
         events.iter().any(|event| {
             let places = 3.0 * data.streams.rows as f64;
             let chance = 2.0 * places * Normal::standard().sf(event.size.abs());
-            chance < plan.unexplained && !data.lattice.hides_event(gyro, event)
+            chance < plan.judgement.unexplained && !data.lattice.hides_event(gyro, event)
         })
     })
 }

@@ -4,9 +4,8 @@
 //! somewhere. Either way the noise model is rejected, and the recording is not explained.
 
 use rlg_inference::{NoiseBasis, NoiseLevels};
+use rlg_plan::Plan;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-use super::plan::AnalysisPlan;
 
 /// Octave whose power departs from the fitted noise.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -30,7 +29,7 @@ pub fn misfits(
     residual: &[f64],
     levels: NoiseLevels,
     gyro: usize,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Vec<Misfit> {
     /// Lower edge of the lowest octave with coefficients enough besides the fitted biases and slow shapes.
     const LEAST: usize = 8;
@@ -61,7 +60,7 @@ pub fn misfits(
         let Ok(law) = ChiSquared::new(freedom) else {
             continue;
         };
-        if tests * law.sf(sum).min(law.cdf(sum)) < plan.unexplained {
+        if tests * law.sf(sum).min(law.cdf(sum)) < plan.judgement.unexplained {
             found.push(Misfit {
                 gyro,
                 band,
@@ -76,14 +75,14 @@ pub fn misfits(
 #[cfg(test)]
 mod tests {
     use super::misfits;
-    use crate::plan::AnalysisPlan;
     use rlg_inference::{NoiseBasis, NoiseLevels, Observations};
+    use rlg_plan::Plan;
 
     #[test]
     fn a_line_that_passes_for_drift_is_no_drift() {
         let rows = 4096;
         let basis = NoiseBasis::new(&Observations::bridged(&vec![true; rows]).expect("rows"));
-        let plan = AnalysisPlan::default();
+        let plan = Plan::default();
         let white = NoiseLevels {
             white: 1.0,
             ..NoiseLevels::default()

@@ -39,8 +39,6 @@ pub mod data_words;
 
 pub mod entries_of_rows;
 
-pub mod plan;
-
 pub mod settings;
 
 mod channel_words;
@@ -127,5 +125,4 @@ pub mod at_rest;
 
 pub use diagnose::{align, diagnose};
 pub use outcome::Outcome;
-pub use plan::AnalysisPlan;
 pub use settings::Settings;

@@ -7,10 +7,10 @@ use rlg_catalogue::{Candidate, Column, Pool, Signals};
 use rlg_inference::events::impulse_scores;
 use rlg_inference::score_test::ScoreTest;
 use rlg_inference::{Fit, Hypothesis, NormalEquations, Term};
+use rlg_plan::Plan;
 
 use super::data::Data;
 use super::pass::Pass;
-use super::plan::AnalysisPlan;
 use super::scores::{Coarse, Found, follow, most_at, tests};
 use rlg_findings::sentences::DEG_H;
 use rlg_signal::streams::AXES;
@@ -34,7 +34,7 @@ pub(super) fn lock_in(
     fits: &[&Fit],
     over_sums: &[ScoreTest],
     coarse: &Coarse,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<Found> {
     let signals = &pass.motion.signals;
     if signals.dither_rad.is_some() {
@@ -46,7 +46,7 @@ pub(super) fn lock_in(
     let mut exact = None;
     for gyro in (0..3).filter(|&axis| pass.motion.is_moving[axis]) {
         // A dead band within the noise of the rate would consist of noise alone.
-        let clear = plan.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
+        let clear = plan.signal.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
         // Rounding of single increments alone makes a dead band of half a unit.
         let unit_rad = pass.lattice.counted_rad[gyro];
         let is_rounded = fits[0].levels[gyro].angle < COUNTED * unit_rad * unit_rad / 12.0;

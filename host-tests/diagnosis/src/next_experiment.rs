@@ -4,6 +4,7 @@
 //! Finding, rivals and everyday errors → their Fisher information in this recording → joint information with each of the
 //! catalogue's experiments, under this recording's noise → selects the experiment that decides most, at the least trouble.
 
+use rlg_plan::Plan;
 use std::ops::Range;
 
 use nalgebra::Matrix3;
@@ -20,7 +21,6 @@ use super::data::Data;
 use super::entries_of_findings::DRIFT;
 use super::experiment_words::{in_words, move_entry};
 use super::finding::{Finding, card, unit_of};
-use super::plan::AnalysisPlan;
 use super::search::Found;
 
 /// Errors of any gyro, nuisance parameters of a separation.
@@ -68,7 +68,7 @@ pub(crate) fn next_experiment(
     (data, found): (&Data, &Found),
     confirmed: &Confirmed,
     findings: &[Finding],
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Next {
     let is_confused = |one: &Finding| !one.alike.is_empty() || one.or_drift;
     let place = findings.iter().position(is_confused).unwrap_or(0);
@@ -291,8 +291,8 @@ impl<'a> Question<'a> {
     }
 
     /// Selects the experiment that separates the finding from most rivals, with the fewest repeats.
-    fn separated(&self, plan: &AnalysisPlan) -> Option<Next> {
-        let needed = deciding_sigma(plan.class_within);
+    fn separated(&self, plan: &Plan) -> Option<Next> {
+        let needed = deciding_sigma(plan.judgement.class_within);
         let mut best: Option<(usize, u32, Said)> = None;
         for experiment in Experiment::all() {
             let Some(said) = self.said(experiment) else {

@@ -2,7 +2,8 @@
 
 use rlg_findings::result::EffectEntry;
 use rlg_model::{Model, ModelEffect};
-use rlg_signal::own_lines::{OwnLine, OwnLinesPlan, find};
+use rlg_plan::OwnLinesPlan;
+use rlg_signal::own_lines::{OwnLine, find};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Triad, add_triad};
 

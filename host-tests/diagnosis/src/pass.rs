@@ -1,5 +1,6 @@
 //! One pass of a search: motion, its columns and their candidates; and the residual of a fit.
 
+use rlg_plan::Plan;
 use std::collections::BTreeSet;
 
 use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
@@ -9,13 +10,12 @@ use rlg_signal::streams::{Triad, add};
 
 use super::case_motion::Motion;
 use super::lattice::Lattice;
-use super::plan::AnalysisPlan;
 
 /// Settings of a search.
 pub(super) struct Begin<'a> {
     pub(super) kinds: usize,
     pub(super) levels: &'a [NoiseLevels],
-    pub(super) plan: &'a AnalysisPlan,
+    pub(super) plan: &'a Plan,
     /// Kinds excluded from the catalogue.
     pub(super) left_out: &'a [&'a str],
 }
@@ -28,8 +28,8 @@ impl Begin<'_> {
 
     /// Log prior that a candidate without a price of its own must overcome to be fitted.
     pub(super) fn least(&self) -> f64 {
-        let each = (self.plan.search.expected_effects / self.kinds as f64).ln();
-        -self.plan.search.screening - each
+        let each = (self.plan.inference.search.expected_effects / self.kinds as f64).ln();
+        -self.plan.inference.search.screening - each
     }
 }
 

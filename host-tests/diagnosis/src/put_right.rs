@@ -13,7 +13,7 @@ use rlg_findings::sentences::opening;
 use rlg_model::catalogue::NINE;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_recording::error::InputError;
-use rlg_signal::channel_check::{ChannelPlan, Crossing};
+use rlg_signal::channel_check::Crossing;
 use rlg_signal::channel_map::{Lead, crossings};
 use rlg_signal::known_channels;
 use rlg_signal::streams::{AXES, Streams};
@@ -65,12 +65,8 @@ pub fn put_right(
     model: &Model,
     model_file: &Path,
 ) -> Result<Option<PutRight>, Stopped> {
-    let plan = ChannelPlan {
-        same_motion: settings.channels.same_motion.filter(|_| !settings.anyway),
-        ..settings.channels
-    };
     let crossings =
-        crossings(streams, model, &settings.plan.partition, &plan).map_err(|found| {
+        crossings(streams, model, &settings.plan.signal, settings.anyway).map_err(|found| {
             let why = apart(&found);
             let error = InputError::new(&streams.piece.recording, why.clone()).expected(
                 "gyros and reference of one recording; --anyway diagnoses them as they are",

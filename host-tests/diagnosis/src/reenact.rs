@@ -1,5 +1,6 @@
 //! Parametric bootstrap of the recording without an effect: its size by the same estimator in its absence.
 
+use rlg_plan::Plan;
 use std::sync::Arc;
 
 use rand::{RngExt, SeedableRng};
@@ -13,7 +14,6 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::case_motion::{Measured, estimate_from};
 use super::data::Data;
-use super::plan::AnalysisPlan;
 use super::search::{Found, effect_rad};
 use rlg_signal::streams::{Triad, add, add_triad, each_axis};
 
@@ -44,10 +44,10 @@ impl Reenactment {
     }
 
     /// Divides a log-likelihood ratio by the inflation if that is significant; never increases it.
-    fn deflated(&self, log_likelihood_ratio: f64, plan: &AnalysisPlan) -> f64 {
+    fn deflated(&self, log_likelihood_ratio: f64, plan: &Plan) -> f64 {
         let is_chance = self
             .law()
-            .is_none_or(|law| law.sf(self.squared_size) > plan.reenactment_chance);
+            .is_none_or(|law| law.sf(self.squared_size) > plan.judgement.reenactment_chance);
         if is_chance {
             log_likelihood_ratio
         } else {
@@ -56,9 +56,10 @@ impl Reenactment {
     }
 
     /// True if an inflation of `critical` or more is rejected at the plan's significance level.
-    fn excludes(&self, critical: f64, plan: &AnalysisPlan) -> bool {
-        self.law()
-            .is_some_and(|law| law.cdf(self.squared_size / critical) < plan.reenactment_chance)
+    fn excludes(&self, critical: f64, plan: &Plan) -> bool {
+        self.law().is_some_and(|law| {
+            law.cdf(self.squared_size / critical) < plan.judgement.reenactment_chance
+        })
     }
 
     /// Distribution of the squared size where the likelihood is right: χ² with draws · rank degrees of freedom.
@@ -84,7 +85,7 @@ impl Named {
     }
 
     /// True if the bootstrap's inflation takes the effect's name.
-    pub fn falls(&self, shown: &Reenactment, plan: &AnalysisPlan) -> bool {
+    pub fn falls(&self, shown: &Reenactment, plan: &Plan) -> bool {
         let left = shown.deflated(self.log_likelihood_ratio, plan);
         self.log_likelihood_ratio - left >= self.to_spare
     }
@@ -101,7 +102,7 @@ pub fn reenact(
     data: &Data,
     found: &Found,
     (fit, named): (&Fit, &[Named]),
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Vec<Reenactment> {
     let mut all = Reenactment::of_each(fit);
     if all.is_empty() {
@@ -122,14 +123,14 @@ pub fn reenact(
 pub(super) fn repeat(
     all: &mut [Reenactment],
     named: &[Named],
-    plan: &AnalysisPlan,
+    plan: &Plan,
     play: impl Fn(usize, &[usize]) -> Vec<f64>,
 ) {
     let is_open = |one: &Reenactment, named: &Named| {
         let critical = named.critical_inflation();
         critical > 1.0 && !one.excludes(critical, plan)
     };
-    for draw in 0..plan.reenactments {
+    for draw in 0..plan.judgement.reenactments {
         let open: Vec<usize> = (0..all.len())
             .filter(|&place| all[place].draws == 0 || is_open(&all[place], &named[place]))
             .collect();
@@ -197,7 +198,7 @@ impl<'a> Stage<'a> {
     }
 
     /// Projects each of the `absent` members on a draw without it.
-    pub(super) fn play(&self, draw: u64, absent: &[usize], plan: &AnalysisPlan) -> Vec<Projected> {
+    pub(super) fn play(&self, draw: u64, absent: &[usize], plan: &Plan) -> Vec<Projected> {
         let signals = &self.found.motion.signals;
         let (case_rad, dither_rad, noise_rad) = self.noises(draw);
         let measured = Measured {

@@ -6,10 +6,10 @@ use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{CATALOGUE, SCANNED, card, value_of};
 use rlg_findings::result::{EffectEntry, ParameterEntry, RegistrationEntry};
 use rlg_inference::{Hypothesis, Search};
+use rlg_plan::Plan;
 
 use super::data::Data;
 use super::noise_levels::drift_prior;
-use super::plan::AnalysisPlan;
 use super::search::Found;
 
 /// Kinds of the registration; the first stand for their equivalents at the end.
@@ -40,7 +40,7 @@ pub fn physics() -> Vec<&'static str> {
 ///
 /// # Inputs
 /// `found`: with its equations.
-pub fn beside(data: &Data, found: &Found, plan: &AnalysisPlan) -> Vec<RegistrationEntry> {
+pub fn beside(data: &Data, found: &Found, plan: &Plan) -> Vec<RegistrationEntry> {
     let hypotheses: Vec<Hypothesis> = found
         .candidates
         .iter()
@@ -52,7 +52,7 @@ pub fn beside(data: &Data, found: &Found, plan: &AnalysisPlan) -> Vec<Registrati
         &found.equations,
         &hypotheses,
         KINDS.len(),
-        &plan.search,
+        &plan.inference.search,
         &drift,
         levels,
     );

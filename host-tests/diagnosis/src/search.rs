@@ -1,5 +1,6 @@
 //! The structure search of one pass: columns, their candidates, and the best set of them.
 
+use rlg_plan::Plan;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
@@ -19,7 +20,6 @@ use super::families::{Alone, strongest, strongest_filters};
 use super::noise_levels::drift_prior;
 use super::pass::{Begin, Pass, left_on, sizes_on, subtract, subtract_by};
 use super::path::{SETTLED, is_of_path, shown};
-use super::plan::AnalysisPlan;
 use super::scores::size_price;
 use super::turned::Turned;
 use super::windows::Edges;
@@ -211,7 +211,7 @@ impl Pass {
             &self.equations,
             &hypotheses,
             begin.kinds,
-            &begin.plan.search,
+            &begin.plan.inference.search,
             &self.drift,
             begin.levels.to_vec(),
         )
@@ -228,7 +228,7 @@ impl Pass {
         start: &[usize],
         levels: &[NoiseLevels],
         nonlinear_first: bool,
-        (plan, left_out): (&AnalysisPlan, &[&str]),
+        (plan, left_out): (&Plan, &[&str]),
         is_unsettled: impl Fn(&Fit, &[Candidate]) -> bool,
         is_standing: impl Fn(&Fit, &[Candidate]) -> bool,
     ) -> Run {
@@ -337,7 +337,8 @@ impl Pass {
             // At rest a slip and a nudge of the case are not distinguishable without a reference.
             events.retain(|(.., event)| !self.is_at_rest || event.kind == EventKind::Step);
             events.retain(|(gyro, _, event)| {
-                event.size.abs() > begin.plan.event && !self.lattice.hides_event(*gyro, event)
+                event.size.abs() > begin.plan.judgement.event
+                    && !self.lattice.hides_event(*gyro, event)
             });
             events.sort_by(|a, b| b.2.size.abs().total_cmp(&a.2.size.abs()));
             for (gyro, noise, event) in events.into_iter().take(TRIED_EACH) {
@@ -424,9 +425,9 @@ impl Pass {
     }
 
     /// Largest number of members of a set: slips, each in rows of its own, do not count.
-    fn most(&self, members: &[usize], plan: &AnalysisPlan) -> usize {
+    fn most(&self, members: &[usize], plan: &Plan) -> usize {
         let is_slip = |place: &&usize| self.candidates[**place].kind == SLIP;
-        plan.search.most_members + members.iter().filter(is_slip).count()
+        plan.inference.search.most_members + members.iter().filter(is_slip).count()
     }
 
     /// Adds candidates over columns of their own; returns their places.
@@ -472,17 +473,17 @@ impl Pass {
         bridged(&left_rad, looked_at)
     }
 
-    pub(super) fn judge(self, fit: Fit, plan: &AnalysisPlan, tried: usize) -> Found {
+    pub(super) fn judge(self, fit: Fit, plan: &Plan, tried: usize) -> Found {
         let hypotheses = self.hypotheses();
         let mut search = Search::new(
             &self.equations,
             &hypotheses,
             self.kinds(),
-            &plan.search,
+            &plan.inference.search,
             &self.drift,
             fit.levels.clone(),
         );
-        let judged = search.judge_set(&fit, plan.class_within, plan.separation);
+        let judged = search.judge_set(&fit, plan.judgement.class_within, plan.judgement.separation);
         let tried = tried + search.tried_sets();
         Found {
             candidates: self.candidates,

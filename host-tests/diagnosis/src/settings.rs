@@ -1,18 +1,14 @@
 //! Input of a diagnosis besides its data.
 
-use rlg_signal::channel_check::ChannelPlan;
-
-use super::plan::AnalysisPlan;
+use rlg_plan::Plan;
 
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Settings<'a> {
     /// Kinds excluded from the catalogue, to test the response to unknown physics.
     pub left_out: &'a [&'a str],
-    /// Thresholds of the analysis.
-    pub plan: AnalysisPlan,
-    /// Thresholds of the check of axes, signs and units.
-    pub channels: ChannelPlan,
+    /// Thresholds.
+    pub plan: Plan,
     /// True to correct and report reversed, exchanged or wrongly scaled channels instead of refusing them.
     pub anyway: bool,
     /// Seed of the self-test and of the control, recorded in `diagnosis.json`; no finding depends on it.

@@ -1,5 +1,6 @@
 //! Passes of motion estimation, linearisation and structure search, until the set and its delays converge.
 
+use rlg_plan::Plan;
 use std::cell::Cell;
 
 use nalgebra::Matrix3;
@@ -17,7 +18,6 @@ use super::data::{Data, bridged};
 use super::noise_levels::first_levels;
 use super::pass::Pass;
 use super::path::{is_alike, is_nonlinear, is_same, is_settled, path_of};
-use super::plan::AnalysisPlan;
 use super::search::{Found, share_of};
 use super::step::Step;
 use super::turned::Turned;
@@ -26,7 +26,7 @@ use super::turned::Turned;
 pub fn find(
     data: &mut Data,
     left_out: &[&str],
-    plan: &AnalysisPlan,
+    plan: &Plan,
     progress: &dyn Fn(&str),
 ) -> Option<Found> {
     let settled = settle(data, left_out, plan, progress)?;
@@ -68,7 +68,7 @@ impl Rows {
 }
 
 /// The residual of the model with its effects \[rad\]; `None` where too few rows can be fitted.
-pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> {
+pub fn residual_of_model(data: &mut Data, plan: &Plan) -> Option<Triad> {
     let mut left = data.residual_rad.clone();
     if data.model.effects.is_empty() {
         return Some(left);
@@ -89,13 +89,13 @@ pub fn residual_of_model(data: &mut Data, plan: &AnalysisPlan) -> Option<Triad> 
 pub(super) fn settle(
     data: &mut Data,
     left_out: &[&str],
-    plan: &AnalysisPlan,
+    plan: &Plan,
     progress: &dyn Fn(&str),
 ) -> Option<Settled> {
     data.forget_found();
     let mut rows = Rows::of(data)?;
     let left = residual_of_model(data, plan)?;
-    let far = coarse(data, &left, &rows.seen, &plan.coarse);
+    let far = coarse(data, &left, &rows.seen, &plan.rates.coarse);
     if far.path != Path::default() {
         data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
         rows = Rows::of(data)?;
@@ -116,7 +116,7 @@ pub(super) fn settle(
     let mut tried = 0;
     let mut pass = 1;
     loop {
-        let is_last = pass == plan.passes;
+        let is_last = pass == plan.judgement.passes;
         if is_last && stood.is_none() && asks == Asks::WhereItStands {
             asks = Asks::Anyway;
         }
@@ -235,7 +235,7 @@ impl Begun {
         &self,
         data: &mut Data,
         rows: &Rows,
-        (plan, left_out): (&AnalysisPlan, &[&str]),
+        (plan, left_out): (&Plan, &[&str]),
     ) -> Pass {
         data.found_share = self.share;
         let motion = self.motion(data, rows, plan);
@@ -243,7 +243,7 @@ impl Begun {
         self.over((motion, &turned), data, rows, left_out)
     }
 
-    fn motion(&self, data: &Data, rows: &Rows, plan: &AnalysisPlan) -> Motion {
+    fn motion(&self, data: &Data, rows: &Rows, plan: &Plan) -> Motion {
         estimate(
             data,
             &self.clean_rad,
@@ -273,7 +273,7 @@ impl Begun {
         data: &mut Data,
         rows: &Rows,
         asks: Asks,
-        (plan, left_out): (&AnalysisPlan, &[&str]),
+        (plan, left_out): (&Plan, &[&str]),
     ) -> Done {
         let now = self.linearised(data, rows, (plan, left_out));
         let tried = Turned::tried(data, &self.before);
@@ -300,7 +300,7 @@ impl Begun {
         mut now: Pass,
         data: &Data,
         asks: Asks,
-        (plan, left_out): (&AnalysisPlan, &[&str]),
+        (plan, left_out): (&Plan, &[&str]),
     ) -> Done {
         let levels = &self.levels;
         let members: Option<Vec<&Candidate>> = match &self.before {

@@ -81,9 +81,50 @@ pub struct Diagnosis {
     /// Addition: false names and sensitivity of this search on this recording's noise.
     #[serde(skip_serializing_if = "Option::is_none")]
     pub self_test: Option<SelfTestEntry>,
+    /// Addition: thresholds other than the defaults, from `--plan FILE`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub plan: Vec<PlanEntry>,
+}
+
+/// A threshold that differs from its default.
+#[derive(Debug, Clone, PartialEq, Serialize)]
+pub struct PlanEntry {
+    /// Name, as `rlg plan` prints it with its section: `judgement.naming`.
+    pub number: String,
+    /// Values used, in the unit that `rlg plan` prints.
+    pub value: Vec<f64>,
+    /// Default values.
+    pub default: Vec<f64>,
 }
 
 impl Diagnosis {
+    /// Records the thresholds that differ from the defaults, in the summary too.
+    pub fn under_plan(&mut self, changed: Vec<PlanEntry>) {
+        if changed.is_empty() {
+            return;
+        }
+        let words = |values: &[f64]| {
+            let each: Vec<String> = values.iter().map(|value| format!("{value}")).collect();
+            each.join(", ")
+        };
+        let each: Vec<String> = changed
+            .iter()
+            .map(|one| {
+                format!(
+                    "{} {} instead of {}",
+                    one.number,
+                    words(&one.value),
+                    words(&one.default)
+                )
+            })
+            .collect();
+        self.say_first(vec![format!(
+            "With other thresholds than the defaults: {}.",
+            each.join("; ")
+        )]);
+        self.plan = changed;
+    }
+
     /// Adds the self-test and the sensitivity, if they were computed.
     pub fn tell(&mut self, tested: Option<Tested>) {
         if let Some(tested) = tested {
@@ -129,6 +170,7 @@ impl Diagnosis {
             sensitivity: Vec::new(),
             control: None,
             self_test: None,
+            plan: Vec::new(),
         }
     }
 }

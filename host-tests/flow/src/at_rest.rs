@@ -17,7 +17,7 @@ pub(super) fn diagnose(
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
-    let faults = qualify::qualify(streams);
+    let faults = qualify::qualify(streams, &settings.plan.signal.faults);
     if !faults.is_empty() {
         streams.stand_still_again(model);
     }

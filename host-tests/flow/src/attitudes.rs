@@ -13,7 +13,7 @@ use rlg_recording::error::InputError;
 use rlg_signal::streams::Streams;
 
 use crate::result::Verdict;
-use crate::{Outcome, Settings, force_plan, lost_rows, unusable};
+use crate::{Outcome, Settings, lost_rows, unusable};
 
 /// Diagnoses gyros with an attitude reference, and the accelerometers described by the model.
 ///
@@ -25,18 +25,17 @@ pub(super) fn diagnose(
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
-    let asked = rlg_attitude::Settings {
-        left_out: settings.left_out,
-        seed: settings.seed,
-        anyway: settings.anyway,
-        ..Default::default()
-    };
     let of = (model, model_file);
     progress("aligning the channels");
-    let converted = converted(recording, of, &asked.plan, settings.anyway)?;
+    let converted = converted(recording, of, &settings.plan, settings.anyway)?;
     let recording = converted.as_ref().map_or(recording, |one| &one.recording);
-    let whole = lost_rows::put_back(recording, model, rlg_attitude::beside_gyros)?;
-    let diagnosed = rlg_attitude::diagnose(&asked, &whole.recording, of, progress)?;
+    let whole = lost_rows::put_back(
+        recording,
+        model,
+        &settings.plan.signal.lost_rows,
+        rlg_attitude::beside_gyros,
+    )?;
+    let diagnosed = rlg_attitude::diagnose(settings, &whole.recording, of, progress)?;
     let Some(Diagnosed {
         mut outcome,
         corrected,
@@ -78,7 +77,7 @@ fn accelerometers(
         effects: &[],
         left_out: settings.left_out,
         open: &[],
-        plan: force_plan(settings),
+        plan: settings.plan,
     };
     let part = rlg_force::Part {
         streams,

@@ -37,7 +37,7 @@ use rlg_diagnosis::put_right::Stopped;
 use rlg_diagnosis::read_by_gyros::read_by_gyros;
 use rlg_diagnosis::{data_words, put_right};
 use rlg_findings::absolute::NoiseBounds;
-use rlg_force::{ForcePlan, Part};
+use rlg_force::Part;
 use rlg_model::Model;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -95,7 +95,7 @@ pub fn diagnose_under(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     let of = (model, model_file);
-    if stands_in_positions(recording) {
+    if stands_in_positions(recording, &settings.plan.force.positions) {
         rlg_diagnosis::data::is_predictable(model, model_file)?;
         return rlg_force::positions::diagnose(settings, recording, model, progress);
     }
@@ -105,7 +105,12 @@ pub fn diagnose_under(
         return Ok(outcome);
     }
     progress("aligning the channels");
-    let whole = lost_rows::put_back(recording, model, Streams::align)?;
+    let whole = lost_rows::put_back(
+        recording,
+        model,
+        &settings.plan.signal.lost_rows,
+        Streams::align,
+    )?;
     let mut outcome = diagnose_streams(settings, whole.streams, of, progress)?;
     outcome.diagnosis.say_first(whole.said);
     Ok(outcome)
@@ -153,7 +158,7 @@ fn beside_reference(
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
     let (model, _) = of;
-    let faults = qualify::unknown_faults(streams, &model.effects);
+    let faults = qualify::unknown_faults(streams, &model.effects, &settings.plan.signal.faults);
     let found = rlg_diagnosis::diagnose::diagnose_also(
         settings,
         streams,
@@ -197,18 +202,10 @@ fn accelerometers(
         effects: &outcome.model.effects.clone(),
         left_out: settings.left_out,
         open: &[],
-        plan: force_plan(settings),
+        plan: settings.plan,
     };
     if let Err(reason) = rlg_force::beside(&parts, &asked, outcome, progress) {
         rlg_force::say_why_not(&reason, outcome);
-    }
-}
-
-/// Settings of the accelerometers' analysis.
-fn force_plan(settings: &Settings) -> ForcePlan {
-    ForcePlan {
-        shared: settings.plan,
-        ..Default::default()
     }
 }
 

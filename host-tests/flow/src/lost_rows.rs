@@ -3,13 +3,14 @@
 //! Gyros and reference are compared on the gyros' rows ([`rlg_signal::lost_rows`]); a detected loss shifts the later
 //! rows of one side in the recording's own tables, so that every likelihood has an ordinary gap.
 
+use rlg_plan::LostRowsPlan;
 use std::borrow::Cow;
 
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Quantity, Recording, Table};
 use rlg_signal::channel_map::without_dither;
-use rlg_signal::lost_rows::{Loser, LostRows, LostRowsPlan, find};
+use rlg_signal::lost_rows::{Loser, LostRows, find};
 use rlg_signal::streams::Streams;
 
 /// Recording with its lost rows restored.
@@ -31,6 +32,7 @@ pub(crate) struct Whole<'a> {
 pub(crate) fn put_back<'a>(
     recording: &'a Recording,
     model: &Model,
+    plan: &LostRowsPlan,
     align: impl Fn(&Recording, &Model) -> Result<Streams, InputError>,
 ) -> Result<Whole<'a>, InputError> {
     /// Limit of gyro rows per sample of the reference: with more, rows cannot be counted.
@@ -57,9 +59,8 @@ pub(crate) fn put_back<'a>(
     for _ in 0..MOST {
         let streams = &whole.streams;
         let gyros_rad = without_dither(streams, model);
-        let plan = LostRowsPlan::default();
         let both = (&gyros_rad, &streams.case_rad);
-        let Some(lost) = find(both.0, both.1, &streams.usable, streams.rate_hz, &plan) else {
+        let Some(lost) = find(both.0, both.1, &streams.usable, streams.rate_hz, plan) else {
             break;
         };
         let table = match lost.of {

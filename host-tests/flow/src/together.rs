@@ -48,7 +48,8 @@ pub fn diagnose_together(
     let mut all = Vec::with_capacity(aligned.len());
     let mut lines = Vec::with_capacity(aligned.len());
     for mut streams in aligned {
-        let faults = qualify::unknown_faults(&mut streams, &model.effects);
+        let faults =
+            qualify::unknown_faults(&mut streams, &model.effects, &settings.plan.signal.faults);
         lines.push(data_words::lines(&streams, &faults));
         all.push((streams, faults));
     }

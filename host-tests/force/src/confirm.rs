@@ -1,5 +1,7 @@
 //! Cross-validation of the selected set in blocks of the fitted rows, and the final fit.
 
+use rlg_plan::Plan;
+use rlg_signal::partition::blocks;
 use std::ops::Range;
 
 use rlg_findings::result::UNLISTED;
@@ -10,7 +12,6 @@ use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Search};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::candidates::Candidate;
-use crate::plan::ForcePlan;
 use crate::prediction::Prediction;
 use crate::search::Found;
 
@@ -45,16 +46,16 @@ pub fn confirm(
     made_of: &Prediction,
     found: &Found,
     seen: &[bool],
-    plan: &ForcePlan,
+    plan: &Plan,
 ) -> Option<Confirmed> {
     let confirmations = confirmations(made_of, found, seen, plan)?;
-    let is_costly = |place: &usize| found.judged[*place].cost_without > plan.shared.naming;
+    let is_costly = |place: &usize| found.judged[*place].cost_without > plan.judgement.naming;
     // The design effect reduces the likelihood ratio.
     let holds = |place: &usize| {
         let said = &confirmations[*place];
         let ratio = found.fit.log_likelihood - found.without[*place].log_likelihood;
         let lost = ratio * (1.0 - 1.0 / said.design_effect);
-        said.gain > 0.0 && found.judged[*place].cost_without - lost > plan.shared.naming
+        said.gain > 0.0 && found.judged[*place].cost_without - lost > plan.judgement.naming
     };
     let (held, unconfirmed): (Vec<usize>, Vec<usize>) =
         (0..found.judged.len()).filter(is_costly).partition(holds);
@@ -69,7 +70,7 @@ pub fn confirm(
     let stands = |place: &usize| {
         !is_member_listed(place)
             || (0..3)
-                .any(|axis| powers[*place][axis] > plan.shared.practical_share * described(axis))
+                .any(|axis| powers[*place][axis] > plan.judgement.practical_share * described(axis))
     };
     let (named, undescribed): (Vec<usize>, Vec<usize>) = held.iter().copied().partition(stands);
     let hypotheses: Vec<Hypothesis> = found
@@ -81,7 +82,7 @@ pub fn confirm(
         &found.equations,
         &hypotheses,
         1,
-        &plan.shared.search,
+        &plan.inference.search,
         &DriftPrior::Unknown,
         found.fit.levels.clone(),
     );
@@ -140,7 +141,7 @@ fn confirmations(
     made_of: &Prediction,
     found: &Found,
     seen: &[bool],
-    plan: &ForcePlan,
+    plan: &Plan,
 ) -> Option<Vec<Confirmation>> {
     let observations = made_of.rows.bridged(seen)?;
     let fit = &found.fit;
@@ -171,14 +172,14 @@ fn confirmations(
     let records: Vec<Vec<f64>> = (0..3)
         .map(|axis| whitened(axis, &found.residual_m_s[axis]))
         .collect();
-    let blocks = plan.shared.blocks.of(seen, made_of.rows.rate_hz);
+    let blocks = blocks(seen, made_of.rows.rate_hz, &plan.rates.blocks);
     let sums = BlockSums::new(&records, &columns.columns, &blocks);
     let of_member = |place: usize| {
         let own: Vec<usize> = columns.own[place].clone().collect();
         let said = sums.validate(&own, &columns.fixed);
         let law = ChiSquared::new(said.freedom).ok();
         let is_chance = law.is_none_or(|law| {
-            law.sf(said.design_effect * said.freedom) > plan.shared.reenactment_chance
+            law.sf(said.design_effect * said.freedom) > plan.judgement.reenactment_chance
         });
         Confirmation {
             gain: said.gain,

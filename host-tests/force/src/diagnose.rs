@@ -1,5 +1,6 @@
 //! The flow of the accelerometers' diagnosis.
 
+use rlg_plan::Plan;
 use std::ops::Range;
 
 use rlg_diagnosis::noise_levels::first_levels;
@@ -16,7 +17,6 @@ use rlg_signal::streams::Streams;
 use crate::candidates::Pool;
 use crate::carried::Carried;
 use crate::confirm::{Confirmed, confirm};
-use crate::plan::ForcePlan;
 use crate::prediction::{Prediction, warming_k};
 use crate::readings::Readings;
 use crate::reference::{Reference, ReferenceNoise};
@@ -46,7 +46,7 @@ pub struct Asked<'a> {
     /// Further errors of the reference that are tested.
     pub open: &'a [&'a str],
     /// Settings of the analysis.
-    pub plan: ForcePlan,
+    pub plan: Plan,
 }
 
 /// Result of the accelerometers' diagnosis.
@@ -70,7 +70,7 @@ pub struct Diagnosed {
     /// Span of a recording with a known attitude \[s\], if not all of it, with the recording's name if there are several.
     pub carried_s: Vec<(Option<String>, [f64; 2])>,
     /// Settings of the analysis.
-    pub plan: ForcePlan,
+    pub plan: Plan,
     /// Kinds taken out of the catalogue.
     pub left_out: Vec<String>,
     /// White noise that the model declares \[m²/s² per row\].
@@ -111,7 +111,7 @@ pub fn diagnose(
     for (regime, _) in regimes.iter().zip(&was_shaken).filter(|(_, was)| **was) {
         seen[regime.rows.clone()].fill(false);
     }
-    if seconds(&seen, bare.rate_hz) < plan.least_fitted_s {
+    if seconds(&seen, bare.rate_hz) < plan.force.least_fitted_s {
         return Err(
             "less than two seconds in which the case was turned and not shaken".to_string(),
         );
@@ -242,7 +242,7 @@ impl<'a> Own<'a> {
             streams.rate_hz,
             &own,
             &self.part.reference_noise,
-            &asked.plan.shared.gate,
+            &asked.plan.signal.gate,
         );
         Carried::new(&reference, &self.rows)
     }
@@ -301,10 +301,10 @@ fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
         }));
     }
     let rate_hz = readings.rate_hz;
-    let partition = Partition::new(readings.count, rate_hz, &segments, &plan.shared.partition);
+    let partition = Partition::new(readings.count, rate_hz, &segments, &plan.signal.partition);
     let seen = partition.rows_of(&[Use::Fit], &readings.usable);
     let tested = runs(&partition.rows_of(&[Use::Test], &readings.usable));
-    if seconds(&seen, rate_hz) < plan.least_fitted_s {
+    if seconds(&seen, rate_hz) < plan.force.least_fitted_s {
         return Err("fewer than two seconds with accelerometers and motion measured".to_string());
     }
     let carried = Carried::joined(each.iter().map(|one| one.carried(asked)).collect());
@@ -312,7 +312,7 @@ fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
     for (one, piece) in each.iter().zip(&readings.pieces) {
         let used = intersect(&runs(&seen), std::slice::from_ref(&piece.rows));
         let site = (one.site, asked.model.earth_rate_in_reference);
-        let far = plan.far_from_gravity;
+        let far = plan.force.far_from_gravity;
         let vertical = Vertical::new(&readings, &carried, site, &used, far)
             .ok_or("the specific force is not the site's gravity carried about by the reference")?;
         verticals.push(vertical);
@@ -346,7 +346,7 @@ fn settle_verticals(
     made_of: &mut Prediction,
     model: &Model,
     seen: &[bool],
-    plan: &ForcePlan,
+    plan: &Plan,
 ) -> Result<Vec<NoiseLevels>, String> {
     /// Converges from a tilt of one per cent to below a microradian.
     const STEPS: usize = 4;
@@ -362,7 +362,7 @@ fn settle_verticals(
         let all = NoiseLevels::mean(&first_levels(&residual, &observations)).stationary();
         let sums = equations(made_of, &residual, &observations, &Pool::default(), all);
         let fit = evaluate(&sums, &[], &[all; 3], &[Drift::None; 3], ONCE);
-        let (moves, stays) = verticals_of(&fit, &recordings, plan.settled);
+        let (moves, stays) = verticals_of(&fit, &recordings, plan.force.settled);
         made_of.move_verticals(&moves);
         if stays {
             break;

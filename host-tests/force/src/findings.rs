@@ -317,7 +317,7 @@ impl Diagnosed {
             .collect();
         let mut alike = self.alike(place);
         let mut what_was_left_out = self.left_out(place, &values, &covariance);
-        if judged.cost_against_drift < self.plan.shared.drift_within {
+        if judged.cost_against_drift < self.plan.judgement.drift_within {
             alike.push(DRIFT.to_string());
             what_was_left_out.push_str(
                 " A drifting accelerometer explains it as well: a longer record, or a second cycle of what drives it, would decide.",
@@ -511,7 +511,7 @@ impl Diagnosed {
         }
         for one in &shown.validations {
             let falls = one.after.drift_rad_s.abs() < 0.99 * one.before.drift_rad_s.abs();
-            if falls && drift_chance(&one.before) < self.plan.shared.unexplained {
+            if falls && drift_chance(&one.before) < self.plan.judgement.unexplained {
                 lines.push(format!(
                     "Proof: on held-out time the mean error of accelerometer {} falls from {:.2} to {:.2} ± {:.2} µg.",
                     AXES[one.axis],
@@ -536,7 +536,7 @@ impl Diagnosed {
         }
         for (axis, declared) in self.declared_white.iter().enumerate() {
             let ratio = declared.map_or(0.0, |declared| shown.noise[axis].theta[0] / declared);
-            if ratio > self.plan.shared.excess_ratio {
+            if ratio > self.plan.judgement.excess_ratio {
                 lines.push(format!(
                     "Accelerometer {} is {:.2} times as noisy as the model says.",
                     AXES[axis],
@@ -565,7 +565,7 @@ impl Diagnosed {
             .map(|&place| &candidates[place].hypothesis);
         let rows: Vec<Row> = candidates.iter().filter_map(row_of).collect();
         let of = (&fit.levels[..], &members.collect::<Vec<_>>()[..]);
-        self_test_on(equations, of, &rows, (&self.plan.shared, seed))
+        self_test_on(equations, of, &rows, (&self.plan, seed))
     }
 
     fn not_excluded(&self) -> Vec<String> {
@@ -578,7 +578,7 @@ impl Diagnosed {
                 return Some(format!("{}: not tried", kind.kind));
             }
             let snr = self.shows(kind);
-            (snr < self.plan.needed_snr).then(|| {
+            (snr < self.plan.force.needed_snr).then(|| {
                 format!(
                     "{}: of typical size ({:.0e} {}) it would show here at an SNR of {snr:.1}",
                     kind.kind, kind.typical, kind.unit

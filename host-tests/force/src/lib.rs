@@ -11,10 +11,6 @@
 //! attitude, and the lever-arm terms. At rest gravity is one number for three accelerometers, so no error is identifiable.
 //! A unit that stands still in many attitudes without a reference is diagnosed by [`positions`] with the same search.
 
-pub mod positions_plan;
-
-pub mod plan;
-
 pub mod reference;
 
 pub mod readings;
@@ -49,6 +45,5 @@ pub mod positions;
 
 pub use diagnose::{Asked, Diagnosed, Part, diagnose, why_not_at_rest};
 pub use findings::say_why_not;
-pub use plan::ForcePlan;
 pub use reference::ReferenceNoise;
 pub use whose::beside;

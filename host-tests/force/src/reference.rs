@@ -5,9 +5,10 @@ use rlg_catalogue::signals::AXES;
 use rlg_diagnosis::case_motion::Motion;
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_model::{Model, ModelEffect};
+use rlg_plan::GatePlan;
 use rlg_signal::axes::{Triad, each_axis};
 use rlg_signal::derivatives::Spectrum;
-use rlg_signal::shrinkage::{Gate, Powers, shrink};
+use rlg_signal::shrinkage::{Powers, shrink};
 
 /// Noise of the reference's increments about each axis \[rad² per row\].
 pub type ReferenceNoise = [NoiseLevels; 3];
@@ -61,7 +62,7 @@ impl Reference {
         rate_hz: f64,
         effects: &[ModelEffect],
         noise: &ReferenceNoise,
-        gate: &Gate,
+        gate: &GatePlan,
     ) -> Self {
         let mut case_rad = read_rad.clone();
         for effect in effects {
@@ -164,12 +165,12 @@ fn undo_wave(values: &mut [f64], effect: &ModelEffect) {
 
 #[cfg(test)]
 mod tests {
+    use rlg_plan::GatePlan;
     use std::collections::BTreeMap;
 
     use rlg_inference::NoiseLevels;
     use rlg_model::{EffectValue, ModelEffect};
     use rlg_signal::axes::{Triad, each_axis};
-    use rlg_signal::shrinkage::Gate;
 
     use super::Reference;
 
@@ -202,7 +203,7 @@ mod tests {
             white: 1e-20,
             ..NoiseLevels::default()
         }; 3];
-        let reference = Reference::new(&read, 100.0, &[effect], &noise, &Gate::default());
+        let reference = Reference::new(&read, 100.0, &[effect], &noise, &GatePlan::default());
         for (found, case) in reference.case_rad.iter().zip(&case) {
             for (found, case) in found.iter().zip(case) {
                 let off = found - case;

@@ -1,5 +1,6 @@
 //! Iterates prediction, columns and structure search until the set, its delays and the vertical converge.
 
+use rlg_plan::Plan;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -11,7 +12,6 @@ use rlg_signal::axes::{Triad, add};
 
 use crate::candidates::{Candidate, Pool, PoolColumns};
 use crate::kinds::DELAY;
-use crate::plan::ForcePlan;
 use crate::prediction::Prediction;
 use crate::residual::residual_m_s;
 use crate::vertical::UNKNOWNS;
@@ -108,7 +108,7 @@ pub fn find(
     model: &Model,
     observations: &Observations,
     mut levels: Vec<NoiseLevels>,
-    (plan, left_out, open): (&ForcePlan, &[&str], &[&str]),
+    (plan, left_out, open): (&Plan, &[&str], &[&str]),
 ) -> Found {
     let recordings = made_of.rows.looked_at(observations);
     let mut delay_s = [0.0; 3];
@@ -134,34 +134,34 @@ pub fn find(
             &sums,
             &hypotheses,
             kinds.len().max(1),
-            &plan.shared.search,
+            &plan.inference.search,
             &DriftPrior::Unknown,
             levels.clone(),
         );
         let start: Vec<usize> = (0..candidates.len())
             .filter(|&place| before.iter().any(|one| one.is_same(&candidates[place])))
             .collect();
-        let fit = search.run(&start, plan.shared.search.most_members);
+        let fit = search.run(&start, plan.inference.search.most_members);
         levels.clone_from(&fit.levels);
         let members: Vec<Candidate> = fit
             .members
             .iter()
             .map(|&place| candidates[place].clone())
             .collect();
-        let (now_s, delays_stay) = delays(&fit, &candidates, delay_s, plan.settled);
-        let (moves, vertical_stays) = verticals_of(&fit, &recordings, plan.settled);
+        let (now_s, delays_stay) = delays(&fit, &candidates, delay_s, plan.force.settled);
+        let (moves, vertical_stays) = verticals_of(&fit, &recordings, plan.force.settled);
         let is_same_set = members.len() == before.len()
             && members
                 .iter()
                 .all(|one| before.iter().any(|other| other.is_same(one)));
         let stands = is_same_set && delays_stay && vertical_stays;
-        if !(stands || pass >= plan.shared.passes) {
+        if !(stands || pass >= plan.judgement.passes) {
             made_of.move_verticals(&moves);
             delay_s = now_s;
             before = members;
             continue;
         }
-        let judged = search.judge(&fit, plan.shared.class_within);
+        let judged = search.judge(&fit, plan.judgement.class_within);
         let others: Vec<usize> = (0..candidates.len())
             .filter(|place| !fit.members.contains(place))
             .collect();
@@ -173,7 +173,7 @@ pub fn find(
                     let kind = candidates[other].kind;
                     kind != candidates[member].kind
                         && kind != UNLISTED
-                        && search.separation(&fit, member, other) < plan.shared.separation
+                        && search.separation(&fit, member, other) < plan.judgement.separation
                 };
                 others.iter().filter(spans).copied().collect()
             })

@@ -4,6 +4,7 @@
 //! catalogue to that stretch alone. So effects of the catalogue are never mistaken for shaking, and unexplained power is
 //! excluded rather than named.
 
+use rlg_plan::Plan;
 use std::ops::Range;
 
 use rlg_diagnosis::locate::BAND_EDGES_HZ;
@@ -16,7 +17,6 @@ use rlg_signal::axes::Triad;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
 use crate::candidates::{Candidate, Pool, Variant};
-use crate::plan::ForcePlan;
 use crate::prediction::Prediction;
 use crate::search::{delays_in, equations, linearised_at};
 
@@ -31,7 +31,7 @@ pub fn shaken(
     made_of: &Prediction,
     residual_m_s: &Triad,
     (regimes, fitted): (&[Regime], &[Range<usize>]),
-    (plan, left_out, open): (&ForcePlan, &[&str], &[&str]),
+    (plan, left_out, open): (&Plan, &[&str], &[&str]),
 ) -> Vec<bool> {
     let measured: Vec<Option<[Vec<Level>; 3]>> = regimes
         .iter()
@@ -55,7 +55,7 @@ pub fn shaken(
         let law = FisherSnedecor::new(count, least_count);
         // The quietest is one of all: Bonferroni factor.
         let chance = law.map_or(1.0, |law| judged * law.sf(ratio));
-        ratio > plan.shaken_ratio && chance < plan.shared.unexplained
+        ratio > plan.force.shaken_ratio && chance < plan.judgement.unexplained
     };
     let is_shaken = |of: &Option<[Vec<Level>; 3]>| {
         of.as_ref().is_some_and(|of| {
@@ -73,7 +73,7 @@ fn of_regime(
     made_of: &Prediction,
     residual_m_s: &Triad,
     rows: &[Range<usize>],
-    (plan, left_out, open): (&ForcePlan, &[&str], &[&str]),
+    (plan, left_out, open): (&Plan, &[&str], &[&str]),
 ) -> Option<[Vec<Level>; 3]> {
     /// A delay is nonlinear: steps until its remainder is below the noise.
     const STEPS: usize = 3;
@@ -100,7 +100,7 @@ fn of_regime(
         );
         let set: Vec<&Hypothesis> = all.iter().map(|one| &one.hypothesis).collect();
         let fit = evaluate(&sums, &set, &levels, &[Drift::None; 3], Effort::FULL);
-        delay_s = delays_of(&all, &fit, plan.settled);
+        delay_s = delays_of(&all, &fit, plan.force.settled);
         if step < STEPS {
             continue;
         }
@@ -118,7 +118,7 @@ fn of_regime(
         let level = |axis: usize, of_band: &Vec<usize>| -> Level {
             let count: f64 = of_band.iter().map(|&bin| sums.basis.counts[bin]).sum();
             let sum: f64 = of_band.iter().map(|&bin| power[axis][bin]).sum();
-            (count >= plan.fewest_in_band).then(|| (sum / count, count))
+            (count >= plan.force.fewest_in_band).then(|| (sum / count, count))
         };
         return Some([0, 1, 2].map(|axis: usize| {
             let bands = in_band.iter();

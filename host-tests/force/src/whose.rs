@@ -12,11 +12,11 @@ use rlg_findings::combinations::{Number, identifiable};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_plan::Plan;
 use rlg_signal::axes::AXES;
 
 use crate::diagnose::{Asked, Diagnosed, Part, diagnose};
 use crate::kinds;
-use crate::plan::ForcePlan;
 
 /// Error of a gyro and an error of the reference with the same effect on the gyros' residual.
 struct Pair {
@@ -129,7 +129,7 @@ pub fn beside(
         };
         // The gyros' evidence is already in the class, so only gravity's counts here.
         let told_by = best_where(*is_reference) - best_where(!is_reference);
-        let is_told = told_by > asked.plan.shared.class_within;
+        let is_told = told_by > asked.plan.judgement.class_within;
         attribute(outcome, asked.model, one, (*is_reference, is_told));
         if !is_reference {
             share_with(outcome, one, &force);
@@ -140,7 +140,7 @@ pub fn beside(
 }
 
 /// Findings of the gyros that may be errors of the reference, in part or as a whole.
-fn differences(outcome: &Outcome, plan: &ForcePlan) -> Vec<Difference> {
+fn differences(outcome: &Outcome, plan: &Plan) -> Vec<Difference> {
     let diagnosis = &outcome.diagnosis;
     let mut found: Vec<Difference> = Vec::new();
     for (entry, effect) in diagnosis.effects.iter().enumerate() {
@@ -162,7 +162,7 @@ fn differences(outcome: &Outcome, plan: &ForcePlan) -> Vec<Difference> {
             // A kind that spans the effect without being near has more parameters than it needs.
             let mut near = diagnosis.runners_up.iter();
             near.find(|one| one.kind == kind)
-                .map_or(plan.shared.class_within, |one| one.behind)
+                .map_or(plan.judgement.class_within, |one| one.behind)
         };
         found.push(Difference {
             pair,

@@ -17,8 +17,6 @@ pub mod block_validation;
 
 pub mod dct;
 
-pub mod plan;
-
 pub mod observations;
 
 pub mod noise;
@@ -68,5 +66,4 @@ pub use noise::{NoiseBasis, NoiseLevels};
 pub use noise_estimate::NoiseEstimate;
 pub use normal_equations::{Columns, NormalEquations};
 pub use observations::Observations;
-pub use plan::SearchPlan;
 pub use search::Search;

@@ -1,6 +1,7 @@
 //! Search for the set of hypotheses of largest log posterior: stepwise selection, forward, backward, and exchanges one for
 //! one.
 
+use rlg_plan::SearchPlan;
 use std::collections::BTreeMap;
 use std::ops::Range;
 
@@ -14,7 +15,6 @@ use crate::likelihood::Likelihood;
 use crate::linear::pseudo_inverse;
 use crate::noise::NoiseLevels;
 use crate::normal_equations::NormalEquations;
-use crate::plan::SearchPlan;
 
 /// Prior knowledge of drift.
 #[derive(Debug, Clone, PartialEq)]

@@ -5,9 +5,10 @@ use rand_distr::{Distribution, StandardNormal};
 use rlg_inference::evaluate::{Drift, Effort, evaluate};
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{
-    Columns, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Observations, Search,
-    SearchPlan, Term, ZeroLikelihood,
+    Columns, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Observations, Search, Term,
+    ZeroLikelihood,
 };
+use rlg_plan::SearchPlan;
 
 /// A sine, and a shape that nothing follows.
 struct Shapes(usize);

@@ -5,44 +5,9 @@
 //! improper rotation (left-handed axes) and a gross factor are faults of the recording.
 
 use nalgebra::{Matrix3, Vector3};
+use rlg_plan::ChannelPlan;
 
 use crate::coherent_map::{CoherentMap, measure};
-use crate::map_plan::MapPlan;
-use crate::same_motion::SameMotionPlan;
-
-/// Settings of the test.
-#[derive(Debug, Clone, Copy)]
-pub struct ChannelPlan {
-    /// Test for a common motion; `None` skips it.
-    pub same_motion: Option<SameMotionPlan>,
-    /// Estimation of the map.
-    pub map: MapPlan,
-    /// Largest rotation \[rad\] of an ordinary tilt: installations and misalignments are sought to 0.3 rad.
-    pub tilt_rad: f64,
-    /// Smallest and largest factor \[1\] of an ordinary scale error.
-    pub scale: [f64; 2],
-    /// Relative error by noise and other effects of a factor on a bound \[1\].
-    pub allowance: f64,
-    /// Largest variation over frequency of a gyro's gain, as a share of its power, still consistent with one factor \[1\]: a
-    /// tenth of the gain is a hundredth of the power.
-    pub uneven: f64,
-    /// Departure from orthogonality \[1\] beyond which the map is no rotation.
-    pub shear: f64,
-}
-
-impl Default for ChannelPlan {
-    fn default() -> Self {
-        Self {
-            same_motion: Some(SameMotionPlan::default()),
-            map: MapPlan::default(),
-            tilt_rad: 0.35,
-            scale: [0.5, 2.0],
-            allowance: 0.02,
-            uneven: 0.05,
-            shear: 0.35,
-        }
-    }
-}
 
 /// Relation of gyros and reference, beyond ordinary errors.
 #[derive(Debug, Clone)]

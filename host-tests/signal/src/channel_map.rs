@@ -4,13 +4,13 @@
 //! the measurement and the test are in [`super::coherent_map`] and [`super::channel_check`].
 
 use rlg_model::Model;
+use rlg_plan::{ChannelPlan, FaultPlan, MapPlan, PartitionPlan, SignalPlan};
 
 use super::axes::{AXES, Triad, add};
-use super::channel_check::{ChannelPlan, Crossing, check};
-use super::map_plan::MapPlan;
-use super::partition::{Partition, PartitionPlan, Use};
+use super::channel_check::{Crossing, check};
+use super::partition::{Partition, Use};
 use super::qualify;
-use super::same_motion::{Apart, apart};
+use super::same_motion::{Apart, Clocks, apart};
 use super::streams::Streams;
 
 /// Signal followed by the gyros.
@@ -26,40 +26,40 @@ pub enum Lead {
 /// their rows.
 ///
 /// # Inputs
-/// `partition`: split of the rows; its test rows enter the test for a common motion only.
+/// `anyway`: skips the test for a common motion. The partition's test rows enter that test only.
 ///
 /// # Errors
 /// Gyros and reference do not show the same motion.
 pub fn crossings(
     streams: &mut Streams,
     model: &Model,
-    partition: &PartitionPlan,
-    plan: &ChannelPlan,
+    plan: &SignalPlan,
+    anyway: bool,
 ) -> Result<Vec<(Lead, Crossing)>, Apart> {
     let has_reference = !streams.own_motion && streams.at_rest.is_none() && !streams.piece.held_out;
     if !has_reference {
         return Ok(Vec::new());
     }
-    let sound = sound(streams);
-    let found = plan.same_motion.as_ref().and_then(|plan| {
+    let sound = sound(streams, &plan.faults);
+    if !anyway {
         let gyros = without_dither(streams, model);
-        apart(&gyros, &streams.case_rad, &sound, streams.rate_hz, plan)
-    });
-    match found {
-        Some(apart) => Err(apart),
-        None => Ok(of_rows(
-            streams,
-            model,
-            &seen(streams, partition, &sound),
-            plan,
-        )),
+        let clocks = Clocks {
+            rate_hz: streams.rate_hz,
+            reference_hz: streams.reference_hz.unwrap_or(streams.rate_hz),
+        };
+        let sides = (&gyros, &streams.case_rad);
+        if let Some(apart) = apart(sides, &sound, clocks, &plan.same_motion) {
+            return Err(apart);
+        }
     }
+    let seen = seen(streams, &plan.partition, &sound);
+    Ok(of_rows(streams, model, &seen, &plan.channels))
 }
 
 /// Rows without a fault.
-fn sound(streams: &mut Streams) -> Vec<bool> {
+fn sound(streams: &mut Streams, plan: &FaultPlan) -> Vec<bool> {
     let usable = streams.usable.clone();
-    qualify::qualify(streams);
+    qualify::qualify(streams, plan);
     std::mem::replace(&mut streams.usable, usable)
 }
 

@@ -6,9 +6,9 @@
 //! constant rate (a bias) has no influence.
 
 use nalgebra::Matrix3;
+use rlg_plan::MapPlan;
 
 use crate::cross_spectra::Spectra;
-use crate::map_plan::MapPlan;
 
 /// Map of the reference to the gyros.
 #[derive(Debug, Clone)]

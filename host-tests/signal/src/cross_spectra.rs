@@ -1,12 +1,12 @@
 //! Cross-spectra of gyros and reference over a whole record, summed in bands, and the map between them for given weights.
 
+use rlg_plan::MapPlan;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
 use nalgebra::{Matrix3, SymmetricEigen, Vector3};
 use realfft::num_complex::Complex64;
 
-use crate::map_plan::MapPlan;
 use crate::transforms::{self, smooth_length};
 
 /// Least eigenvalue of an inverted correlation matrix: below it two axes are collinear to rounding.

@@ -3,28 +3,24 @@
 //! Enters: the aligned channels. Leaves: [`Fault`]s, to be masked. Increments and counts are left to the search of events:
 //! one deviating row is a step of the angle there, but a single outlier of a rate.
 
+use rlg_plan::{FaultPlan, SpikePlan};
 use std::ops::Range;
 
-use super::data_plan::{DataPlan, SpikePlan};
 use super::fault::{Detail, Fault};
 use super::repeated::Repeat;
 use super::streams::{AXES, Streams};
 use super::{repeated, stops};
 
 /// Finds rows of gyros without a dither at the ends of their range, or wrapped.
-pub(super) fn stops(streams: &Streams) -> Vec<Fault> {
+pub(super) fn stops(streams: &Streams, plan: &FaultPlan) -> Vec<Fault> {
     if streams.pickoff_rad.is_some() {
         return Vec::new();
     }
     let of_axis = |axis: usize| {
-        let found = stops::find(
-            &streams.sensed_rad[axis],
-            &streams.measured,
-            &DataPlan::default().stops,
-        );
+        let found = stops::find(&streams.sensed_rad[axis], &streams.measured, &plan.stops);
         // A steady rate repeats one value as well; an overflow proves the range.
         let is_limit = !found.wrapped.is_empty()
-            || (has_reference(streams) && turns_on(streams, axis, &found.limited));
+            || (has_reference(streams) && turns_on(streams, axis, &found.limited, plan));
         let limited = found.limited.into_iter().filter(move |_| is_limit);
         let limited = limited.map(|rows| (rows, Detail::None));
         let wrapped = found
@@ -65,8 +61,7 @@ fn row_noise(values: &[f64]) -> f64 {
 }
 
 /// True if the reference keeps changing in a stretch with one constant gyro value.
-fn turns_on(streams: &Streams, axis: usize, limited: &[Range<usize>]) -> bool {
-    let plan = DataPlan::default();
+fn turns_on(streams: &Streams, axis: usize, limited: &[Range<usize>], plan: &FaultPlan) -> bool {
     let case_rad = &streams.case_rad[axis];
     let noise_rad = row_noise(case_rad);
     limited.iter().any(|rows| {
@@ -82,38 +77,41 @@ fn turns_on(streams: &Streams, axis: usize, limited: &[Range<usize>]) -> bool {
 }
 
 /// True if a channel seldom repeats the value of the row before.
-fn is_fine(values: &[f64]) -> bool {
+fn is_fine(values: &[f64], plan: &FaultPlan) -> bool {
     let repeats = values.windows(2).filter(|two| two[0] == two[1]).count();
-    (repeats as f64) < DataPlan::default().fine * values.len() as f64
+    (repeats as f64) < plan.fine * values.len() as f64
 }
 
 /// True if a block of rows is no repeated motion: the reference differs between both, or repeats exactly as well.
-fn was_written_twice(streams: &Streams, repeat: &Repeat) -> bool {
+fn was_written_twice(streams: &Streams, repeat: &Repeat, plan: &FaultPlan) -> bool {
     if !has_reference(streams) {
-        return streams.sensed_rad.iter().all(|values| is_fine(values));
+        return streams
+            .sensed_rad
+            .iter()
+            .all(|values| is_fine(values, plan));
     }
     let pairs = || repeat.rows.clone().zip(repeat.from..);
     streams.case_rad.iter().any(|case_rad| {
         if pairs().all(|(row, from)| case_rad[row] == case_rad[from]) {
-            return is_fine(case_rad);
+            return is_fine(case_rad, plan);
         }
         let power: f64 = pairs()
             .map(|(row, from)| (case_rad[row] - case_rad[from]).powi(2))
             .sum();
         let by_chance = 2.0 * row_noise(case_rad).powi(2) * repeat.rows.len() as f64;
-        power > DataPlan::default().clear.powi(2) * by_chance
+        power > plan.clear.powi(2) * by_chance
     })
 }
 
 /// Finds blocks of rows in which gyros without a dither repeat earlier rows exactly.
-pub(super) fn repeated(streams: &Streams) -> Vec<Fault> {
+pub(super) fn repeated(streams: &Streams, plan: &FaultPlan) -> Vec<Fault> {
     if streams.pickoff_rad.is_some() {
         return Vec::new();
     }
     let channels = [0, 1, 2].map(|axis: usize| &streams.sensed_rad[axis][..]);
-    repeated::find(&channels, &streams.measured, &DataPlan::default().repeats)
+    repeated::find(&channels, &streams.measured, &plan.repeats)
         .into_iter()
-        .filter(|repeat| was_written_twice(streams, repeat))
+        .filter(|repeat| was_written_twice(streams, repeat, plan))
         .map(|repeat| Fault {
             kind: "repeated_rows",
             indistinguishable_from: &[],
@@ -125,8 +123,7 @@ pub(super) fn repeated(streams: &Streams) -> Vec<Fault> {
 }
 
 /// Finds single outliers of rates, against the reference where one exists.
-pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
-    let plan = &DataPlan::default().spikes;
+pub(super) fn spikes(streams: &Streams, plan: &SpikePlan) -> Vec<Fault> {
     if !streams.reports_rates || streams.pickoff_rad.is_some() || streams.own_motion {
         return Vec::new();
     }

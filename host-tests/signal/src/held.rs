@@ -3,31 +3,8 @@
 //! Such a channel changes in every k-th row and in no other. A coarse channel in slow motion repeats itself too, but for
 //! varying numbers of rows, and then changes by one pulse.
 
+use rlg_plan::HoldPlan;
 use std::ops::Range;
-
-/// Criteria of a held channel.
-#[derive(Debug, Clone, Copy)]
-pub struct HoldPlan {
-    /// Least share of the runs between changes with a whole number of sample periods \[1\]: a sample may be lost.
-    pub regular: f64,
-    /// Least number of samples.
-    pub least_readings: usize,
-    /// Least median change between samples, in the smallest changes of the channel \[1\]: a staircase takes steps of one.
-    pub least_steps: f64,
-    /// Largest deviation of a run from the mean \[rows\]: two asynchronous clocks.
-    pub jitter_rows: usize,
-}
-
-impl Default for HoldPlan {
-    fn default() -> Self {
-        Self {
-            regular: 0.95,
-            least_readings: 20,
-            least_steps: 2.0,
-            jitter_rows: 1,
-        }
-    }
-}
 
 /// A held channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -119,6 +96,7 @@ fn median(values: &[usize]) -> usize {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rlg_plan::HoldPlan;
 
     /// A motion that never repeats itself.
     fn smooth(row: usize) -> f64 {

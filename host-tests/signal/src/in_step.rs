@@ -8,36 +8,10 @@
 //! a gamma law. Blocks are correlated with their neighbours, so significance is that among circular shifts of the motion
 //! against the residual in the same record (surrogate test: Theiler et al., Physica D 58, 1992).
 
+use rlg_plan::InStepPlan;
 use std::ops::Range;
 
 use crate::axes::Triad;
-
-/// Settings of the test.
-#[derive(Debug, Clone, Copy)]
-pub struct InStepPlan {
-    /// Least number of blocks of a test.
-    pub least_blocks: usize,
-    /// Least part of the residual's power in step with the motion \[1\]: less is the ordinary variation of noise.
-    pub least_part: f64,
-    /// Least share of the motion \[1\]: a search of the catalogue's effects is more sensitive below it.
-    pub least_share: f64,
-    /// Significance level: largest share of the shifts with as large a gain \[1\].
-    pub chance: f64,
-    /// Largest number of shifts.
-    pub most_turns: usize,
-}
-
-impl Default for InStepPlan {
-    fn default() -> Self {
-        Self {
-            least_blocks: 16,
-            least_part: 0.5,
-            least_share: 1e-3,
-            chance: 0.02,
-            most_turns: 200,
-        }
-    }
-}
 
 /// Mean squares of a block of time.
 #[derive(Debug, Clone, Copy)]
@@ -176,7 +150,8 @@ fn likeliest(left: &[f64], motion: &[f64]) -> (f64, f64) {
 
 #[cfg(test)]
 mod tests {
-    use super::{Block, InStepPlan, in_step};
+    use super::{Block, in_step};
+    use rlg_plan::InStepPlan;
 
     /// Sum of six squared uniform numbers, of mean 1, by a congruential generator.
     fn scatter(seed: u64) -> impl FnMut() -> f64 {

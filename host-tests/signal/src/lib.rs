@@ -40,8 +40,6 @@ pub mod fault;
 
 mod outliers;
 
-mod data_plan;
-
 mod data_faults;
 
 pub mod qualify;
@@ -82,8 +80,6 @@ pub mod shrinkage;
 pub mod derivatives;
 
 pub mod linear_prediction;
-
-pub mod map_plan;
 
 pub mod transforms;
 

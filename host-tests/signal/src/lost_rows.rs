@@ -9,6 +9,7 @@
 //! of the lag is accepted where the lags of the stretches before agree, as do those after, and both differ by more than
 //! their uncertainties. A drifting clock has no change point.
 
+use rlg_plan::LostRowsPlan;
 use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
@@ -16,42 +17,6 @@ use realfft::num_complex::Complex64;
 
 use crate::axes::Triad;
 use crate::transforms;
-
-/// Settings of the search.
-#[derive(Debug, Clone, Copy)]
-pub struct LostRowsPlan {
-    /// Largest lag of the search \[s\].
-    pub reach_s: f64,
-    /// Length of a stretch \[s\].
-    pub stretch_s: f64,
-    /// Least and largest number of stretches.
-    pub stretches: [usize; 2],
-    /// Largest number of rows of the coarse search, by averaging.
-    pub most_rows: usize,
-    /// Largest residual variance of a stretch at its best lag, as a share of its variance \[1\].
-    pub most_left: f64,
-    /// Residual variance over the least one, up to which a lag is not distinguishable from the best \[1\].
-    pub other: f64,
-    /// Number of agreeing stretches required on either side.
-    pub agreeing: usize,
-    /// Largest deviation of a lag from those of its side, as a share of the difference of both sides \[1\].
-    pub spread: f64,
-}
-
-impl Default for LostRowsPlan {
-    fn default() -> Self {
-        Self {
-            reach_s: 2.5,
-            stretch_s: 3.0,
-            stretches: [8, 64],
-            most_rows: 1 << 15,
-            most_left: 0.5,
-            other: 2.0,
-            agreeing: 2,
-            spread: 0.2,
-        }
-    }
-}
 
 /// Side with the lost rows.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -442,9 +407,10 @@ impl Sums {
 
 #[cfg(test)]
 mod tests {
-    use super::{Loser, LostRows, LostRowsPlan, find};
+    use super::{Loser, LostRows, find};
     use crate::axes::Triad;
     use crate::test_noise::noise;
+    use rlg_plan::LostRowsPlan;
 
     const RATE_HZ: f64 = 100.0;
 

@@ -11,6 +11,7 @@
 //! # Assumptions
 //! A line that nonlinearity makes of the motion stands at a sum or a difference of the motion's own lines: there none is sought.
 
+use rlg_plan::OwnLinesPlan;
 use std::f64::consts::TAU;
 use std::ops::Range;
 
@@ -19,45 +20,6 @@ use realfft::num_complex::Complex64;
 
 use crate::axes::{Triad, add};
 use crate::transforms;
-
-/// Thresholds of the search: `rlg challenge --marks --family attitude` shows false and missed ones.
-#[derive(Debug, Clone, Copy)]
-pub struct OwnLinesPlan {
-    /// Bins of a block with one transfer function and one noise.
-    pub block: usize,
-    /// First bin of the spectrum: a line of fewer periods is a drift.
-    pub first: usize,
-    /// Peaks stand above the median power of their block by this factor at least \[1\].
-    pub peak: f64,
-    /// A reference with a peak above its own median by this factor has the line, too \[1\].
-    pub shared: f64,
-    /// Share of the reference's samples a second up to which it shows a line \[1\].
-    pub of_reference_rate: f64,
-    /// Least share of a peak's power that one frequency and amplitude explain: a resonance that the motion drives has less \[1\].
-    pub coherent: f64,
-    /// Least amplitude of a line on a gyro, in standard deviations \[σ\].
-    pub least_deviations: f64,
-    /// Half width about a line and about a product of the motion's lines, in bins.
-    pub about: usize,
-    /// Most lines.
-    pub most: usize,
-}
-
-impl Default for OwnLinesPlan {
-    fn default() -> Self {
-        Self {
-            block: 64,
-            first: 16,
-            peak: 100.0,
-            shared: 10.0,
-            of_reference_rate: 0.4,
-            coherent: 0.9,
-            least_deviations: 4.0,
-            about: 3,
-            most: 6,
-        }
-    }
-}
 
 /// A line of the gyros.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -472,6 +434,7 @@ impl Window {
 mod tests {
     use super::*;
     use crate::test_noise::noise;
+    use rlg_plan::OwnLinesPlan;
 
     const RATE_HZ: f64 = 100.0;
     const ROWS: usize = 6000;

@@ -3,6 +3,7 @@
 //! Contiguous stretches, spread over the recording: each part holds a piece of every regime. Rows are assigned before any
 //! data are used.
 
+use rlg_plan::{BlockPlan, PartitionPlan};
 use std::ops::Range;
 
 /// Use of a row.
@@ -12,27 +13,6 @@ pub enum Use {
     Fit,
     /// Test: figures of the report.
     Test,
-}
-
-/// Shares and lengths of a partition.
-#[derive(Debug, Clone, Copy)]
-pub struct PartitionPlan {
-    /// Share of the rows to fit \[1\]; the rest is the test.
-    pub fit: f64,
-    /// Number of stretches where the recording names no segments.
-    pub stretches: usize,
-    /// Segments shorter than this are joined to their neighbours \[s\].
-    pub shortest_s: f64,
-}
-
-impl Default for PartitionPlan {
-    fn default() -> Self {
-        Self {
-            fit: 0.8,
-            stretches: 8,
-            shortest_s: 4.0,
-        }
-    }
 }
 
 /// The use of every row.
@@ -83,9 +63,26 @@ impl Partition {
     }
 }
 
+/// Cuts the `seen` rows into contiguous blocks of about equal numbers of them; a block may span unseen rows.
+pub fn blocks(seen: &[bool], rate_hz: f64, plan: &BlockPlan) -> Vec<Range<usize>> {
+    let count = seen.iter().filter(|&&seen| seen).count();
+    let wished = (count as f64 / (plan.length_s * rate_hz)).round() as usize;
+    let blocks = wished.clamp(plan.least, plan.most).min(count.max(1));
+    let mut cuts = vec![0];
+    let mut before = 0;
+    for (row, _) in seen.iter().enumerate().filter(|(_, seen)| **seen) {
+        before += 1;
+        if before * blocks >= cuts.len() * count {
+            cuts.push(row + 1);
+        }
+    }
+    cuts.windows(2).map(|pair| pair[0]..pair[1]).collect()
+}
+
 #[cfg(test)]
 mod tests {
-    use super::{Partition, PartitionPlan, Use};
+    use super::{Partition, Use};
+    use rlg_plan::{BlockPlan, PartitionPlan};
 
     #[test]
     fn every_stretch_has_both_parts_in_their_shares() {

@@ -16,6 +16,7 @@ use super::outliers;
 use super::read_once::read_once;
 use super::streams::{AXES, Streams};
 use rlg_model::{EffectValue, ModelEffect};
+use rlg_plan::FaultPlan;
 
 /// Probability of a run of repeats anywhere in a channel below which it is a fault (significance level).
 const RUN_CHANCE: f64 = 1e-9;
@@ -43,12 +44,12 @@ const CONFIRMED: f64 = 0.1;
 const GUARD_ROWS: usize = 2;
 
 /// Finds faults and masks their rows.
-pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
+pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
     // At rest the case's motion is computed, and constant; without a reference on the rows it is the gyros' own.
     let has_reference = streams.at_rest.is_none() && !streams.own_motion;
-    let at_stops = data_faults::stops(streams);
+    let at_stops = data_faults::stops(streams, plan);
     out_of_use(streams, &at_stops);
-    let repeated = data_faults::repeated(streams);
+    let repeated = data_faults::repeated(streams, plan);
     out_of_use(streams, &repeated);
     let mut faults = Vec::new();
     let together = ((TOGETHER_S * streams.rate_hz) as usize).max(2);
@@ -105,7 +106,7 @@ pub fn qualify(streams: &mut Streams) -> Vec<Fault> {
         streams.usable[spike.rows.clone()].fill(false);
     }
     faults.extend(gathered(spikes));
-    let of_rates = data_faults::spikes(streams);
+    let of_rates = data_faults::spikes(streams, &plan.spikes);
     for spike in &of_rates {
         streams.usable[spike.rows.clone()].fill(false);
     }
@@ -415,9 +416,13 @@ fn rows_clipped_for_a_while(
 }
 
 /// Removes repeated samples (read_once.rs), qualifies all channels, and returns the faults absent from the model.
-pub fn unknown_faults(streams: &mut Streams, effects: &[ModelEffect]) -> Vec<Fault> {
-    let mut faults = read_once(streams);
-    faults.extend(qualify(streams));
+pub fn unknown_faults(
+    streams: &mut Streams,
+    effects: &[ModelEffect],
+    plan: &FaultPlan,
+) -> Vec<Fault> {
+    let mut faults = read_once(streams, plan);
+    faults.extend(qualify(streams, plan));
     faults.retain(|fault| !is_known(fault, streams, effects));
     faults
 }
@@ -518,7 +523,7 @@ mod tests {
             streams.sensed_rad[0][3_000..3_700].fill(0.0);
             let pickoff = [0, 1, 2].map(|_| (0..=rows).map(angle).collect());
             streams.pickoff_rad = dithered.then_some(pickoff);
-            let faults = qualify(&mut streams).into_iter();
+            let faults = qualify(&mut streams, &FaultPlan::default()).into_iter();
             let faults = faults.filter(|fault| fault.channel == "gyro_x");
             faults.map(|fault| fault.rows).collect::<Vec<_>>()
         };

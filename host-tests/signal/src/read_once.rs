@@ -5,8 +5,8 @@
 //! samples.
 
 use crate::held::{Hold, find};
+use rlg_plan::FaultPlan;
 
-use super::data_plan::DataPlan;
 use super::fault::{Detail, Fault};
 use super::streams::{AXES, Streams, Triad};
 
@@ -26,8 +26,7 @@ struct Held {
 }
 
 impl Held {
-    fn of(streams: &Streams) -> Self {
-        let plan = DataPlan::default();
+    fn of(streams: &Streams, plan: &FaultPlan) -> Self {
         let of = |triad: &Triad| {
             [0, 1, 2].map(|axis: usize| {
                 let hold = find(&triad[axis], &streams.measured, &plan.hold)?;
@@ -57,11 +56,11 @@ impl Held {
 ///
 /// # Returns
 /// A fault for each held channel, on the remaining rows.
-pub fn read_once(streams: &mut Streams) -> Vec<Fault> {
+pub fn read_once(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
     if streams.pickoff_rad.is_some() || streams.own_motion || streams.at_rest.is_some() {
         return Vec::new();
     }
-    let held = Held::of(streams);
+    let held = Held::of(streams, plan);
     let named: Vec<(String, f64)> = held
         .all()
         .into_iter()
@@ -78,12 +77,12 @@ pub fn read_once(streams: &mut Streams) -> Vec<Fault> {
     let is_together = |hold: &Hold| {
         let fresh = hold.fresh.iter();
         let shared = fresh.filter(|row| first.fresh.binary_search(row).is_ok());
-        shared.count() as f64 >= DataPlan::default().held_together * hold.fresh.len() as f64
+        shared.count() as f64 >= plan.held_together * hold.fresh.len() as f64
     };
     if !held.all().iter().all(|(_, hold)| is_together(hold)) {
         return Vec::new();
     }
-    let reading = reading(streams, &held, &first);
+    let reading = reading(streams, &held, &first, plan);
     take(streams, &held, &first, reading);
     named
         .into_iter()
@@ -104,7 +103,7 @@ fn block(row: usize, rows_per_reading: f64) -> Option<std::ops::RangeInclusive<u
 }
 
 /// Selects the kind of the held samples, by the correlation with the channels that are not held.
-fn reading(streams: &Streams, held: &Held, hold: &Hold) -> Reading {
+fn reading(streams: &Streams, held: &Held, hold: &Hold, plan: &FaultPlan) -> Reading {
     let mut left = [0.0; 2];
     for axis in 0..3 {
         let (gyro, case) = (&streams.sensed_rad[axis], &streams.case_rad[axis]);
@@ -126,7 +125,7 @@ fn reading(streams: &Streams, held: &Held, hold: &Hold) -> Reading {
         left[0] += weight * unlike(1);
         left[1] += weight * unlike(2);
     }
-    match left[1] < DataPlan::default().mean_leaves * left[0] {
+    match left[1] < plan.mean_leaves * left[0] {
         true => Reading::OfBlock,
         false => Reading::OfRow,
     }

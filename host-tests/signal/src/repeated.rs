@@ -3,36 +3,10 @@
 //! The probability of two equal rows is estimated from the record: coarse gyros at rest repeat short blocks by themselves,
 //! and a record that repeats itself throughout is periodic, not faulty.
 
+use rlg_plan::RepeatPlan;
 use std::collections::HashMap;
 use std::hash::{DefaultHasher, Hash, Hasher};
 use std::ops::Range;
-
-/// Criteria of a repeated block.
-#[derive(Debug, Clone, Copy)]
-pub struct RepeatPlan {
-    /// Probability of a block anywhere in the record below which it is a fault (significance level).
-    pub chance: f64,
-    /// Least rows of a block.
-    pub least_rows: usize,
-    /// Largest share of other equal rows at the block's own distance \[1\].
-    pub periodic: f64,
-    /// Rows on either side of a block for the local probability of equal rows: a coarse gyro at rest repeats itself.
-    pub around: usize,
-    /// Largest probability of equal rows \[1\]: a coarser record repeats itself.
-    pub most_alike: f64,
-}
-
-impl Default for RepeatPlan {
-    fn default() -> Self {
-        Self {
-            chance: 1e-9,
-            least_rows: 8,
-            periodic: 0.05,
-            around: 200,
-            most_alike: 0.9,
-        }
-    }
-}
 
 /// A block with the first row of its original.
 #[derive(Debug, Clone, PartialEq, Eq)]
@@ -131,6 +105,7 @@ pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repe
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rlg_plan::RepeatPlan;
 
     /// Three noisy gyros in whole counts.
     fn gyros(size: f64) -> [Vec<f64>; 3] {

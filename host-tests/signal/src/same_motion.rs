@@ -22,6 +22,7 @@
 //! of their quietest quarter, white of rate or of angle; and below the band limit of the reference's rows. Without motion
 //! there is no information.
 
+use rlg_plan::SameMotionPlan;
 use std::f64::consts::PI;
 use std::ops::Range;
 
@@ -30,66 +31,6 @@ use realfft::num_complex::Complex64;
 
 use crate::axes::Triad;
 use crate::transforms;
-
-/// Settings of the test: `rlg challenge --marks --family unrelated` against `rates` and `attitude` shows its power.
-#[derive(Debug, Clone, Copy)]
-pub struct SameMotionPlan {
-    /// Largest delay of two recorders of one experiment \[s\].
-    pub most_delay_s: f64,
-    /// Least lag of the surrogates, in largest delays \[1\].
-    pub beyond_delay: f64,
-    /// Largest angle random walk of any gyro \[rad/√s\]: 5 °/√h, ten times a telephone's.
-    pub most_walk_rad_sqrt_s: f64,
-    /// Least power of a motion, over that of such a walk or of the estimated noise \[1\].
-    pub over_walk: f64,
-    /// Power of the reference, over that of the gyros, below which it is not amplified to explain them \[1\].
-    pub alike: f64,
-    /// Upper limit of the compared frequencies, as a share of the reference's rows a second \[1\].
-    pub of_reference_rate: f64,
-    /// Sample rate of the reference \[Hz\]; `None`: one sample a row.
-    pub reference_hz: Option<f64>,
-    /// Least frequencies of an octave.
-    pub least_bins: usize,
-    /// Least frequencies of a quarter from which noise is estimated.
-    pub noise_bins: usize,
-    /// Share accepted as common motion regardless of the surrogates \[1\]: one tone has it at many lags.
-    pub explained: f64,
-    /// Coherence accepted in the same way \[1\]: a residual of a third of the motion.
-    pub coherent: f64,
-    /// Least share of a common motion, over that by chance \[1\].
-    pub share_over_chance: f64,
-    /// Least log-likelihood of a common motion, over that by chance \[1\].
-    pub likelihood_over_chance: f64,
-    /// Least residual of an octave for the likelihood \[1\]: one tone decides no more than that.
-    pub least_left: f64,
-    /// Time over which rates are averaged for their coherence \[s\].
-    pub averaged_s: f64,
-    /// Largest number of rows, by averaging.
-    pub most_rows: usize,
-}
-
-impl Default for SameMotionPlan {
-    fn default() -> Self {
-        Self {
-            most_delay_s: 0.5,
-            beyond_delay: 4.0,
-            most_walk_rad_sqrt_s: 1.45e-3,
-            over_walk: 10.0,
-            alike: 0.1,
-            of_reference_rate: 0.4,
-            reference_hz: None,
-            least_bins: 2,
-            noise_bins: 8,
-            explained: 0.9,
-            coherent: 0.943,
-            share_over_chance: 1.1,
-            likelihood_over_chance: 1.35,
-            least_left: 0.01,
-            averaged_s: 0.02,
-            most_rows: 1 << 16,
-        }
-    }
-}
 
 /// Gyros and reference without a common motion.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -134,14 +75,29 @@ struct Lags {
     step_s: f64,
 }
 
+/// Rows a second of both sides, and samples of the reference in them \[Hz\].
+#[derive(Debug, Clone, Copy)]
+pub struct Clocks {
+    /// Rows.
+    pub rate_hz: f64,
+    /// Samples of the reference.
+    pub reference_hz: f64,
+}
+
 /// Compares both sides on the rows that are `seen`; `None` for a common motion or no motion at all.
+///
+/// # Inputs
+/// Increments of the gyros and of the reference \[rad\].
 pub fn apart(
-    gyros_rad: &Triad,
-    reference_rad: &Triad,
+    (gyros_rad, reference_rad): (&Triad, &Triad),
     seen: &[bool],
-    rate_hz: f64,
+    clocks: Clocks,
     plan: &SameMotionPlan,
 ) -> Option<Apart> {
+    let Clocks {
+        rate_hz,
+        reference_hz,
+    } = clocks;
     let block = seen.len().div_ceil(plan.most_rows).max(1);
     let rows = seen.len() / block;
     let period_s = block as f64 / rate_hz;
@@ -155,7 +111,6 @@ pub fn apart(
         gyros: gyros.each_ref().map(|sums| spectrum(sums, &is_seen)),
         reference: reference.each_ref().map(|sums| spectrum(sums, &is_seen)),
     };
-    let reference_hz = plan.reference_hz.unwrap_or(rate_hz);
     let shown = plan.of_reference_rate * reference_hz * rows as f64 * period_s;
     let top = (rows / 2).min(shown as usize);
     // Increments of a random walk have the variance N² h, as has each line of their spectrum, times their number and the

@@ -8,26 +8,9 @@
 //! until it is small.
 
 use realfft::num_complex::Complex64;
+use rlg_plan::GatePlan;
 
 use crate::frames::Frames;
-
-/// Criteria for a kept cell of time and frequency.
-#[derive(Debug, Clone, Copy)]
-pub struct Gate {
-    /// Least ratio of power to noise.
-    pub ratio: f64,
-    /// Largest mean score of a column under the null hypothesis, for a noise off by its standard deviation \[σ\].
-    pub bias: f64,
-}
-
-impl Default for Gate {
-    fn default() -> Self {
-        Self {
-            ratio: 6.0,
-            bias: 0.2,
-        }
-    }
-}
 
 /// Powers by DCT-II coefficient.
 #[derive(Debug, Clone, Copy)]
@@ -61,7 +44,13 @@ pub struct Shrunk {
 ///
 /// # Inputs
 /// `seen`: rows whose residual conditioned the input.
-pub fn shrink(values: &[f64], powers: &Powers, seen: &[bool], rate_hz: f64, gate: &Gate) -> Shrunk {
+pub fn shrink(
+    values: &[f64],
+    powers: &Powers,
+    seen: &[bool],
+    rate_hz: f64,
+    gate: &GatePlan,
+) -> Shrunk {
     let Some(plane) = Plane::new(values, rate_hz) else {
         return Shrunk {
             values: values.to_vec(),
@@ -263,7 +252,7 @@ struct Cell {
 }
 
 /// Returns the least ratio whose kept cells stay within the gate's bias.
-fn raised(mut cells: Vec<Cell>, gate: &Gate) -> f64 {
+fn raised(mut cells: Vec<Cell>, gate: &GatePlan) -> f64 {
     cells.sort_by(|a, b| b.ratio.total_cmp(&a.ratio));
     let (mut power, mut shared) = (0.0, 0.0);
     let mut threshold = f64::INFINITY;
@@ -300,7 +289,8 @@ fn odd_reflection(values: &[f64], length: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
-    use super::{Gate, Powers, shrink};
+    use super::{Powers, shrink};
+    use rlg_plan::GatePlan;
 
     /// Pseudo-random noise of variance 1, with a period of 2³².
     fn noise(rows: usize) -> Vec<f64> {
@@ -339,7 +329,13 @@ mod tests {
             uncertain: &nothing,
             residual: &white,
         };
-        let shrunk = shrink(&values, &powers, &vec![true; rows], 200.0, &Gate::default());
+        let shrunk = shrink(
+            &values,
+            &powers,
+            &vec![true; rows],
+            200.0,
+            &GatePlan::default(),
+        );
         let off: Vec<f64> = (0..rows)
             .map(|row| shrunk.likeliest[row] - motion(row))
             .collect();

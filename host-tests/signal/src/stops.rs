@@ -4,41 +4,8 @@
 //! median one are wrapped. A limited channel repeats one value, farther out than half its largest, in successive rows, and
 //! never repeats itself elsewhere.
 
+use rlg_plan::StopPlan;
 use std::ops::Range;
-
-/// Criteria of the ends of a range.
-#[derive(Debug, Clone, Copy)]
-pub struct StopPlan {
-    /// Least magnitude on both sides of a jump, as a share of the largest sample \[1\]: a wrap goes from one end to the
-    /// other.
-    pub near_end: f64,
-    /// Least jump over the 99 % quantile of the steps between rows \[1\]: smaller ones may be motion.
-    pub over_steps: f64,
-    /// Least magnitude of a limit, as a share of the largest sample \[1\]; a wrapped offset moves it inwards.
-    pub limit: f64,
-    /// Least rows at a limit, more than chance repeats of one value of a fine channel.
-    pub least_rows: usize,
-    /// Least length of a run of one value, against chance.
-    pub least_run: usize,
-    /// Largest share of the other rows equal to the row before \[1\].
-    pub most_repeats: f64,
-    /// Largest share of wrapped rows \[1\]: beyond it wrapped and regular rows are not distinguishable.
-    pub most_wrapped: f64,
-}
-
-impl Default for StopPlan {
-    fn default() -> Self {
-        Self {
-            near_end: 0.75,
-            over_steps: 4.0,
-            limit: 0.5,
-            least_rows: 12,
-            least_run: 3,
-            most_repeats: 0.1,
-            most_wrapped: 0.45,
-        }
-    }
-}
 
 /// Limited and wrapped rows of a channel.
 #[derive(Debug, Clone, Default, PartialEq)]
@@ -164,6 +131,7 @@ fn runs(marked: &[bool]) -> Vec<Range<usize>> {
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rlg_plan::StopPlan;
 
     /// Rates of an instrument of whole counts, beyond its range by a tenth.
     fn rate(row: usize) -> f64 {

@@ -39,6 +39,8 @@ pub struct Streams {
     pub pickoff_rad: Option<Triad>,
     /// Increment of the case's angle over the row \[rad\], from the reference or from the Earth's rotation.
     pub case_rad: Triad,
+    /// Samples of the reference a second \[Hz\]; `None`: one in each row.
+    pub reference_hz: Option<f64>,
     /// The case's motion is taken from the gyros themselves, the reference being slower.
     pub own_motion: bool,
     /// Motion of a unit at rest; `None` where a reference measures its motion.
@@ -209,6 +211,7 @@ impl Streams {
             sensed_rad,
             pickoff_rad,
             case_rad,
+            reference_hz: None,
             own_motion,
             at_rest: None,
             stamps_s,
@@ -310,6 +313,7 @@ impl Streams {
             sensed_rad: Triad::default(),
             pickoff_rad: None,
             case_rad: Triad::default(),
+            reference_hz: None,
             own_motion: false,
             at_rest: None,
             stamps_s: None,

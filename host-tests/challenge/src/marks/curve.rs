@@ -1,6 +1,5 @@
 //! Sensitivity of the results to a number of the analysis plan, on the same trials.
 
-use rlg_diagnosis::AnalysisPlan;
 use rlg_recording::error::InputError;
 use serde::Serialize;
 
@@ -37,7 +36,7 @@ pub fn curve(
     progress: &(dyn Fn() + Sync),
 ) -> Result<Vec<Point>, InputError> {
     let of = |factor: f64| {
-        let (varied, value) = AnalysisPlan::default()
+        let (varied, value) = rlg_plan::Plan::default()
             .scaled(name, factor)
             .ok_or_else(|| InputError::new("--vary", "is no number of the plan").value(name))?;
         let under_test = UnderTest::new(varied, false, ReadAs::Whole);

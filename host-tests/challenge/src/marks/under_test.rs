@@ -1,9 +1,9 @@
 //! System under test: our diagnosis with its settings, or another one's answers; and the summary of a diagnosis.
 
+use rlg_plan::Plan;
 use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
-use rlg_diagnosis::AnalysisPlan;
 use rlg_flow::Settings;
 use rlg_model::Model;
 use rlg_recording::Recording;
@@ -149,7 +149,7 @@ pub struct Ours {
 
 impl UnderTest {
     /// Diagnoses with the numbers of a plan, and once more with the updated model if `is_twice`.
-    pub fn new(plan: AnalysisPlan, is_twice: bool, read_as: ReadAs) -> Self {
+    pub fn new(plan: Plan, is_twice: bool, read_as: ReadAs) -> Self {
         let settings = Settings {
             plan,
             ..Settings::default()

@@ -7,11 +7,11 @@
 
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::{NoiseLevels, Observations};
+use rlg_plan::BandPlan;
 use rlg_signal::streams::{Triad, each_axis};
 
 use super::line::Clock;
 use crate::lattice::Lattice;
-use crate::plan::BandPlan;
 
 /// A band of noise.
 #[derive(Debug, Clone, PartialEq)]
@@ -394,8 +394,9 @@ fn measured(
 
 #[cfg(test)]
 mod tests {
-    use super::{Band, BandPlan, Clock, Lattice, Rows, search};
+    use super::{Band, Clock, Lattice, Rows, search};
     use rlg_inference::NoiseLevels;
+    use rlg_plan::BandPlan;
     use rlg_signal::streams::Triad;
     use std::f64::consts::TAU;
 

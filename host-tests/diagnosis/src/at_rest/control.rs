@@ -1,12 +1,12 @@
 //! Permutation control: the same search on the same rows in shuffled order; a line found there does not depend on time.
 
 use rlg_inference::Observations;
+use rlg_plan::Plan;
 
 use super::lines::{self, Lines};
 use super::look::Looked;
 use super::rows::shuffled;
 use crate::noise_levels::first_levels;
-use crate::plan::AnalysisPlan;
 
 /// Result of the search on shuffled rows.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]
@@ -19,12 +19,7 @@ pub(super) struct Control {
 
 /// Searches the shuffled rows. The three gyros are permuted alike, fitted and held-out rows separately, so that only order
 /// is lost; the lines of the recording are among them.
-pub(super) fn of_shuffled(
-    looked: &Looked,
-    rate_hz: f64,
-    plan: &AnalysisPlan,
-    seed: u64,
-) -> Control {
+pub(super) fn of_shuffled(looked: &Looked, rate_hz: f64, plan: &Plan, seed: u64) -> Control {
     let parted = &looked.parted;
     let shuffled = shuffled(&looked.before_rad, [&parted.fitted, &parted.held_out], seed);
     let mut seen = vec![false; shuffled[0].len()];

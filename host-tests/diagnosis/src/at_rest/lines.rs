@@ -5,6 +5,7 @@
 //! aside: a line that wanders more cannot be predicted. A line whose phase then wanders slowly is tracked, and its products
 //! with it. Out of scope: the multiple of the row rate at which an alias lies; one rate does not determine it.
 
+use rlg_plan::Plan;
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex64;
@@ -20,7 +21,6 @@ use super::line::{Clock, Line, Origin, Phase, phase_rad};
 use super::line_words::is_known;
 use super::products::{products, shown_hz};
 use crate::lattice::Lattice;
-use crate::plan::AnalysisPlan;
 
 /// Lines of all gyros.
 pub(super) struct Lines {
@@ -38,7 +38,7 @@ pub(super) fn search(
     seen: &[bool],
     levels: &[NoiseLevels],
     rate_hz: f64,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<Lines> {
     let observations = Observations::bridged(seen)?;
     let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(levels));
@@ -110,13 +110,13 @@ struct Search<'a> {
     seen: &'a [bool],
     levels: &'a [NoiseLevels],
     clock: Clock,
-    plan: &'a AnalysisPlan,
+    plan: &'a Plan,
 }
 
 impl Search<'_> {
     fn run(&mut self) {
         let resolution_hz = self.clock.resolution_hz();
-        let plan = self.plan.lines;
+        let plan = self.plan.rest.lines;
         // Half-width of a line whose phase wanders.
         let own_hz = 0.5 * (plan.most_degrees + 1) as f64 * resolution_hz;
         let mut passed_over_hz: Vec<f64> = Vec::new();
@@ -177,7 +177,7 @@ impl Search<'_> {
         let baseband = Baseband::new(&records, self.seen, share, turned);
         let price = 0.5 * (self.clock.rows as f64).ln();
         let most = if wanders {
-            self.plan.lines.most_degrees
+            self.plan.rest.lines.most_degrees
         } else {
             2
         };
@@ -203,7 +203,7 @@ impl Search<'_> {
         };
         let all = [0, 1, 2];
         let (first, near, baseband) = self.own(weighed, &all, &begin, false);
-        let plan = self.plan.lines;
+        let plan = self.plan.rest.lines;
         let gyros = shown_on(&first, self.plan);
         if gyros.is_empty() {
             return false;
@@ -242,7 +242,7 @@ impl Search<'_> {
         let cost = (all.len().max(1) as f64).ln();
         let near = all.into_iter().filter(|orders| {
             let away_hz = shown_hz(orders, &self.lines, self.clock) - hz;
-            away_hz.abs() < self.plan.lines.own_resolutions * self.clock.resolution_hz()
+            away_hz.abs() < self.plan.rest.lines.own_resolutions * self.clock.resolution_hz()
         });
         let each = near.map(|orders| {
             let shown = shown_hz(&orders, &self.lines, self.clock);
@@ -405,7 +405,7 @@ impl Search<'_> {
                 let std_rad = self.std_rad(gyro, line.shown_hz);
                 line.amplitude_rad[gyro].norm_sqr() / (std_rad * std_rad)
             };
-            if 0.5 * (0..3).map(gain).sum::<f64>() < -self.plan.lines.chance.ln() {
+            if 0.5 * (0..3).map(gain).sum::<f64>() < -self.plan.rest.lines.chance.ln() {
                 self.take(&line, 1.0);
                 self.lines[place].amplitude_rad = [Complex64::ZERO; 3];
             }
@@ -423,11 +423,11 @@ impl Search<'_> {
 }
 
 /// True if a gyro shows a line of known frequency.
-fn is_shown(gain: f64, plan: &AnalysisPlan) -> bool {
-    0.5 * gain > plan.naming
+fn is_shown(gain: f64, plan: &Plan) -> bool {
+    0.5 * gain > plan.judgement.naming
 }
 
-fn shown_on(course: &Course, plan: &AnalysisPlan) -> Vec<usize> {
+fn shown_on(course: &Course, plan: &Plan) -> Vec<usize> {
     let gains = course.gains.iter().enumerate();
     let shown = gains.filter(|(_, gain)| is_shown(**gain, plan));
     shown.map(|(gyro, _)| gyro).collect()

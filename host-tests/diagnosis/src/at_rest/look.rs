@@ -193,7 +193,7 @@ fn beside_lines(
                 usable: &data.streams.usable,
                 clock,
             };
-            let bands = bands::search(&rows, levels, &data.lattice, &settings.plan.bands)?;
+            let bands = bands::search(&rows, levels, &data.lattice, &settings.plan.rest.bands)?;
             Some(Narrow { lines, bands })
         });
         if let Some(narrow) = &narrow {
@@ -234,7 +234,7 @@ fn steadily(
     }
     // Excursions of a residual that deviates from the fitted noise are no steps.
     let mut without_steps = *settings;
-    without_steps.plan.event = f64::INFINITY;
+    without_steps.plan.judgement.event = f64::INFINITY;
     let found = settle(data, rest, &without_steps, progress)?;
     let unlike = unlike_noise(data, &found, settings);
     Some((found, unlike))

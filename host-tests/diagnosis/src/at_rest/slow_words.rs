@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::kinds::NOISE_KINDS;
 use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_plan::Plan;
 use rlg_recording::units::STANDARD_GRAVITY_M_S2;
 use rlg_signal::still::AtRest;
 use rlg_signal::streams::AXES;
@@ -12,7 +13,6 @@ use super::kinds::{BIAS, KINDS};
 use super::settle::body_from_sensing;
 use super::{alike, earth};
 use crate::data::Data;
-use crate::plan::AnalysisPlan;
 
 /// Selects the significant effects of a search, and adds the kinds from which they are not distinguishable.
 ///
@@ -22,7 +22,7 @@ pub(super) fn slow_effects(
     mut effects: Vec<EffectEntry>,
     (data, rest): (&Data, &AtRest),
     is_judged: bool,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Vec<EffectEntry> {
     effects.retain(|effect| {
         let is_excess = NOISE_KINDS.contains(&&*effect.kind);
@@ -64,7 +64,7 @@ fn is_of(effect: &ModelEffect, entry: &EffectEntry) -> bool {
 }
 
 /// True if an effect, drift fitted anew beside it, still costs more to omit than the naming threshold.
-fn stands(effect: &EffectEntry, plan: &AnalysisPlan) -> bool {
+fn stands(effect: &EffectEntry, plan: &Plan) -> bool {
     let values: Vec<f64> = effect
         .parameters
         .iter()
@@ -79,7 +79,7 @@ fn stands(effect: &EffectEntry, plan: &AnalysisPlan) -> bool {
     let Some(cholesky) = covariance.cholesky() else {
         return true;
     };
-    0.5 * values.dot(&cholesky.solve(&values)) > plan.naming
+    0.5 * values.dot(&cholesky.solve(&values)) > plan.judgement.naming
 }
 
 /// Adds the alternatives to coarse pulses for white noise of angle at rest.

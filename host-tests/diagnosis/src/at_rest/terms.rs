@@ -1,5 +1,6 @@
 //! Levels of a sensor's noise in the terms of IEEE 952, each with its standard deviation.
 
+use rlg_plan::Plan;
 use std::f64::consts::{PI, TAU};
 
 use rlg_findings::result::{ForceNoiseEntry, ForceTermsEntry, LevelEntry, NoiseTermsEntry};
@@ -11,7 +12,6 @@ use rlg_signal::streams::AXES;
 use super::steady;
 use crate::goodness::misfits;
 use crate::noise_levels::first_levels;
-use crate::plan::AnalysisPlan;
 
 /// Converts levels of increments to N, Q, B, K, in the increments' unit \[u\]: u/√s, u, u/s, u/s/√s.
 ///
@@ -60,7 +60,7 @@ pub(super) fn of_gyro(
 
 /// Fits the noise of accelerometers at rest; steady lines are removed, and effects of temperature count as noise. `None` if
 /// a record does not separate the terms; a record that deviates from such noise has no terms.
-pub(super) fn of_accelerometers(rows: &Rows, plan: &AnalysisPlan) -> Option<Vec<ForceNoiseEntry>> {
+pub(super) fn of_accelerometers(rows: &Rows, plan: &Plan) -> Option<Vec<ForceNoiseEntry>> {
     let observations = Observations::bridged(&rows.usable)?.to_fast_length();
     let sensed_m_s = steady::without_lines(&rows.sensed_m_s, &observations);
     let known = NoiseLevels::mean(&first_levels(&sensed_m_s, &observations));

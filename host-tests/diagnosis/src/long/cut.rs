@@ -1,13 +1,12 @@
 //! Division of a long recording into stretches and blocks.
 
+use rlg_plan::{LongPlan, Plan};
 use std::ops::Range;
 
 use rlg_recording::Segment;
 use rlg_recording::error::InputError;
 use rlg_signal::partition::{Partition, Use};
 use rlg_signal::streams::Streams;
-
-use crate::plan::{AnalysisPlan, LongPlan};
 
 /// Reads rows of a recording and puts their channels on the gyros' rows.
 pub type Read<'a> = dyn Fn(Range<usize>) -> Result<Streams, InputError> + 'a;
@@ -97,7 +96,7 @@ impl Long<'_> {
     }
 
     /// Divides the rows into blocks, and partitions the blocks by use.
-    pub(super) fn blocks(&self, plan: &AnalysisPlan) -> Cut {
+    pub(super) fn blocks(&self, plan: &Plan) -> Cut {
         let wished = (self.rate_hz / plan.long.blocks_hz).round() as usize;
         let rows_each = wished.max(self.rows.div_ceil(plan.long.most_blocks)).max(1);
         let count = self.rows / rows_each;
@@ -110,7 +109,7 @@ impl Long<'_> {
         Cut {
             rows_each,
             rate_hz,
-            uses: Partition::new(count, rate_hz, &segments, &plan.partition).uses,
+            uses: Partition::new(count, rate_hz, &segments, &plan.signal.partition).uses,
         }
     }
 }
@@ -127,10 +126,10 @@ pub(super) struct Cut {
 
 #[cfg(test)]
 mod tests {
+    use rlg_plan::Plan;
     use rlg_recording::Segment;
 
     use super::Long;
-    use crate::plan::AnalysisPlan;
 
     fn long(segments: &[(f64, f64)]) -> Long<'static> {
         let segment = |&(start_s, end_s): &(f64, f64)| Segment {
@@ -151,7 +150,7 @@ mod tests {
 
     #[test]
     fn stretches_lie_in_the_middle_of_every_segment_and_have_the_rows_that_they_may() {
-        let plan = AnalysisPlan::default();
+        let plan = Plan::default();
         let long = long(&[(605.0, 1205.0), (1205.0, 3605.0)]);
         let stretches = long.stretches(240_000, &plan.long);
         let rows: usize = stretches.iter().map(ExactSizeIterator::len).sum();
@@ -179,7 +178,7 @@ mod tests {
 
     #[test]
     fn blocks_grow_with_the_recording_and_not_in_number() {
-        let plan = AnalysisPlan::default();
+        let plan = Plan::default();
         let hour = long(&[]).blocks(&plan);
         assert_eq!((hour.rows_each, hour.uses.len()), (50, 72_000));
         let day = Long {

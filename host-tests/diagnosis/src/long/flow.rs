@@ -1,5 +1,6 @@
 //! The flow of a diagnosis of a recording longer than memory.
 
+use rlg_plan::LongPlan;
 use std::ops::Range;
 use std::path::Path;
 
@@ -27,7 +28,6 @@ use crate::noise_levels::{drift_prior, reported};
 use crate::noise_spectrum::Noise;
 use crate::outcome::Outcome;
 use crate::pictures::{self, Pictures};
-use crate::plan::LongPlan;
 use crate::put_right::{PutRight, put_right};
 use crate::regimes::regimes_of;
 use crate::search::Found;
@@ -180,7 +180,8 @@ fn stretches(
         let last = streams.rows.saturating_sub(ends);
         streams.usable[..ends.min(last)].fill(false);
         streams.usable[last..].fill(false);
-        let faults = qualify::unknown_faults(&mut streams, &model.effects);
+        let faults =
+            qualify::unknown_faults(&mut streams, &model.effects, &settings.plan.signal.faults);
         let piece = &mut streams.piece;
         piece.origin = Some(origin.clone());
         // One stretch, one motion.

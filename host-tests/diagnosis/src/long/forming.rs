@@ -1,5 +1,6 @@
 //! Residual and columns of every row, formed at the full rate chunk by chunk and summed over blocks.
 
+use rlg_plan::Plan;
 use std::ops::Range;
 use std::sync::Arc;
 
@@ -21,7 +22,6 @@ use crate::before::{left_behind_known, take_out_hidden, without_known};
 use crate::case_motion::{Motion, estimate, signals};
 use crate::data::{Data, bridged};
 use crate::noise_levels::first_levels;
-use crate::plan::AnalysisPlan;
 use crate::put_right::PutRight;
 use crate::several::search::Shown;
 use crate::several::sums::Summed;
@@ -32,7 +32,7 @@ pub(super) struct About<'a> {
     pub(super) cut: &'a Cut,
     pub(super) model: (&'a Model, &'a std::path::Path),
     pub(super) left_out: &'a [&'a str],
-    pub(super) plan: &'a AnalysisPlan,
+    pub(super) plan: &'a Plan,
     /// Position of each chunk; its attitude is carried on here.
     pub(super) origin: Origin,
     /// Corrections of axes and units.
@@ -95,7 +95,7 @@ impl Forming<'_> {
         if let Some(turned) = self.about.turned {
             turned.apply(&mut streams);
         }
-        qualify::qualify(&mut streams);
+        qualify::qualify(&mut streams, &plan.signal.faults);
         let offset = long.first_row(&streams);
         let skipped = offset - from;
         streams.piece.origin = Some(self.about.origin.clone());
@@ -264,6 +264,7 @@ impl Forming<'_> {
 
 #[cfg(test)]
 mod tests {
+    use rlg_plan::Plan;
     use std::ops::Range;
     use std::path::Path;
 
@@ -277,7 +278,6 @@ mod tests {
 
     use super::{About, form};
     use crate::long::Long;
-    use crate::plan::AnalysisPlan;
     use crate::several::search::Shown;
     use crate::several::sums::Summed;
 
@@ -306,7 +306,7 @@ mod tests {
     }
 
     fn formed(chunk_s: f64) -> Summed {
-        let mut plan = AnalysisPlan::default();
+        let mut plan = Plan::default();
         plan.long.chunk_s = chunk_s;
         let long = Long {
             name: "long".to_string(),

@@ -15,14 +15,14 @@ use rlg_catalogue::candidates::Variant;
 use rlg_findings::result::{Sensitivity, Tested};
 use rlg_inference::linear::{pseudo_inverse, pseudo_inverse_beside};
 use rlg_inference::{Hypothesis, Likelihood, NoiseLevels};
+use rlg_plan::Plan;
 
 use super::{Reach, Said, Trials as _, chance_of_name, sensitivity};
-use crate::plan::AnalysisPlan;
 use crate::scores::integrated;
 use crate::search::Found;
 
 /// Runs the trials; `None` if no candidate of the catalogue has a column.
-pub fn self_test(found: &Found, plan: &AnalysisPlan, seed: u64) -> Option<Tested> {
+pub fn self_test(found: &Found, plan: &Plan, seed: u64) -> Option<Tested> {
     let members = found.fit.members.iter();
     let members = members.map(|&place| &found.candidates[place].hypothesis);
     let rows: Vec<Row> = found.candidates.iter().filter_map(Row::of).collect();
@@ -38,7 +38,7 @@ pub fn self_test_on(
     data: &impl Likelihood,
     (levels, members): (&[NoiseLevels], &[&Hypothesis]),
     rows: &[Row],
-    (plan, seed): (&AnalysisPlan, u64),
+    (plan, seed): (&Plan, u64),
 ) -> Option<Tested> {
     Some(Trials::new(data, (levels, members), rows, plan)?.told(seed))
 }
@@ -243,7 +243,7 @@ impl<'a> Trials<'a> {
         data: &impl Likelihood,
         (levels, members): (&[NoiseLevels], &[&Hypothesis]),
         rows: &[Row<'a>],
-        plan: &AnalysisPlan,
+        plan: &Plan,
     ) -> Option<Self> {
         let fitted: Vec<&Hypothesis> = data.free().iter().chain(members.iter().copied()).collect();
         let all = fitted.iter().copied();
@@ -292,14 +292,14 @@ impl<'a> Trials<'a> {
         let mut kinds: Vec<&str> = tried.iter().map(|one| one.kind).collect();
         kinds.sort_unstable();
         kinds.dedup();
-        let each = (plan.search.expected_effects / kinds.len() as f64).ln();
+        let each = (plan.inference.search.expected_effects / kinds.len() as f64).ln();
         (!tried.is_empty()).then_some(Self {
             tried,
             whole,
             root,
             fitted,
-            needed: plan.naming - each,
-            class_within: plan.class_within,
+            needed: plan.judgement.naming - each,
+            class_within: plan.judgement.class_within,
             count,
         })
     }

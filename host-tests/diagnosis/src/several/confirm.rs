@@ -7,6 +7,7 @@ use rlg_inference::block_validation::BlockSums;
 use rlg_inference::likelihood::behind;
 use rlg_inference::search::{DriftPrior, Judged};
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
+use rlg_plan::Plan;
 use rlg_signal::partition::Use;
 
 use super::search::{Together, drift_of};
@@ -19,7 +20,6 @@ use crate::confirm::{
 use crate::data::Data;
 use crate::goodness::Misfit;
 use crate::noise_levels::drift_prior;
-use crate::plan::AnalysisPlan;
 use crate::reenact::{Named, Reenactment, Stage, repeat, squared_size};
 use crate::search::Found;
 use crate::told::told;
@@ -94,11 +94,11 @@ pub(crate) fn confirmed(
     sums: Option<&Sums>,
     together: &mut Together,
     found: &mut [Found],
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<Confirmed> {
     let predictions = predictions((all, sums), together, found, plan)?;
     let first = &found[0];
-    let is_costly = |place: &usize| first.judged[*place].cost_without > plan.naming;
+    let is_costly = |place: &usize| first.judged[*place].cost_without > plan.judgement.naming;
     let (mut named, unconfirmed): (Vec<usize>, Vec<usize>) = (0..first.judged.len())
         .filter(is_costly)
         .partition(|place| predictions[*place].keeps(first, *place, plan));
@@ -156,7 +156,7 @@ fn predictions(
     (all, sums): (&[Data], Option<&Sums>),
     together: &Together,
     found: &[Found],
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<Vec<Prediction>> {
     let members = &together.fit.members;
     let hypotheses = members
@@ -277,7 +277,7 @@ fn refit(
     together: &Together,
     found: &[Found],
     headlines: &[usize],
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Option<Refitted> {
     let mut parts: Vec<(NormalEquations, Vec<Candidate>)> = Vec::with_capacity(all.len());
     for (data, own) in all.iter().zip(found) {
@@ -326,7 +326,7 @@ fn refit(
         &likelihood,
         &joined,
         joined.len().max(1),
-        &plan.search,
+        &plan.inference.search,
         &drift,
         levels,
     );
@@ -346,7 +346,7 @@ fn refit(
         .iter()
         .map(|&place| &together.shared[place].candidate);
     let set: Vec<_> = joined.iter().zip(members).collect();
-    let told = told(&likelihood, &set, &fit, plan.class_within);
+    let told = told(&likelihood, &set, &fit, plan.judgement.class_within);
     fit.members = headlines.to_vec();
     Some(Refitted { fit, misfits, told })
 }
@@ -370,7 +370,7 @@ fn reenact(
     all: &[Data],
     (together, found): (&Together, &[Found]),
     (fit, named): (&Fit, &[Named]),
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> Vec<Reenactment> {
     let mut shown = Reenactment::of_each(fit);
     if shown.is_empty() {

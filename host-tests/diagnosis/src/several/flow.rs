@@ -1,5 +1,6 @@
 //! The flow of a diagnosis of several recordings.
 
+use rlg_plan::Plan;
 use std::path::Path;
 
 use rlg_catalogue::signals::Path as SignalPath;
@@ -22,7 +23,6 @@ use crate::entries_of_rows::channel;
 use crate::noise_levels::reported;
 use crate::outcome::Outcome;
 use crate::pass::subtract;
-use crate::plan::AnalysisPlan;
 use crate::search::Found;
 use crate::settings::Settings;
 use crate::validate::validate;
@@ -102,7 +102,7 @@ fn of_held_out(
     data: &mut Data,
     (together, first): (&Together, &Found),
     confirmed: &Confirmed,
-    plan: &AnalysisPlan,
+    plan: &Plan,
 ) -> HeldOut {
     let streams = data.streams;
     let rows = streams.rows;

@@ -1,5 +1,6 @@
 //! Joins the findings of the recordings into one report.
 
+use rlg_plan::Plan;
 use std::collections::BTreeSet;
 
 use rlg_findings::result::{
@@ -20,7 +21,6 @@ use crate::data::Data;
 use crate::findings::written;
 use crate::outcome::Outcome;
 use crate::pictures::Pictures;
-use crate::plan::AnalysisPlan;
 use crate::search::Found;
 
 /// Findings of one recording, before they are joined.
@@ -65,7 +65,7 @@ pub(crate) fn outcome(
     (together, found): (&Together, &mut [Found]),
     confirmed: &Confirmed,
     (faults, beside): (&[Vec<Fault>], Beside),
-    (model, seed, plan): (&Model, u64, &AnalysisPlan),
+    (model, seed, plan): (&Model, u64, &Plan),
 ) -> Outcome {
     let each: Vec<OfRecording> = (0..all.len())
         .map(|recording| {
@@ -159,7 +159,7 @@ fn of_recording(
     (recording, count): (usize, usize),
     together: &Together,
     confirmed: &Confirmed,
-    (faults, seed, plan): (&[Fault], u64, &AnalysisPlan),
+    (faults, seed, plan): (&[Fault], u64, &Plan),
 ) -> OfRecording {
     let shared = &together.shared;
     let fit = with_noise_of(&confirmed.fit, recording);

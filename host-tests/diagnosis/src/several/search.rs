@@ -1,5 +1,6 @@
 //! Alternates linearisation of each recording and one structure search over all, until the set and its delays converge.
 
+use rlg_plan::Plan;
 use std::collections::BTreeSet;
 
 use rlg_catalogue::candidates::is_delay;
@@ -15,7 +16,6 @@ use crate::confirm::gyro_of_event;
 use crate::data::Data;
 use crate::pass::Pass;
 use crate::path::{delays, is_settled, path_of};
-use crate::plan::AnalysisPlan;
 use crate::search::is_seen;
 use crate::self_test::{Row, self_test_on};
 use crate::settle::{Begun, Rows, Settled, settle};
@@ -49,7 +49,7 @@ impl Together {
     pub(crate) fn self_test(
         &self,
         sums: Option<&NormalEquations>,
-        (plan, seed): (&AnalysisPlan, u64),
+        (plan, seed): (&Plan, u64),
     ) -> Option<Tested> {
         let parts = self.passes.iter().map(|pass| &pass.equations);
         let data = JointLikelihood::new(parts.chain(sums).collect());
@@ -111,7 +111,7 @@ pub(crate) struct Standing {
 pub(crate) fn find(
     all: &mut [Data],
     left_out: &[&str],
-    plan: &AnalysisPlan,
+    plan: &Plan,
     progress: &dyn Fn(&str),
 ) -> Option<Together> {
     let standing = stand(all, Kin::Recordings, (left_out, plan), progress)?;
@@ -123,7 +123,7 @@ pub(crate) fn find(
 pub(crate) fn stand(
     all: &mut [Data],
     kin: Kin,
-    (left_out, plan): (&[&str], &AnalysisPlan),
+    (left_out, plan): (&[&str], &Plan),
     progress: &dyn Fn(&str),
 ) -> Option<Standing> {
     let mut recordings = Vec::with_capacity(all.len());
@@ -141,7 +141,7 @@ pub(crate) fn stand(
     spell_in_all(&mut recordings, &fits);
     let mut levels: Vec<NoiseLevels> = fits.iter().flat_map(|fit| fit.levels.clone()).collect();
     let mut before: Option<Vec<Shared>> = None;
-    for pass in 1..=plan.passes {
+    for pass in 1..=plan.judgement.passes {
         progress(&format!("all together, pass {pass}"));
         let sides: Vec<Side> = recordings.iter().map(|one| Side::of(&one.pass)).collect();
         let shared = spell(&sides, kin, plan);
@@ -168,7 +168,7 @@ pub(crate) fn stand(
         let nothing = members.is_empty()
             && fits.iter().all(|fit| fit.members.is_empty())
             && recordings.iter().all(|one| one.path() == Path::default());
-        if nothing || (is_same && stands) || pass == plan.passes {
+        if nothing || (is_same && stands) || pass == plan.judgement.passes {
             return Some(Standing {
                 recordings,
                 kin,
@@ -266,7 +266,7 @@ impl Standing {
     }
 
     /// Searches anew together with sums over the whole recording, if there are any, and judges the set.
-    pub(crate) fn judged(mut self, sums: Option<Side>, plan: &AnalysisPlan) -> Together {
+    pub(crate) fn judged(mut self, sums: Option<Side>, plan: &Plan) -> Together {
         let of_sums = sums.as_ref().map(|sums| sums.candidates.to_vec());
         let mut sides: Vec<Side> = self
             .recordings
@@ -286,7 +286,11 @@ impl Standing {
         }
         let known = (&self.fit.levels[..], plan);
         let (judged, looked_at) = searching(&sides, &self.shared, known, |search| {
-            search.judge_set(&self.fit, plan.class_within, plan.separation)
+            search.judge_set(
+                &self.fit,
+                plan.judgement.class_within,
+                plan.judgement.separation,
+            )
         });
         let tried = self.tried + looked_at;
         drop(sides);
@@ -308,7 +312,7 @@ impl Standing {
 }
 
 /// Forms the shared candidates of all sides.
-fn spell(sides: &[Side], kin: Kin, plan: &AnalysisPlan) -> Vec<Shared> {
+fn spell(sides: &[Side], kin: Kin, plan: &Plan) -> Vec<Shared> {
     let candidates: Vec<&[Candidate]> = sides.iter().map(|one| one.candidates).collect();
     spelt_out(&candidates, kin, &plan.several)
 }
@@ -351,7 +355,7 @@ impl Recording {
         data: &mut Data,
         fit: Fit,
         delay_s: Option<[f64; 3]>,
-        (plan, left_out): (&AnalysisPlan, &[&str]),
+        (plan, left_out): (&Plan, &[&str]),
     ) -> Self {
         let Self { pass, rows } = self;
         let mut path = path_of(&fit, &pass.candidates);
@@ -370,7 +374,7 @@ fn join_delays(
     all: &mut [Data],
     (recordings, kin): (&mut Vec<Recording>, Kin),
     fits: &[Fit],
-    (plan, left_out): (&AnalysisPlan, &[&str]),
+    (plan, left_out): (&Plan, &[&str]),
 ) {
     let each: Vec<([f64; 3], [f64; 3])> = recordings
         .iter()
@@ -477,7 +481,7 @@ enum Start {
 fn searching<R>(
     sides: &[Side],
     shared: &[Shared],
-    (levels, plan): (&[NoiseLevels], &AnalysisPlan),
+    (levels, plan): (&[NoiseLevels], &Plan),
     of: impl FnOnce(&mut Search<JointLikelihood<NormalEquations>>) -> R,
 ) -> (R, usize) {
     let likelihood = JointLikelihood::new(sides.iter().map(|one| one.equations).collect());
@@ -487,7 +491,7 @@ fn searching<R>(
         &likelihood,
         &hypotheses,
         kinds,
-        &plan.search,
+        &plan.inference.search,
         &drift,
         levels.to_vec(),
     );
@@ -500,9 +504,9 @@ fn search(
     sides: &[Side],
     shared: &[Shared],
     start: Start,
-    known: (&[NoiseLevels], &AnalysisPlan),
+    known: (&[NoiseLevels], &Plan),
 ) -> (Fit, usize) {
-    let most = known.1.search.most_members;
+    let most = known.1.inference.search.most_members;
     searching(sides, shared, known, |search| match start {
         Start::Only(start) => search.run(&start, most),
         Start::Also(start) => {

@@ -3,9 +3,9 @@
 use rlg_catalogue::Candidate;
 use rlg_inference::likelihood::behind;
 use rlg_inference::{Bound, Fit, Hypothesis};
+use rlg_plan::SeveralPlan;
 
 use crate::confirm::gyro_of_event;
-use crate::plan::SeveralPlan;
 
 /// Number of records per recording: its gyros.
 pub(crate) const RECORDS: usize = 3;
@@ -311,9 +311,9 @@ mod tests {
     use rlg_catalogue::Candidate;
     use rlg_catalogue::candidates::Variant;
     use rlg_inference::{Hypothesis, Term};
+    use rlg_plan::SeveralPlan;
 
     use super::{Kin, Sharing, spelt_out};
-    use crate::plan::SeveralPlan;
 
     /// One parameter on each of some gyros, columns as the gyros.
     fn candidate(kind: &'static str, variant: Variant, gyros: &[usize]) -> Candidate {

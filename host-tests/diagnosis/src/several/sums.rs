@@ -4,19 +4,20 @@
 //! rate and summed, so that products of fast motions are in them. White noise of a row adds up, white noise of angle
 //! telescopes: sums have noise of the same kinds. Blocks that hold rows of a stretch are left out: no row counts twice.
 
+use rlg_plan::Plan;
 use std::ops::Range;
 
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations};
+use rlg_signal::partition::blocks;
 use rlg_signal::streams::{Triad, add};
 
 use super::search::Side;
 use crate::confirm::columns_of;
 use crate::noise_levels::first_levels;
 use crate::pass::sizes_on;
-use crate::plan::AnalysisPlan;
 use crate::search::is_seen;
 use crate::whitened::Whitener;
 
@@ -120,7 +121,7 @@ impl Sums {
         &self,
         set: &[Hypothesis],
         levels: &[NoiseLevels],
-        plan: &AnalysisPlan,
+        plan: &Plan,
     ) -> Option<BlockSums> {
         let summed = &self.summed;
         let observations = Observations::bridged(&summed.seen)?;
@@ -131,7 +132,7 @@ impl Sums {
         let records: Vec<Vec<f64>> = (0..3)
             .map(|gyro| whitened(gyro, &summed.residual_rad[gyro]))
             .collect();
-        let blocks = plan.blocks.of(&summed.seen, summed.rate_hz);
+        let blocks = blocks(&summed.seen, summed.rate_hz, &plan.rates.blocks);
         Some(BlockSums::new(&records, &columns, &blocks))
     }
 

@@ -1,5 +1,6 @@
 //! Diagnosis of accelerometers in still positions, with gravity as the only reference.
 
+use rlg_plan::{Plan, PositionPlan};
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -16,8 +17,6 @@ use super::errors::Errors;
 use super::lengths::Readings;
 use super::search::{Found, Observed, find};
 use super::still::{self, Position};
-use crate::plan::ForcePlan;
-use crate::positions_plan::PositionPlan;
 
 /// Result of the diagnosis of still positions.
 pub struct Diagnosed {
@@ -46,7 +45,7 @@ pub struct Diagnosed {
     /// Result of the search on the fitted positions.
     pub found: Found,
     /// Settings of the analysis.
-    pub plan: ForcePlan,
+    pub plan: Plan,
     /// Kinds taken out of the catalogue.
     pub left_out: Vec<String>,
     /// Seed of the self-test.
@@ -55,7 +54,7 @@ pub struct Diagnosed {
 
 /// True for a recording of still positions: accelerometers without a reference and, if there are gyros, at least as many
 /// attitudes as distinguish a moved unit from one at rest.
-pub fn serves(recording: &Recording) -> bool {
+pub fn serves(recording: &Recording, plan: &PositionPlan) -> bool {
     let has = |quantity: &Quantity| {
         let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
         channels.any(|channel| channel.quantity == *quantity)
@@ -68,12 +67,11 @@ pub fn serves(recording: &Recording) -> bool {
     if !Quantity::GYROS.iter().any(has) {
         return true;
     }
-    let plan = PositionPlan::default();
     let Ok(rows) = rows_of(recording) else {
         return false;
     };
-    let positions = still::find(&rows, &plan).positions;
-    attitudes(&positions, &plan) >= plan.least_attitudes
+    let positions = still::find(&rows, plan).positions;
+    attitudes(&positions, plan) >= plan.least_attitudes
 }
 
 /// Rows of the accelerometers on their own clock.
@@ -126,11 +124,8 @@ pub fn diagnose(
             .channel("specific_force")
             .expected("specific_force or velocity_increment on x, y and z at one rate, where there are neither gyros nor a reference")
     })?;
-    let plan = ForcePlan {
-        shared: settings.plan,
-        ..ForcePlan::default()
-    };
-    let own = &plan.positions;
+    let plan = settings.plan;
+    let own = &plan.force.positions;
     let still::Found {
         mut positions,
         restless,

@@ -103,10 +103,10 @@ impl Diagnosed {
     pub(super) fn is_scatter_incredible(&self) -> bool {
         let found = &self.found;
         let scatter_m2_s4 = found.named_fit.levels[0].angle * found.lengths.unit_m_s2.powi(2);
-        let known = self.plan.positions.scatter_known;
+        let known = self.plan.force.positions.scatter_known;
         let ratio = known * found.record.scatter_m2_s4 / scatter_m2_s4.max(f64::MIN_POSITIVE);
         let chance = ChiSquared::new(known).map_or(1.0, |law| law.cdf(ratio));
-        chance < self.plan.shared.unexplained
+        chance < self.plan.judgement.unexplained
     }
 
     /// Factor of a standard deviation so that ±3σ has Gaussian coverage although the scatter between positions is estimated
@@ -125,7 +125,7 @@ impl Diagnosed {
         let shares = within.map(|(at, within)| 1.0 - levels.white * within / all[(at, at)]);
         let count = record.within_m2_s4.len() as f64;
         let share = shares.sum::<f64>() / count;
-        let known = self.plan.positions.scatter_known;
+        let known = self.plan.force.positions.scatter_known;
         let freedom = (count - numbers as f64).max(0.0) + known;
         let freedom = freedom / share.powi(2).max(f64::MIN_POSITIVE);
         match StudentsT::new(0.0, 1.0, freedom.min(MANY)) {
@@ -205,7 +205,7 @@ impl Diagnosed {
             .filter(|kind| *kind != own)
             .collect();
         let mut kinds: Vec<String> = kinds.into_iter().map(str::to_string).collect();
-        if judged.cost_against_drift < self.plan.shared.drift_within {
+        if judged.cost_against_drift < self.plan.judgement.drift_within {
             kinds.push(DRIFT.to_string());
         }
         kinds
@@ -315,7 +315,7 @@ impl Diagnosed {
     fn lengths_m_s2(&self) -> Vec<[f64; 3]> {
         let found = &self.found;
         let fit = &found.named_fit;
-        let own = &self.plan.positions;
+        let own = &self.plan.force.positions;
         let before = self.observed.record(&Errors::default(), &[], &[], own);
         let members = fit.members.iter().zip(&fit.blocks);
         let columns: Vec<(usize, Column)> = members
@@ -354,7 +354,7 @@ impl Diagnosed {
         for (place, [before, _, std]) in lengths_m_s2.iter().enumerate() {
             let chance = ChiSquared::new(1.0).map_or(1.0, |law| law.sf((before / std).powi(2)));
             let p_value = (chance * self.positions.len() as f64).min(1.0);
-            if p_value > self.plan.shared.unexplained {
+            if p_value > self.plan.judgement.unexplained {
                 continue;
             }
             let [start_s, end_s] = self.span_s(place);
@@ -447,6 +447,6 @@ impl Diagnosed {
         });
         let rows: Vec<Row> = rows.collect();
         let of = (&found.fit.levels[..], &members[..]);
-        self_test_on(&found.lengths, of, &rows, (&self.plan.shared, self.seed))
+        self_test_on(&found.lengths, of, &rows, (&self.plan, self.seed))
     }
 }

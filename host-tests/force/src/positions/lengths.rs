@@ -11,10 +11,10 @@
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use rlg_inference::{Hypothesis, Likelihood, NoiseBasis, NoiseLevels, Term};
+use rlg_plan::PositionPlan;
 use std::ops::Range;
 
 use super::still::Position;
-use crate::positions_plan::PositionPlan;
 
 /// Floor of a variance \[m²/s⁴\], below any accelerometer's: nano-g.
 const LEAST_M2_S4: f64 = 1e-16;

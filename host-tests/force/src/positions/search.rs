@@ -4,12 +4,11 @@ use nalgebra::{DVector, Vector3};
 use rlg_findings::result::UNLISTED;
 use rlg_inference::search::{DriftPrior, JudgedSet};
 use rlg_inference::{Fit, Hypothesis, NoiseLevels, Search};
+use rlg_plan::{Plan, PositionPlan};
 
 use super::candidates::{Candidate, Column, MadeOf, candidates};
 use super::errors::Errors;
 use super::lengths::{Lengths, Readings, Record};
-use crate::plan::ForcePlan;
-use crate::positions_plan::PositionPlan;
 
 /// Measurements of a recording by position.
 #[derive(Clone)]
@@ -147,8 +146,8 @@ impl std::ops::Deref for Found {
 }
 
 /// Runs the search.
-pub fn find(observed: &Observed, (plan, left_out): (&ForcePlan, &[&str])) -> Found {
-    let own = &plan.positions;
+pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
+    let own = &plan.force.positions;
     let count = observed.readings.mean_m_s2.len();
     let mut columns: Vec<Column> = Vec::new();
     let sought = (count, observed.warming_k.is_some());
@@ -169,7 +168,7 @@ pub fn find(observed: &Observed, (plan, left_out): (&ForcePlan, &[&str])) -> Fou
         let record = observed.record(&about, &columns, &sizes, own);
         let start = levels.unwrap_or_else(|| first_levels(&record));
         let lengths = Lengths::new(&record, start, own);
-        let search_plan = &plan.shared.search;
+        let search_plan = &plan.inference.search;
         let prior = DriftPrior::Unknown;
         let mut search = Search::new(
             &lengths,
@@ -186,9 +185,9 @@ pub fn find(observed: &Observed, (plan, left_out): (&ForcePlan, &[&str])) -> Fou
         let first = search.run(&before, most);
         let second = search.run(&new_unit(&candidates, most), most);
         let fit = rlg_inference::search::best_of(vec![second], first);
-        let (next, settled) = sizes_of((&fit, &candidates), &sizes, plan.settled);
+        let (next, settled) = sizes_of((&fit, &candidates), &sizes, plan.force.settled);
         let stays = settled && fit.members == before;
-        if !(stays || pass >= plan.shared.passes) {
+        if !(stays || pass >= plan.judgement.passes) {
             about = errors_of(&fit, &candidates);
             (sizes, before) = (next, fit.members.clone());
             levels = Some(fit.levels[0]);
@@ -253,11 +252,11 @@ fn conclude(
     mut search: Search<Lengths>,
     fit: Fit,
     candidates: &[Candidate],
-    plan: &ForcePlan,
+    plan: &Plan,
 ) -> Concluded {
-    let judged = search.judge_set(&fit, plan.shared.class_within, plan.shared.separation);
+    let judged = search.judge_set(&fit, plan.judgement.class_within, plan.judgement.separation);
     let named: Vec<usize> = (0..judged.members.len())
-        .filter(|&place| judged.members[place].cost_without > plan.shared.naming)
+        .filter(|&place| judged.members[place].cost_without > plan.judgement.naming)
         .collect();
     let mut headlines: Vec<usize> = Vec::with_capacity(named.len());
     for &place in &named {

@@ -4,12 +4,11 @@
 //! neighbouring still blocks with one direction of the force are a position (Tedaldi, Pretto and Menegatti 2014, sec.
 //! III-C, with the threshold from the recording's own quiet blocks). The rows between positions are not used.
 
+use rlg_plan::PositionPlan;
 use std::ops::Range;
 
 use nalgebra::Vector3;
 use rlg_signal::accelerometer_rows::Rows;
-
-use crate::positions_plan::PositionPlan;
 
 /// Position: blocks of still rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -220,6 +219,7 @@ fn held<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
+    use rlg_plan::PositionPlan;
     use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
 
     /// Rows of a recording at 20 Hz; samples by row, x y z.

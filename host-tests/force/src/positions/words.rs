@@ -98,7 +98,7 @@ impl Diagnosed {
 
     /// Parameters of a kind that would not show at its typical size.
     fn too_small(&self, kind: &Kind) -> Option<String> {
-        let needed = self.plan.needed_snr;
+        let needed = self.plan.force.needed_snr;
         let snr = |std: f64| kind.typical / std.max(f64::MIN_POSITIVE);
         let stds = self.stds(kind);
         let small: Vec<String> = stds
@@ -185,7 +185,7 @@ impl Diagnosed {
         } else {
             lines.push(format!(
                 "No position is held out: of fewer than {} all are needed.",
-                self.plan.positions.least_to_hold_out
+                self.plan.force.positions.least_to_hold_out
             ));
         }
         lines

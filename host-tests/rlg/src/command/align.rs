@@ -147,17 +147,20 @@ impl Align {
         })
     }
 
+    fn settings(&self) -> rlg_diagnosis::Settings<'static> {
+        rlg_diagnosis::Settings {
+            anyway: self.anyway,
+            ..Default::default()
+        }
+    }
+
     fn beside_attitudes(
         &self,
         recording: &Recording,
         of: (&Model, &Path),
         progress: &dyn Fn(&str),
     ) -> Result<Option<Outcome>, InputError> {
-        let settings = rlg_attitude::Settings {
-            anyway: self.anyway,
-            ..Default::default()
-        };
-        rlg_attitude::align(&settings, recording, of, progress)
+        rlg_attitude::align(&self.settings(), recording, of, progress)
     }
 
     fn beside_rates(
@@ -166,16 +169,14 @@ impl Align {
         (model, model_file): (&Model, &Path),
         progress: &dyn Fn(&str),
     ) -> Result<Option<Outcome>, InputError> {
-        let settings = rlg_diagnosis::Settings {
-            anyway: self.anyway,
-            ..Default::default()
-        };
         let of = (model, model_file);
         progress("aligning the channels");
         let mut streams = Streams::align(recording, model)?;
+        let settings = self.settings();
         let put_right = put_right::put_right(&settings, &mut streams, model, model_file)?;
         rlg_diagnosis::data::is_predictable(model, model_file)?;
-        let faults = qualify::unknown_faults(&mut streams, &model.effects);
+        let faults =
+            qualify::unknown_faults(&mut streams, &model.effects, &settings.plan.signal.faults);
         let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress)?;
         Ok(outcome.map(|mut outcome| {
             if let Some(put_right) = put_right {

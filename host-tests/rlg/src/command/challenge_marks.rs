@@ -18,8 +18,6 @@ use crate::challenge::{attitude, force, positions, recorded, rest};
 use crate::error::InputError;
 use crate::output::OutputFolder;
 use crate::terminal::Terminal;
-use rlg_diagnosis::AnalysisPlan;
-use rlg_diagnosis::plan::NUMBERS;
 
 /// File of the scores.
 const SCORES: &str = "challenge.json";
@@ -75,10 +73,10 @@ pub struct MarksOptions {
     #[arg(long, default_value_t = 240_000, value_name = "N", requires = "marks",
         value_parser = clap::value_parser!(u32).range(2_000..=20_000_000))]
     most_rows: u32,
-    /// Diagnose the same trials with this number of the analysis plan halved, times 0.7, as it is, times
+    /// Diagnose the same trials with this number of the plan (rlg plan prints them; judgement.naming) halved, times 0.7, as it is, times
     /// 1.4 and doubled, and print what each gives
     #[arg(long, value_name = "NUMBER", requires = "marks", conflicts_with = "keep",
-        value_parser = clap::builder::PossibleValuesParser::new(NUMBERS.map(|(name, _)| name)))]
+        value_parser = number_of_plan)]
     vary: Option<String>,
 }
 
@@ -131,7 +129,7 @@ impl MarksOptions {
         let is_undiagnosed = self.undiagnosed || self.export.is_some();
         let under_test = match &self.judge {
             Some(answers) => UnderTest::Answers(answers.clone()),
-            None => UnderTest::new(AnalysisPlan::default(), is_twice, self.read_as),
+            None => UnderTest::new(rlg_plan::Plan::default(), is_twice, self.read_as),
         };
         let under_test = (!is_undiagnosed).then_some(&under_test);
         let keep = match (&self.keep, &self.export) {
@@ -206,6 +204,15 @@ fn declares(text: &str) -> Result<Declares, String> {
     match text.parse::<f64>() {
         Ok(factor) if (0.01..=100.0).contains(&factor) => Ok(Declares::Times(factor)),
         _ => Err("expected \"nothing\" or a factor from 0.01 to 100".to_owned()),
+    }
+}
+
+/// Reads the name of a number of the plan.
+fn number_of_plan(name: &str) -> Result<String, String> {
+    let numbers = rlg_plan::Plan::default().numbers();
+    match numbers.iter().any(|number| number.name == name) {
+        true => Ok(name.to_owned()),
+        false => Err("expected a number of the plan, with its section, as rlg plan prints them: judgement.naming".to_owned()),
     }
 }
 

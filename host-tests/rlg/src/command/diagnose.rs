@@ -12,6 +12,7 @@ use rlg_signal::streams::Streams;
 
 use super::inputs::{IDEAL, check_plausible, given_or_ideal, results_folder};
 use super::page_beside::gather;
+use super::plan;
 use super::steps::{Steps, Work};
 use crate::diagnose::{
     LongRecording, MOST_ROWS, Settings, diagnose_streams, diagnose_together, diagnose_under,
@@ -94,6 +95,9 @@ pub struct Diagnose {
     /// than the reference, and report it
     #[arg(long)]
     anyway: bool,
+    /// Thresholds other than the defaults, as rlg plan prints them
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
@@ -242,6 +246,12 @@ impl Diagnose {
         let (model, model_file, assumed) =
             given_or_ideal(self.model.as_deref(), &self.recordings[0], terminal)?;
         let held_out = self.held_out()?;
+        let settings = Settings {
+            seed: self.seed,
+            anyway: self.anyway,
+            plan: plan::given(self.plan.as_deref())?,
+            ..Settings::default()
+        };
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
         let progress = |stage: &str| steps.show(stage);
@@ -251,8 +261,16 @@ impl Diagnose {
             check_plausible(folder, recording, &model, self.anyway, terminal)
         };
         let of = (&model, model_file.as_path());
-        let mut work = || self.outcome(of, &held_out, &mut recorded, (&check, &expect, &progress));
-        let outcome = match self.threads {
+        let mut work = || {
+            self.outcome(
+                &settings,
+                of,
+                &held_out,
+                &mut recorded,
+                (&check, &expect, &progress),
+            )
+        };
+        let mut outcome = match self.threads {
             None => work(),
             Some(threads) => rayon::ThreadPoolBuilder::new()
                 .num_threads(threads.get())
@@ -263,6 +281,7 @@ impl Diagnose {
                 .install(work),
         }?;
         spinner.finish_and_clear();
+        outcome.diagnosis.under_plan(plan::entries(&settings.plan));
         Ok(Diagnosed {
             outcome,
             assumed,
@@ -276,6 +295,7 @@ impl Diagnose {
     /// Reads and diagnoses one recording, or several together; `recorded` takes the rates of a recording in memory.
     fn outcome(
         &self,
+        settings: &Settings,
         of: (&Model, &Path),
         held_out: &[bool],
         recorded: &mut Vec<Rate>,
@@ -283,36 +303,34 @@ impl Diagnose {
     ) -> Result<Outcome, InputError> {
         let (model, model_file) = of;
         let [folder] = self.recordings.as_slice() else {
-            return self.together(of, held_out, (check, expect, progress));
-        };
-        let settings = Settings {
-            seed: self.seed,
-            anyway: self.anyway,
-            ..Settings::default()
+            return self.together(settings, of, held_out, (check, expect, progress));
         };
         if let Some(long) = LongRecording::of(folder, model, self.most_rows)? {
             // A first part represents the whole, which is never in memory at once.
             check(folder, &long.first(CHECKED_S)?)?;
             expect(Work::Dithered, self.most_rows);
-            return long.diagnose(&settings, of, progress);
+            return long.diagnose(settings, of, progress);
         }
         let recording = Recording::read(folder)?;
         check(folder, &recording)?;
         expect(work(&recording, model), rows(&recording));
         *recorded = rates(&recording, model.gyro.pulse_weight_rad);
-        if stands_in_positions(&recording) || is_slow(&recording, model) {
-            return diagnose_under(&settings, &recording, model, model_file, progress);
+        if stands_in_positions(&recording, &settings.plan.force.positions)
+            || is_slow(&recording, model)
+        {
+            return diagnose_under(settings, &recording, model, model_file, progress);
         }
         progress("aligning the channels");
         let streams = Streams::align(&recording, model)?;
         // The recording's own tables are dropped; the rows are in the streams.
         drop(recording);
-        diagnose_streams(&settings, streams, of, progress)
+        diagnose_streams(settings, streams, of, progress)
     }
 
     /// Reads and diagnoses several recordings by one model.
     fn together(
         &self,
+        settings: &Settings,
         (model, model_file): (&Model, &Path),
         held_out: &[bool],
         (check, expect, progress): Told<'_>,
@@ -333,7 +351,7 @@ impl Diagnose {
                     "one such recording at a time, or a reference at every row of the gyros",
                 ));
             }
-            if stands_in_positions(&recording) {
+            if stands_in_positions(&recording, &settings.plan.force.positions) {
                 return Err(InputError::new(
                     folder,
                     "has still positions of accelerometers, and no reference",
@@ -345,12 +363,7 @@ impl Diagnose {
             aligned.push(streams);
         }
         expect(Work::Dithered, all_rows);
-        let settings = Settings {
-            seed: self.seed,
-            anyway: self.anyway,
-            ..Settings::default()
-        };
-        diagnose_together(&settings, aligned, (model, model_file), progress)
+        diagnose_together(settings, aligned, (model, model_file), progress)
     }
 }
 

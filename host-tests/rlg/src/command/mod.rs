@@ -40,6 +40,7 @@ mod on_target;
 mod page_beside;
 mod paper;
 mod params;
+mod plan;
 mod replay;
 mod simulate;
 mod steps;
@@ -87,6 +88,7 @@ enum Command {
     Navigate(navigate::NavigateCommand),
     OnTarget(on_target::OnTargetCommand),
     Paper(paper::PaperCommand),
+    Plan(plan::PlanCommand),
     Replay(replay::ReplayCommand),
     Simulate(simulate::Simulate),
     Summarize(summarize::Summarize),
@@ -112,6 +114,7 @@ impl Command {
             Self::Navigate(command) => command.run(terminal)?,
             Self::OnTarget(command) => command.run(terminal)?,
             Self::Paper(command) => command.run(terminal)?,
+            Self::Plan(command) => command.run(terminal)?,
             Self::Replay(command) => command.run(terminal)?,
             Self::Simulate(command) => command.run(terminal)?,
             Self::Summarize(command) => command.run(terminal)?,

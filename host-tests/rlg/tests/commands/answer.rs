@@ -141,6 +141,37 @@ fn json_alone_stands_on_standard_output_and_holds_what_the_file_holds() {
 }
 
 #[test]
+fn other_thresholds_change_the_answer_and_stand_in_it() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bench = recording(folder.path(), 2e-5);
+    let plan = folder.path().join("plan.toml");
+    let printed = text(&rlg(&["plan"], &[]).stdout);
+    let default = "\nnaming = 4.0\n";
+    assert!(printed.contains(default), "{printed}");
+    let effects = |naming: &str| {
+        fs::write(&plan, printed.replacen(default, naming, 1)).expect("written");
+        let output = rlg(&["diagnose", "--json", "-q", "--plan"], &[&plan, &bench]);
+        let said: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+        (said["effects"].as_array().map(Vec::len), said)
+    };
+    let (as_printed, said) = effects(default);
+    assert_eq!((as_printed, said.get("plan")), (Some(1), None), "{said}");
+    let (strict, said) = effects("\nnaming = 100\n");
+    assert_eq!(strict, Some(0), "{said}");
+    let changed =
+        serde_json::json!([{ "number": "judgement.naming", "value": [100.0], "default": [4.0] }]);
+    assert_eq!(said["plan"], changed);
+
+    fs::write(&plan, "format = 1\n[judgement]\nnameing = 5\n").expect("written");
+    let output = rlg(&["diagnose", "--plan"], &[&plan, &bench]);
+    assert_eq!(output.status.code(), Some(2));
+    let refused = text(&output.stderr);
+    for part in ["plan.toml", "judgement.nameing", "judgement.naming"] {
+        assert!(refused.contains(part), "{refused}");
+    }
+}
+
+#[test]
 fn a_verdict_ends_the_command_with_code_1_where_it_is_asked_for() {
     let folder = tempfile::tempdir().expect("a folder");
     let scaled = recording(&folder.path().join("a"), 2e-3);

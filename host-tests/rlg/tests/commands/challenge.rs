@@ -232,7 +232,11 @@ fn a_number_of_the_plan_is_varied_on_the_same_trials() {
     ];
     let output = rlg(
         at,
-        &[&short[..], &["--vary", "naming", "--out", "curve"]].concat(),
+        &[
+            &short[..],
+            &["--vary", "judgement.naming", "--out", "curve"],
+        ]
+        .concat(),
     );
     assert!(
         output.status.success(),

@@ -473,6 +473,7 @@ pub(super) fn explained() -> Diagnosis {
             snr_weakest: 4.1,
         }],
         control: None,
+        plan: Vec::new(),
         self_test: Some(SelfTestEntry {
             slides: 200,
             false_names: 1,

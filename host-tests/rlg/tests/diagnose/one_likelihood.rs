@@ -1,5 +1,6 @@
 //! The engine of one likelihood: inputs on which its findings may depend.
 
+use rlg_plan::Plan;
 use std::path::Path;
 
 use super::support::{
@@ -11,8 +12,8 @@ use rlg::diagnose::{Settings, diagnose_under};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use rlg_diagnosis::data::Data;
+use rlg_diagnosis::diagnose;
 use rlg_diagnosis::entries_of_findings::DRIFT;
-use rlg_diagnosis::{AnalysisPlan, diagnose};
 use rlg_signal::partition::Use;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
@@ -77,7 +78,7 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
     let model = &simulation.model;
     let mut whole = Streams::align(&simulation.recording, model).expect("channels");
     let mut poisoned = Streams::align(&simulation.recording, model).expect("channels");
-    let plan = AnalysisPlan::default();
+    let plan = Plan::default();
     let partition = Data::new(&mut whole, model, &plan, file)
         .expect("data")
         .partition;

@@ -18,7 +18,6 @@ use rlg::diagnose::{Outcome, diagnose};
 use rlg::error::InputError;
 use rlg::model::Model;
 use rlg::recording::{AXES, Channel, Clock, Quantity, Recording, Site, Table};
-use rlg_diagnosis::AnalysisPlan;
 
 const GRAVITY_M_S2: f64 = 9.81;
 const RATE_HZ: f64 = 50.0;
@@ -288,7 +287,7 @@ fn scores(trials: u64, planted: &[&str]) -> Scores {
     let mut plan = Plan::new(71, trials, &[Family::Positions]);
     plan.planted = planted.iter().map(ToString::to_string).collect();
     let prepared = prepare(&plan, &|| {}).expect("drawn");
-    let under_test = UnderTest::new(AnalysisPlan::default(), true, ReadAs::Whole);
+    let under_test = UnderTest::new(rlg_plan::Plan::default(), true, ReadAs::Whole);
     let told = (plan.seed, plan.declares);
     let done = prepared.diagnose(told, Some(&under_test), None, &|| {});
     let outcomes: Vec<_> = done

@@ -3,9 +3,9 @@
 use rlg::diagnose::streams::Streams;
 use rlg::model::Model;
 use rlg::simulate::coning_demo;
-use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::data::Data;
 use rlg_diagnosis::portion::{Portion, inner};
+use rlg_plan::Plan;
 use std::path::Path;
 
 const RATE_HZ: f64 = 4000.0;
@@ -32,7 +32,7 @@ fn a_dither_that_the_model_does_not_speak_of_is_taken_at_its_pickoffs_word() {
     let file = Path::new("model.toml");
     let residual = |model: &Model| {
         let mut streams = Streams::align(&simulation.recording, model).expect("channels");
-        let plan = AnalysisPlan::default();
+        let plan = Plan::default();
         let data = Data::new(&mut streams, model, &plan, file).expect("an installation");
         data.residual_rad
     };

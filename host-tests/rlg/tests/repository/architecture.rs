@@ -8,19 +8,27 @@ use std::process::Command;
 use serde_json::Value;
 
 /// Package, and the packages of this workspace that it may depend on.
-const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
+const MAY_DEPEND_ON: [(&str, &[&str]); 29] = [
     ("trueaxis", &[]),
     ("strapdown", &[]),
     ("rlg-recording", &[]),
     ("rlg-model", &["rlg-recording"]),
+    ("rlg-plan", &[]),
     ("rlg-parameters", &["rlg-model", "trueaxis"]),
-    ("rlg-signal", &["rlg-recording", "rlg-model", "strapdown"]),
-    ("rlg-inference", &[]),
-    ("rlg-catalogue", &["rlg-signal", "rlg-inference"]),
+    (
+        "rlg-signal",
+        &["rlg-plan", "rlg-recording", "rlg-model", "strapdown"],
+    ),
+    ("rlg-inference", &["rlg-plan"]),
+    (
+        "rlg-catalogue",
+        &["rlg-plan", "rlg-signal", "rlg-inference"],
+    ),
     ("rlg-findings", &["rlg-recording", "rlg-model"]),
     (
         "rlg-diagnosis",
         &[
+            "rlg-plan",
             "rlg-recording",
             "rlg-model",
             "rlg-signal",
@@ -32,6 +40,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
     (
         "rlg-attitude",
         &[
+            "rlg-plan",
             "rlg-recording",
             "rlg-model",
             "rlg-signal",
@@ -44,6 +53,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
     (
         "rlg-force",
         &[
+            "rlg-plan",
             "strapdown",
             "rlg-recording",
             "rlg-model",
@@ -57,6 +67,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
     (
         "rlg-flow",
         &[
+            "rlg-plan",
             "rlg-recording",
             "rlg-model",
             "rlg-signal",
@@ -69,6 +80,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
     (
         "rlg-calibration",
         &[
+            "rlg-plan",
             "rlg-recording",
             "rlg-model",
             "rlg-signal",
@@ -95,6 +107,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
     (
         "rlg-challenge",
         &[
+            "rlg-plan",
             "rlg-recording",
             "rlg-model",
             "rlg-simulator",
@@ -117,6 +130,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 28] = [
     (
         "rlg",
         &[
+            "rlg-plan",
             "trueaxis",
             "strapdown",
             "rlg-recording",

@@ -1,4 +1,4 @@
-//! `docs/files.md`: its tables equal the code's, and the code's tables list the keys of the readers.
+//! `docs/files.md` and `docs/plan.md`: their tables equal the code's, and the code's tables list the keys of the readers.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -8,6 +8,7 @@ use rlg::model;
 use rlg::model::catalogue::{CATALOGUE, Value};
 use rlg::recording::Quantity;
 use rlg::recording::keys::{self, Key};
+use rlg_plan::Plan;
 
 use super::pages::root;
 
@@ -82,16 +83,48 @@ fn keys(of: &[Key]) -> String {
     table
 }
 
+/// A table for each section of the plan.
+fn plan() -> String {
+    let mut tables = String::new();
+    for (section, numbers) in Plan::default().sections() {
+        let _ = write!(
+            tables,
+            "\n## `{section}`\n\n| number | default | unit | range | reason |\n|---|---|---|---|---|\n"
+        );
+        for number in numbers {
+            let ([low, high], text) = (number.range, number.text());
+            let _ = writeln!(
+                tables,
+                "| `{}` | {text} | {} | {low} to {high} | {} |",
+                number.key(),
+                number.unit,
+                number.reason
+            );
+        }
+    }
+    tables
+}
+
+#[test]
+fn the_tables_of_the_plan_page_are_those_of_the_code() {
+    compare("docs/plan.md", &[("plan", plan())]);
+}
+
 #[test]
 fn the_tables_of_the_files_page_are_those_of_the_code() {
-    let path = root().join("docs/files.md");
-    let page = fs::read_to_string(&path).expect("the page");
     let tables = [
         ("recording.toml", keys(keys::KEYS)),
         ("quantities", quantities()),
         ("model.toml", keys(model::keys::KEYS)),
         ("effects", effects()),
     ];
+    compare("docs/files.md", &tables);
+}
+
+/// Compares the tables of a page with those made from the code, or writes them.
+fn compare(page_name: &str, tables: &[(&str, String)]) {
+    let path = root().join(page_name);
+    let page = fs::read_to_string(&path).expect("the page");
     let mut expected = page.clone();
     for (name, table) in tables {
         let begin = format!("<!-- made from the code: {name} -->\n");
@@ -106,7 +139,7 @@ fn the_tables_of_the_files_page_are_those_of_the_code() {
     } else {
         assert!(
             page == expected,
-            "docs/files.md is stale: set {WRITE} and run this test, which writes it"
+            "{page_name} is stale: set {WRITE} and run this test, which writes it"
         );
     }
 }

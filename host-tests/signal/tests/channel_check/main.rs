@@ -1,7 +1,8 @@
 //! Gyros that follow a reference in another order, sign or unit, against simulated motion and noise.
 
 use nalgebra::{Matrix3, Rotation3, Vector3};
-use rlg_signal::channel_check::{ChannelPlan, Crossing, check};
+use rlg_plan::ChannelPlan;
+use rlg_signal::channel_check::{Crossing, check};
 
 mod same_motion;
 

@@ -1,8 +1,9 @@
 //! Gyros and reference of one motion and of two.
 
 use nalgebra::{UnitQuaternion, Vector3};
+use rlg_plan::SameMotionPlan;
 use rlg_signal::axes::Triad;
-use rlg_signal::same_motion::{SameMotionPlan, apart};
+use rlg_signal::same_motion::apart;
 
 use super::{RATE_HZ, ROWS, noise};
 

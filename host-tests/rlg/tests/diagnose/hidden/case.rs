@@ -12,11 +12,11 @@ use rlg::model::Model;
 use rlg::recording::{Clock, Quantity, Recording};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
-use rlg_diagnosis::AnalysisPlan;
 use rlg_diagnosis::data::Data;
 use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_diagnosis::settle::residual_of_model;
 use rlg_diagnosis::validate::validate;
+use rlg_plan::Plan;
 use rlg_signal::partition::Use;
 use std::ops::Range;
 use std::path::Path;
@@ -238,9 +238,9 @@ struct Residual {
 }
 
 fn residual(recording: &Recording, model: &Model) -> Residual {
-    let plan = AnalysisPlan::default();
+    let plan = Plan::default();
     let mut streams = Streams::align(recording, model).expect("it aligns");
-    qualify(&mut streams);
+    qualify(&mut streams, &plan.signal.faults);
     let (start_s, rate_hz) = (streams.start_s, streams.rate_hz);
     let mut data = Data::new(&mut streams, model, &plan, Path::new("model.toml")).expect("data");
     let left_rad = residual_of_model(&mut data, &plan).expect("rows");

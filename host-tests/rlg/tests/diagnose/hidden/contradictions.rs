@@ -1,10 +1,11 @@
 //! A name that fits its fitted rows, and not the others, is withdrawn.
 
+use rlg_plan::Plan;
 use std::path::Path;
 
 use super::case::{Case, sensing_besides, slew, still, vibration};
 use rlg::diagnose::streams::Streams;
-use rlg_diagnosis::{AnalysisPlan, data::Data};
+use rlg_diagnosis::data::Data;
 use rlg_signal::partition::Use;
 
 /// A scale error present only in fitted rows: its driving quantity is not recorded.
@@ -20,7 +21,7 @@ fn a_name_that_the_held_out_rows_contradict_is_taken_back() {
     ];
     let (recording, model) = Case::of_increments(&motion, 71);
     let mut streams = Streams::align(&recording, &model).expect("it aligns");
-    let plan = AnalysisPlan::default();
+    let plan = Plan::default();
     let file = Path::new("model.toml");
     let uses = Data::new(&mut streams, &model, &plan, file)
         .expect("data")

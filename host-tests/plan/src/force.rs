@@ -1,0 +1,60 @@
+//! Accelerometers.
+
+use crate::section::section;
+
+section! {
+    /// Thresholds of the accelerometers' diagnosis.
+    ForcePlan {
+        /// Largest relative difference of the mean force from gravity that a bias and a scale error may explain.
+        far_from_gravity: f64 = 0.1, "1", [0.0, 10.0];
+        /// Ratio of a band's power to that of the quietest stretch above which a stretch counts as shaken.
+        shaken_ratio: f64 = 2.0, "1", [1.0, 1000.0];
+        /// Least number of observations of a band for a decision.
+        fewest_in_band: f64 = 20.0, "1", [1.0, 1e6];
+        /// Least duration of rows to fit; below it not even the noise is estimable.
+        least_fitted_s: f64 = 2.0, "s", [0.0, 1e5];
+        /// Convergence limit of a vertical or a delay between passes.
+        settled: f64 = 0.1, "σ", [1e-6, 10.0];
+        /// Matched-filter SNR below which a kind of typical size is not excluded.
+        needed_snr: f64 = 7.0, "1", [0.0, 1000.0];
+        /// Still positions without a reference.
+        positions: PositionPlan;
+    }
+}
+
+section! {
+    /// Detection of still positions, and the prior of the scatter between them.
+    PositionPlan {
+        /// Length of a block.
+        block_s: f64 = 0.5, "s", [1e-3, 1000.0];
+        /// Least rows of a block; the variance of fewer is too uncertain.
+        least_block_rows: usize = 8, "rows", [2.0, 1e6];
+        /// Share of the blocks taken as quiet: small enough also for a recording that moves most of the time.
+        quiet_share: f64 = 0.2, "1", [0.01, 1.0];
+        /// Ratio of variances above which a block is not still.
+        restless_ratio: f64 = 4.0, "1", [1.0, 1000.0];
+        /// Least blocks of a position.
+        least_blocks: usize = 4, "1", [1.0, 10000.0];
+        /// Largest number of disturbed blocks within a position.
+        most_knocked: usize = 4, "1", [0.0, 10000.0];
+        /// Rotation of the force up to which two blocks are one position: half a degree.
+        same_direction_rad: f64 = 0.0087, "rad", [0.0, 4.0];
+        /// Rotation of the force beyond which two positions are different attitudes: a unit that stands in fewer than
+        /// `least_attitudes` of them counts as not moved.
+        other_attitude_rad: f64 = 0.35, "rad", [0.0, 4.0];
+        /// See `other_attitude_rad`.
+        least_attitudes: usize = 3, "1", [1.0, 1000.0];
+        /// Degrees of freedom of the prior of the scatter between positions, centred on the drift within them. Six
+        /// positions for six parameters leave no residual, so without a prior errors of the unit are not distinguishable
+        /// from scatter.
+        scatter_known: f64 = 2.0, "1", [0.0, 1000.0];
+        /// Scatter between positions of the best benches: 2 µg, of strain and of the placing of the unit.
+        least_scatter_m_s2: f64 = 2e-5, "m/s²", [1e-12, 10.0];
+        /// Number of positions from which every fifth is held out.
+        least_to_hold_out: usize = 18, "1", [7.0, 10000.0];
+        /// Standard deviation of gravity if no site is given: it grows by 0.052 m/s² from equator to pole.
+        gravity_std_m_s2: f64 = 0.02, "m/s²", [1e-9, 10.0];
+        /// Largest relative difference of a position's force from gravity.
+        far_from_gravity: f64 = 0.2, "1", [0.0, 10.0];
+    }
+}

@@ -1,0 +1,43 @@
+//! Gyros with a reference on the same rows.
+
+use crate::section::section;
+
+section! {
+    /// Thresholds of this kind of recording alone.
+    RatesPlan {
+        /// Blocks for the cross-validation of an effect.
+        blocks: BlockPlan;
+        /// Search for effects far from the model.
+        coarse: CoarsePlan;
+    }
+}
+
+section! {
+    /// Blocks of rows for the cross-validation of an effect.
+    BlockPlan {
+        /// Length of a block.
+        length_s: f64 = 6.0, "s", [1e-3, 1e5];
+        /// Least number of blocks, however short.
+        least: usize = 16, "1", [2.0, 1000.0];
+        /// Largest number of blocks, however long.
+        most: usize = 64, "1", [2.0, 100000.0];
+    }
+}
+
+section! {
+    /// Criteria of the coarse search for effects far from the model.
+    CoarsePlan {
+        /// Longest delay that is sought.
+        longest_delay_s: f64 = 0.5, "s", [0.0, 60.0];
+        /// Longest time constant of a low pass, here and in the search; a longer one is no bandwidth.
+        longest_low_pass_s: f64 = 0.5, "s", [0.0, 60.0];
+        /// Least share of the residual's power that a coarse effect explains.
+        explained: f64 = 0.5, "1", [0.0, 1.0];
+        /// Alternative criterion: its gain in blocks of rows, over their scatter.
+        far_deviations: f64 = 6.0, "σ", [0.0, 100.0];
+        /// Difference in log likelihood within which lags are tied: for a periodic motion the lag nearest to zero counts.
+        tie: f64 = 10.0, "nat", [0.0, 1000.0];
+        /// Number of rows above which sums of rows are used.
+        most_rows: usize = 60_000, "rows", [1000.0, 1e9];
+    }
+}

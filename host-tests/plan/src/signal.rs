@@ -1,0 +1,286 @@
+//! Preparation of the recorded channels.
+
+use crate::section::section;
+
+section! {
+    /// Thresholds of alignment, data faults, partition and motion.
+    SignalPlan {
+        /// Faults of single channels and rows.
+        faults: FaultPlan;
+        /// Rows lost without a gap in the stamps.
+        lost_rows: LostRowsPlan;
+        /// Comparison of axes, signs and units.
+        channels: ChannelPlan;
+        /// Test for one motion of gyros and reference.
+        same_motion: SameMotionPlan;
+        /// Partition of the rows: fitted, tested.
+        partition: PartitionPlan;
+        /// Gate of the reference's motion.
+        gate: GatePlan;
+        /// Lines of the gyros alone.
+        own_lines: OwnLinesPlan;
+        /// Residual in step with the motion.
+        in_step: InStepPlan;
+    }
+}
+
+section! {
+    /// Detection of data faults.
+    FaultPlan {
+        /// Channels whose samples are held over several rows.
+        hold: HoldPlan;
+        /// Least share of held rows for the whole recording to be thinned: recorders start and stop.
+        held_throughout: f64 = 0.9, "1", [0.0, 1.0];
+        /// Least share of simultaneous samples on all held channels: one recorder wrote them.
+        held_together: f64 = 0.95, "1", [0.0, 1.0];
+        /// Largest ratio of unexplained variances, for samples to be means: mean since the last sample over the row itself.
+        mean_leaves: f64 = 0.7, "1", [0.0, 1.0];
+        /// Ends of a range.
+        stops: StopPlan;
+        /// Blocks of rows written twice.
+        repeats: RepeatPlan;
+        /// Moving-average length for the reference before a test of its change.
+        smoothed_rows: usize = 5, "rows", [1.0, 1000.0];
+        /// Least change of the reference in rows of one constant gyro value, as a share of that value.
+        turned: f64 = 0.02, "1", [0.0, 1.0];
+        /// Threshold of significance in standard deviations of a row of the reference.
+        clear: f64 = 5.0, "σ", [1.0, 100.0];
+        /// Share of rows equal to the row before, below which a channel is fine.
+        fine: f64 = 0.01, "1", [0.0, 1.0];
+        /// Single outliers.
+        spikes: SpikePlan;
+    }
+}
+
+section! {
+    /// Criteria of a channel whose samples are held over several rows.
+    HoldPlan {
+        /// Least share of the runs between changes with a whole number of sample periods: a sample may be lost.
+        regular: f64 = 0.95, "1", [0.0, 1.0];
+        /// Least number of samples.
+        least_readings: usize = 20, "1", [3.0, 1e6];
+        /// Least median change between samples, in the smallest changes of the channel: a staircase takes steps of one.
+        least_steps: f64 = 2.0, "1", [1.0, 1000.0];
+        /// Largest deviation of a run from the mean: two asynchronous clocks.
+        jitter_rows: usize = 1, "rows", [0.0, 100.0];
+    }
+}
+
+section! {
+    /// Ends of a range: samples at a limit, and samples wrapped at one.
+    StopPlan {
+        /// Least magnitude on both sides of a jump, as a share of the largest sample: a wrap goes from one end to the other.
+        near_end: f64 = 0.75, "1", [0.0, 1.0];
+        /// Least jump over the 99 % quantile of the steps between rows: smaller ones may be motion.
+        over_steps: f64 = 4.0, "1", [1.0, 1000.0];
+        /// Least magnitude of a limit, as a share of the largest sample; a wrapped offset moves it inwards.
+        limit: f64 = 0.5, "1", [0.0, 1.0];
+        /// Least rows at a limit, more than chance repeats of one value of a fine channel.
+        least_rows: usize = 12, "rows", [2.0, 1e6];
+        /// Least length of a run of one value, against chance.
+        least_run: usize = 3, "rows", [2.0, 1000.0];
+        /// Largest share of the other rows equal to the row before.
+        most_repeats: f64 = 0.1, "1", [0.0, 1.0];
+        /// Largest share of wrapped rows: beyond it wrapped and regular rows are not distinguishable.
+        most_wrapped: f64 = 0.45, "1", [0.0, 0.5];
+    }
+}
+
+section! {
+    /// Blocks of rows written twice.
+    RepeatPlan {
+        /// Probability of a block anywhere in the record below which it is a fault (significance level).
+        chance: f64 = 1e-9, "1", [1e-30, 0.5];
+        /// Least rows of a block.
+        least_rows: usize = 8, "rows", [2.0, 1e6];
+        /// Largest share of other equal rows at the block's own distance.
+        periodic: f64 = 0.05, "1", [0.0, 1.0];
+        /// Rows on either side of a block for the local probability of equal rows: a coarse gyro at rest repeats itself.
+        around: usize = 200, "rows", [1.0, 1e6];
+        /// Largest probability of equal rows: a coarser record repeats itself.
+        most_alike: f64 = 0.9, "1", [0.0, 1.0];
+    }
+}
+
+section! {
+    /// Criteria of a spike.
+    SpikePlan {
+        /// Threshold of a sample's deviation from its neighbours: a quarter of a million rows reach five.
+        off: f64 = 10.0, "σ", [1.0, 1000.0];
+        /// Tolerance of the neighbours' deviation from that due to one outlier, as a share of the outlier.
+        near: f64 = 0.25, "1", [0.0, 1.0];
+        /// Rows of the scale estimate: a shaken unit scatters more.
+        around: usize = 2000, "rows", [10.0, 1e7];
+        /// Least number on one channel: fewer may be jumps of an angle.
+        least: usize = 3, "1", [1.0, 1e6];
+        /// Largest share of the rows: more are the tail of the noise distribution.
+        most: f64 = 1e-2, "1", [0.0, 1.0];
+    }
+}
+
+section! {
+    /// Rows lost without a gap in the stamps.
+    LostRowsPlan {
+        /// Largest lag of the search.
+        reach_s: f64 = 2.5, "s", [0.0, 1000.0];
+        /// Length of a stretch.
+        stretch_s: f64 = 3.0, "s", [0.01, 1e5];
+        /// Least and largest number of stretches.
+        stretches: [usize; 2] = [8, 64], "1", [1.0, 100000.0];
+        /// Largest number of rows of the coarse search, by averaging.
+        most_rows: usize = 1 << 15, "rows", [1000.0, 1e9];
+        /// Largest residual variance of a stretch at its best lag, as a share of its variance.
+        most_left: f64 = 0.5, "1", [0.0, 1.0];
+        /// Residual variance over the least one, up to which a lag is not distinguishable from the best.
+        other: f64 = 2.0, "1", [1.0, 1000.0];
+        /// Number of agreeing stretches required on either side.
+        agreeing: usize = 2, "1", [1.0, 1000.0];
+        /// Largest deviation of a lag from those of its side, as a share of the difference of both sides.
+        spread: f64 = 0.2, "1", [0.0, 1.0];
+    }
+}
+
+section! {
+    /// Comparison of the gyros' axes, signs and units with the reference's.
+    ChannelPlan {
+        /// Estimation of the map.
+        map: MapPlan;
+        /// Largest rotation of an ordinary tilt: installations and misalignments are sought to 0.3 rad.
+        tilt_rad: f64 = 0.35, "rad", [0.0, 4.0];
+        /// Smallest and largest factor of an ordinary scale error.
+        scale: [f64; 2] = [0.5, 2.0], "1", [1e-3, 1000.0];
+        /// Relative error by noise and other effects of a factor on a bound.
+        allowance: f64 = 0.02, "1", [0.0, 1.0];
+        /// Largest variation over frequency of a gyro's gain, as a share of its power, still consistent with one factor: a
+        /// tenth of the gain is a hundredth of the power.
+        uneven: f64 = 0.05, "1", [0.0, 1.0];
+        /// Departure from orthogonality beyond which the map is no rotation.
+        shear: f64 = 0.35, "1", [0.0, 1.0];
+    }
+}
+
+section! {
+    /// Map between two instruments.
+    MapPlan {
+        /// Largest delay of the search on either side: the largest seen between two recorders of one experiment.
+        most_delay_s: f64 = 0.5, "s", [0.0, 60.0];
+        /// Largest delay that is likelier than reversed or exchanged channels: some periods of a slow instrument. At one
+        /// frequency a delay of half a period is equivalent to a sign.
+        likely_delay_s: f64 = 0.05, "s", [0.0, 60.0];
+        /// Largest loss of explained power of an equivalent delay, as a share.
+        as_well: f64 = 0.1, "1", [0.0, 1.0];
+        /// Share of an axis in its own gyro below which other delays are tried: 0.3 rad of tilt leave more.
+        own: f64 = 0.9, "1", [0.0, 1.0];
+        /// Relative width of a band, as the noise is binned elsewhere.
+        band: f64 = 0.08, "1", [1e-3, 1.0];
+        /// Least frequencies in a band: three coefficients are fitted, and the residual needs some degrees of freedom.
+        least_bins: usize = 8, "1", [4.0, 1e6];
+        /// Largest standard deviation of a judged coefficient, as a share of its axis's column.
+        known: f64 = 0.05, "1", [0.0, 1.0];
+        /// Least attenuation factor by noise of the reference: below it the coefficient is dominated by noise.
+        kept: f64 = 0.8, "1", [0.0, 1.0];
+        /// Least squared coherence of a band in the comparison of gains.
+        coherent: f64 = 0.9, "1", [0.0, 1.0];
+        /// Least rows for a regression.
+        least_rows: usize = 100, "rows", [8.0, 1e6];
+    }
+}
+
+section! {
+    /// Test for one motion of gyros and reference.
+    SameMotionPlan {
+        /// Largest delay of two recorders of one experiment.
+        most_delay_s: f64 = 0.5, "s", [0.0, 60.0];
+        /// Least lag of the surrogates, in largest delays.
+        beyond_delay: f64 = 4.0, "1", [1.0, 1000.0];
+        /// Largest angle random walk of any gyro: 5 °/√h, ten times a telephone's.
+        most_walk_rad_sqrt_s: f64 = 1.45e-3, "rad/√s", [1e-9, 1.0];
+        /// Least power of a motion, over that of such a walk or of the estimated noise.
+        over_walk: f64 = 10.0, "1", [1.0, 1e6];
+        /// Power of the reference, over that of the gyros, below which it is not amplified to explain them.
+        alike: f64 = 0.1, "1", [0.0, 1.0];
+        /// Upper limit of the compared frequencies, as a share of the reference's rows a second.
+        of_reference_rate: f64 = 0.4, "1", [0.0, 0.5];
+        /// Least frequencies of an octave.
+        least_bins: usize = 2, "1", [1.0, 1000.0];
+        /// Least frequencies of a quarter from which noise is estimated.
+        noise_bins: usize = 8, "1", [1.0, 1000.0];
+        /// Share accepted as common motion regardless of the surrogates: one tone has it at many lags.
+        explained: f64 = 0.9, "1", [0.0, 1.0];
+        /// Coherence accepted in the same way: a residual of a third of the motion.
+        coherent: f64 = 0.943, "1", [0.0, 1.0];
+        /// Least share of a common motion, over that by chance.
+        share_over_chance: f64 = 1.1, "1", [1.0, 1000.0];
+        /// Least log-likelihood of a common motion, over that by chance.
+        likelihood_over_chance: f64 = 1.35, "1", [1.0, 1000.0];
+        /// Least residual of an octave for the likelihood: one tone decides no more than that.
+        least_left: f64 = 0.01, "1", [1e-12, 1.0];
+        /// Time over which rates are averaged for their coherence.
+        averaged_s: f64 = 0.02, "s", [0.0, 10.0];
+        /// Largest number of rows, by averaging.
+        most_rows: usize = 1 << 16, "rows", [1000.0, 1e9];
+    }
+}
+
+section! {
+    /// Partition of the rows.
+    PartitionPlan {
+        /// Share of the rows to fit; the rest is the test.
+        fit: f64 = 0.8, "1", [0.1, 0.95];
+        /// Number of stretches where the recording names no segments.
+        stretches: usize = 8, "1", [1.0, 10000.0];
+        /// Segments shorter than this are joined to their neighbours.
+        shortest_s: f64 = 4.0, "s", [0.0, 1e5];
+    }
+}
+
+section! {
+    /// Criteria for a kept cell of time and frequency.
+    GatePlan {
+        /// Least ratio of power to noise.
+        ratio: f64 = 6.0, "1", [1.0, 1000.0];
+        /// Largest mean score of a column under the null hypothesis, for a noise off by its standard deviation.
+        bias: f64 = 0.2, "σ", [1e-6, 10.0];
+    }
+}
+
+section! {
+    /// Search for lines of the gyros alone.
+    OwnLinesPlan {
+        /// Bins of a block with one transfer function and one noise.
+        block: usize = 64, "bins", [4.0, 1e6];
+        /// First bin of the spectrum: a line of fewer periods is a drift.
+        first: usize = 16, "bins", [1.0, 1e6];
+        /// Peaks stand above the median power of their block by this factor at least.
+        peak: f64 = 100.0, "1", [1.0, 1e9];
+        /// A reference with a peak above its own median by this factor has the line, too.
+        shared: f64 = 10.0, "1", [1.0, 1e9];
+        /// Share of the reference's samples a second up to which it shows a line.
+        of_reference_rate: f64 = 0.4, "1", [0.0, 0.5];
+        /// Least share of a peak's power that one frequency and amplitude explain: a resonance that the motion drives has
+        /// less.
+        coherent: f64 = 0.9, "1", [0.0, 1.0];
+        /// Least amplitude of a line on a gyro.
+        least_deviations: f64 = 4.0, "σ", [1.0, 1000.0];
+        /// Half width about a line and about a product of the motion's lines.
+        about: usize = 3, "bins", [1.0, 1000.0];
+        /// Most lines.
+        most: usize = 6, "1", [0.0, 1000.0];
+    }
+}
+
+section! {
+    /// Residual in step with the motion.
+    InStepPlan {
+        /// Least number of blocks of a test.
+        least_blocks: usize = 16, "1", [4.0, 100000.0];
+        /// Least part of the residual's power in step with the motion: less is the ordinary variation of noise.
+        least_part: f64 = 0.5, "1", [0.0, 1.0];
+        /// Least share of the motion: a search of the catalogue's effects is more sensitive below it.
+        least_share: f64 = 1e-3, "1", [0.0, 1.0];
+        /// Significance level: largest share of the shifts with as large a gain.
+        chance: f64 = 0.02, "1", [1e-6, 0.5];
+        /// Largest number of shifts.
+        most_turns: usize = 200, "1", [10.0, 1e6];
+    }
+}
