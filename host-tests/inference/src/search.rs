@@ -418,7 +418,7 @@ impl<'a, L: Likelihood> Search<'a, L> {
             .into_iter()
             .zip(keys)
             .zip(scores)
-            .filter(|(_, score)| *score > best.score - within - SCREENING_MARGIN)
+            .filter(|(_, score)| *score > best.score - within - self.plan.rival_margin)
             .map(|(near, _)| near)
             .collect();
         let fits = self.fit_all(
@@ -526,9 +526,6 @@ impl<'a, L: Likelihood> Search<'a, L> {
         (whole - spanned).max(0.0).sqrt()
     }
 }
-
-/// Largest gain of a rival by a refit of the noise.
-const SCREENING_MARGIN: f64 = 5.0;
 
 /// Returns the best of several fits and the present one.
 pub fn best_of(fits: Vec<Fit>, current: Fit) -> Fit {

@@ -25,6 +25,8 @@ section! {
         drift_odd: f64 = 3.0, "nat", [0.0, 100.0];
         /// Largest deficit of a screened addition against the best set, at the present noise, for a refit.
         screening: f64 = 3.0, "nat", [0.0, 1000.0];
+        /// Largest gain of a screened rival by a refit of the noise.
+        rival_margin: f64 = 5.0, "nat", [0.0, 1000.0];
         /// Number of candidates refitted at each step.
         refitted: usize = 4, "1", [1.0, 1000.0];
         /// Residual share of a member's squared size up to which a rival is an equivalent explanation.

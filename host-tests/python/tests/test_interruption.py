@@ -38,8 +38,10 @@ def test_other_threads_run_while_it_works(log_csv):
 
 @pytest.fixture
 def interrupt_soon():
-    """Sends this process a Ctrl-C after so many seconds."""
+    """Sends this process a Ctrl-C after so many seconds, also where a shell started it in the background."""
     timers = []
+    # A process that inherits SIGINT as ignored gets no handler from the interpreter.
+    before = signal.signal(signal.SIGINT, signal.default_int_handler)
 
     def send(after_s: float) -> None:
         timer = threading.Timer(after_s, os.kill, (os.getpid(), signal.SIGINT))
@@ -49,6 +51,7 @@ def interrupt_soon():
     yield send
     for timer in timers:
         timer.cancel()
+    signal.signal(signal.SIGINT, before)
 
 
 def test_ctrl_c_ends_a_diagnosis_at_once(scenario, interrupt_soon, tmp_path):

@@ -278,3 +278,48 @@ impl Likelihood for Lengths {
         std::iter::once(0..1).collect()
     }
 }
+
+#[cfg(test)]
+mod tests {
+    use nalgebra::Vector3;
+    use rlg_inference::NoiseLevels;
+    use rlg_inference::laws::broken_laws;
+    use rlg_plan::PositionPlan;
+
+    use super::{Lengths, Record};
+
+    #[test]
+    fn lengths_of_the_force_keep_the_laws_of_a_likelihood() {
+        const POSITIONS: usize = 14;
+        let turn = |place: usize| place as f64 * 0.7;
+        let along = |place| Vector3::new(turn(place).cos(), turn(place).sin(), 0.3).normalize();
+        for gravity_std_m_s2 in [0.0, 0.02] {
+            let record = Record {
+                length_m_s2: (0..POSITIONS)
+                    .map(|place| 1e-4 * turn(place).sin())
+                    .collect(),
+                columns: [0, 1]
+                    .map(|axis| (0..POSITIONS).map(|place| along(place)[axis]).collect())
+                    .to_vec(),
+                along: (0..POSITIONS).map(along).collect(),
+                within_m2_s4: (0..POSITIONS)
+                    .map(|place| 1e-10 * (1.0 + turn(place)))
+                    .collect(),
+                time_s: (0..POSITIONS).map(|place| 30.0 * place as f64).collect(),
+                freedom: 120.0,
+                scatter_m2_s4: 4e-10,
+                gravity_std_m_s2,
+            };
+            let levels = NoiseLevels {
+                white: 1.0,
+                angle: 0.5,
+                flicker: 0.0,
+                walk: 0.2,
+            };
+            let lengths = Lengths::new(&record, levels, &PositionPlan::default());
+            let columns = 2 + usize::from(gravity_std_m_s2 > 0.0);
+            let broken = broken_laws(&lengths, columns, &[levels]);
+            assert!(broken.is_empty(), "{broken:?}");
+        }
+    }
+}
