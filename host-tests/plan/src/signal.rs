@@ -49,6 +49,39 @@ section! {
         fine: f64 = 0.01, "1", [0.0, 1.0];
         /// Single outliers.
         spikes: SpikePlan;
+        /// Probability of a run of repeats anywhere in a channel below which it is a fault (significance level).
+        run_chance: f64 = 1e-9, "1", [1e-30, 0.5];
+        /// Repeat probability above which a channel is too coarse for the detection of a stuck one.
+        most_by_chance: f64 = 0.9, "1", [1e-4, 0.999];
+        /// Accumulation of samples at an extreme.
+        clipping: ClippingPlan;
+        /// Largest deviation of a gyro from a constant reference that it confirms, as a share of its motion: cross-axis
+        /// errors and lags of a sound pair.
+        confirmed: f64 = 0.1, "1", [0.0, 10.0];
+        /// Guard rows on either side of a fault, for its edges.
+        guard_rows: usize = 2, "rows", [0.0, 1000.0];
+        /// Least share of silent rows among the other rows as slow as a silent run: a gyro in lock-in is silent there
+        /// everywhere, a failed one in the run alone.
+        silent: f64 = 0.9, "1", [0.0, 1.0];
+        /// Largest number of single entries of one kind and channel: more are merged into one with their count.
+        many: usize = 100, "1", [0.0, 1e6];
+    }
+}
+
+section! {
+    /// Criteria of a clipped channel.
+    ClippingPlan {
+        /// Least count of the extreme value: the distribution of an unclipped channel tails off.
+        least_rows: usize = 12, "rows", [1.0, 1e6];
+        /// Least ratio of the count of the extreme value to that of the value next to it, for the same reason.
+        over_next: usize = 6, "1", [1.0, 1000.0];
+        /// Least returns to a limit: a channel stuck there returns less often.
+        least_returns: usize = 5, "1", [0.0, 1e6];
+        /// Largest gap between clipped rows of one stretch, and length of the window of a temporary limit: a dither returns
+        /// to its stop within hundredths of it, a slew of the case seldom.
+        together_s: f64 = 0.25, "s", [1e-3, 1000.0];
+        /// Least cycles that end at a temporary limit within a window: a channel held at a level reaches it once.
+        least_cycles: usize = 20, "1", [1.0, 1e6];
     }
 }
 

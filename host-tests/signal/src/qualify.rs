@@ -16,43 +16,18 @@ use super::outliers;
 use super::read_once::read_once;
 use super::streams::{AXES, Streams};
 use rlg_model::{EffectValue, ModelEffect};
-use rlg_plan::FaultPlan;
-
-/// Probability of a run of repeats anywhere in a channel below which it is a fault (significance level).
-const RUN_CHANCE: f64 = 1e-9;
-
-/// Repeat probability above which a channel is too coarse for the detection of a stuck one.
-const MOST_BY_CHANCE: f64 = 0.9;
-
-/// Least count of a clipped channel's extreme value, and its least ratio to the count of the value next to it; the
-/// distribution of an unclipped channel tails off.
-const CLIPPED_ROWS: usize = 12;
-const CLIPPED_OVER_NEXT: usize = 6;
-
-/// Least returns to a limit of a clipped channel; one stuck there returns less often.
-const CLIPPED_TIMES: usize = 5;
-
-/// Largest gap between clipped rows of one stretch \[s\]: a dither returns to its stop within hundredths of it, a slew of
-/// the case seldom.
-const TOGETHER_S: f64 = 0.25;
-
-/// Largest deviation of a gyro from a constant reference that it confirms, as a share of its motion \[1\]: cross-axis errors
-/// and lags of a sound pair.
-const CONFIRMED: f64 = 0.1;
-
-/// Guard rows on either side of a fault, for its edges.
-const GUARD_ROWS: usize = 2;
+use rlg_plan::{ClippingPlan, FaultPlan};
 
 /// Finds faults and masks their rows.
 pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
     // At rest the case's motion is computed, and constant; without a reference on the rows it is the gyros' own.
     let has_reference = streams.at_rest.is_none() && !streams.own_motion;
     let at_stops = data_faults::stops(streams, plan);
-    out_of_use(streams, &at_stops);
+    out_of_use(streams, &at_stops, plan);
     let repeated = data_faults::repeated(streams, plan);
-    out_of_use(streams, &repeated);
+    out_of_use(streams, &repeated, plan);
     let mut faults = Vec::new();
-    let together = ((TOGETHER_S * streams.rate_hz) as usize).max(2);
+    let together = ((plan.clipping.together_s * streams.rate_hz) as usize).max(2);
     for axis in 0..3 {
         let measured = (&streams.measured[..], together);
         let name = |stem: &str| format!("{stem}_{}", AXES[axis]);
@@ -63,10 +38,10 @@ pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
             !counts_freely
                 || !(is_between_pulses(fault, gyro)
                     || has_reference
-                        && (is_dead_band(fault, gyro, case_rad)
+                        && (is_dead_band(fault, gyro, case_rad, plan)
                             || outliers::agrees(fault, gyro, case_rad)))
         };
-        let mut of_gyro = of_channel(&name("gyro"), gyro, measured, &is_fault);
+        let mut of_gyro = of_channel(&name("gyro"), gyro, measured, &is_fault, plan);
         let is_cut = |fault: &Fault| match has_reference {
             true => outliers::falls_short(streams, axis, &fault.rows),
             false => outliers::dips(streams, axis, &fault.rows),
@@ -80,10 +55,10 @@ pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
             let witness = OnceCell::new();
             let is_fault = |fault: &Fault| {
                 let new = || outliers::Witness::new(case_rad, gyro, streams.rate_hz);
-                !witness.get_or_init(new).confirms(fault, CONFIRMED)
+                !witness.get_or_init(new).confirms(fault, plan.confirmed)
             };
             let name = name("reference");
-            faults.extend(of_channel(&name, case_rad, measured, &is_fault));
+            faults.extend(of_channel(&name, case_rad, measured, &is_fault, plan));
         }
         if let Some(pickoff) = &streams.pickoff_rad {
             faults.extend(of_channel(
@@ -91,37 +66,38 @@ pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
                 &pickoff[axis][1..],
                 measured,
                 &|_| true,
+                plan,
             ));
         }
     }
     if streams.at_rest.is_some() && streams.pickoff_rad.is_none() {
         faults = stopped_together(faults);
     }
-    out_of_use(streams, &faults);
+    out_of_use(streams, &faults, plan);
     let held = outliers::held(streams);
-    out_of_use(streams, &held);
+    out_of_use(streams, &held, plan);
     faults.extend(held);
     let spikes = outliers::spikes(streams);
     for spike in &spikes {
         streams.usable[spike.rows.clone()].fill(false);
     }
-    faults.extend(gathered(spikes));
+    faults.extend(gathered(spikes, plan));
     let of_rates = data_faults::spikes(streams, &plan.spikes);
     for spike in &of_rates {
         streams.usable[spike.rows.clone()].fill(false);
     }
-    faults.extend(gathered(of_rates));
-    faults.extend(gathered(at_stops));
-    faults.extend(gathered(repeated));
-    faults.extend(lost(streams));
+    faults.extend(gathered(of_rates, plan));
+    faults.extend(gathered(at_stops, plan));
+    faults.extend(gathered(repeated, plan));
+    faults.extend(lost(streams, plan));
     faults
 }
 
 /// Masks the rows of faults, and their edges.
-fn out_of_use(streams: &mut Streams, faults: &[Fault]) {
+fn out_of_use(streams: &mut Streams, faults: &[Fault], plan: &FaultPlan) {
     for fault in faults {
-        let end = (fault.rows.end + GUARD_ROWS).min(streams.rows);
-        streams.usable[fault.rows.start.saturating_sub(GUARD_ROWS)..end].fill(false);
+        let end = (fault.rows.end + plan.guard_rows).min(streams.rows);
+        streams.usable[fault.rows.start.saturating_sub(plan.guard_rows)..end].fill(false);
     }
 }
 
@@ -146,7 +122,7 @@ fn stopped_together(faults: Vec<Fault>) -> Vec<Fault> {
 }
 
 /// Stretches without a value, inside the record.
-fn lost(streams: &Streams) -> Vec<Fault> {
+fn lost(streams: &Streams, plan: &FaultPlan) -> Vec<Fault> {
     let mut faults = Vec::new();
     let mut row = 0;
     while row < streams.rows {
@@ -168,7 +144,7 @@ fn lost(streams: &Streams) -> Vec<Fault> {
             });
         }
     }
-    gathered(faults)
+    gathered(faults, plan)
 }
 
 /// True if a gyro without dither is locked in: it is silent at every rate as low as in the run; a failed one is silent there
@@ -176,9 +152,7 @@ fn lost(streams: &Streams) -> Vec<Fault> {
 ///
 /// # Inputs
 /// `case_rad`: increments of the reference about its axis \[rad\].
-fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
-    /// Least share of silent rows among the other rows as slow as the run.
-    const SILENT: f64 = 0.9;
+fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64], plan: &FaultPlan) -> bool {
     if fault.kind == "saturation" || values[fault.rows.start] != 0.0 {
         return false;
     }
@@ -198,12 +172,11 @@ fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
     let (silent, all) = (0..values.len()).filter(is_other).fold((0, 0), |sum, row| {
         (sum.0 + usize::from(values[row] == 0.0), sum.1 + 1)
     });
-    all >= fault.rows.len() && silent as f64 > SILENT * all as f64
+    all >= fault.rows.len() && silent as f64 > plan.silent * all as f64
 }
 
-/// Merges the faults of one kind and channel, where they exceed 100, into one with their count, from the first to the last.
-fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
-    const MANY: usize = 100;
+/// Merges the faults of one kind and channel, where they exceed [`FaultPlan::many`], into one with their count, from the first to the last.
+fn gathered(faults: Vec<Fault>, plan: &FaultPlan) -> Vec<Fault> {
     let mut counts: HashMap<(&str, String), (usize, usize)> = HashMap::new();
     for fault in &faults {
         let count = counts.entry((fault.kind, fault.channel.clone()));
@@ -217,7 +190,7 @@ fn gathered(faults: Vec<Fault>) -> Vec<Fault> {
         let is_same =
             |known: &&mut Fault| known.kind == fault.kind && known.channel == fault.channel;
         match kept.iter_mut().find(is_same) {
-            Some(known) if places > MANY => {
+            Some(known) if places > plan.many => {
                 known.rows.end = fault.rows.end;
                 known.detail = Detail::Places { places, rows };
             }
@@ -236,6 +209,7 @@ fn of_channel(
     values: &[f64],
     (measured, together): (&[bool], usize),
     is_fault: &dyn Fn(&Fault) -> bool,
+    plan: &FaultPlan,
 ) -> Vec<Fault> {
     let mut faults = Vec::new();
     let same = |row: usize| values[row] == values[row - 1] && measured[row] && measured[row - 1];
@@ -246,9 +220,9 @@ fn of_channel(
         part.clone().filter(|&row| same(row)).count() as f64 / part.len().max(1) as f64
     });
     let by_chance = in_halves[0].min(in_halves[1]).clamp(1e-4, 1.0);
-    if repeated > 0 && by_chance < MOST_BY_CHANCE {
+    if repeated > 0 && by_chance < plan.most_by_chance {
         let longest =
-            |by_chance: f64| 2.0 + (RUN_CHANCE / values.len() as f64).ln() / by_chance.ln();
+            |by_chance: f64| 2.0 + (plan.run_chance / values.len() as f64).ln() / by_chance.ln();
         // At rest a coarse channel repeats itself more often than in motion: the rows around a run give the local
         // probability.
         let around = |run: &Range<usize>| {
@@ -270,7 +244,7 @@ fn of_channel(
         runs.retain(|run| {
             let length = run.len() as f64;
             length > longest(by_chance)
-                && length > longest(around(run).clamp(by_chance, MOST_BY_CHANCE))
+                && length > longest(around(run).clamp(by_chance, plan.most_by_chance))
         });
         // A limit is an extreme of the channel or a level common to several runs; values of chance runs differ, and noise
         // exceeds them.
@@ -299,11 +273,11 @@ fn of_channel(
     let repeats_nothing = faults.is_empty();
     faults.retain(is_fault);
     // A stuck channel reaches its extreme once, a clipped one repeatedly.
-    let clipped = clipped_rows(values, (measured, together));
+    let clipped = clipped_rows(values, (measured, together), &plan.clipping);
     let comes = clipped.windows(2).filter(|two| two[1] > two[0] + 1).count();
     let limits: Vec<f64> = clipped.iter().map(|&row| values[row].abs()).collect();
     let at_limit = |fault: &Fault| limits.contains(&values[fault.rows.start].abs());
-    if repeats_nothing || (comes >= CLIPPED_TIMES && faults.iter().any(at_limit)) {
+    if repeats_nothing || (comes >= plan.clipping.least_returns && faults.iter().any(at_limit)) {
         faults.retain(|fault| !at_limit(fault));
         faults.extend(stretches(channel, clipped, together));
     }
@@ -311,14 +285,19 @@ fn of_channel(
 }
 
 /// Returns the rows of a channel that repeatedly reaches one of its own extremes.
-fn clipped_rows(values: &[f64], (measured, together): (&[bool], usize)) -> Vec<usize> {
+fn clipped_rows(
+    values: &[f64],
+    (measured, together): (&[bool], usize),
+    plan: &ClippingPlan,
+) -> Vec<usize> {
     let on_both_sides = |rows: &dyn Fn(f64) -> Vec<usize>| -> Vec<usize> {
         [1.0, -1.0].into_iter().flat_map(rows).collect()
     };
-    let mut at_extreme = on_both_sides(&|side| rows_at_extreme(values, measured, side));
+    let mut at_extreme = on_both_sides(&|side| rows_at_extreme(values, measured, side, plan));
     if at_extreme.is_empty() {
-        at_extreme =
-            on_both_sides(&|side| rows_clipped_for_a_while(values, (measured, together), side));
+        at_extreme = on_both_sides(&|side| {
+            rows_clipped_for_a_while(values, (measured, together), side, plan)
+        });
     }
     at_extreme.sort_unstable();
     at_extreme
@@ -343,7 +322,12 @@ fn stretches(channel: &str, at_extreme: Vec<usize>, together: usize) -> Vec<Faul
 }
 
 /// Rows at the upper (`side` 1) or lower (−1) extreme, if the channel accumulates there.
-fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
+fn rows_at_extreme(
+    values: &[f64],
+    measured: &[bool],
+    side: f64,
+    plan: &ClippingPlan,
+) -> Vec<usize> {
     let seen = || {
         (0..values.len())
             .filter(|&row| measured[row])
@@ -363,8 +347,8 @@ fn rows_at_extreme(values: &[f64], measured: &[bool], side: f64) -> Vec<usize> {
     let at_next = seen().filter(|(_, value)| *value == next).count();
     // A channel with few values (at rest, coarse) accumulates everywhere.
     let below = seen().filter(|(_, value)| *value < next).count();
-    let piles_up = at_top.len() >= CLIPPED_ROWS
-        && at_top.len() >= CLIPPED_OVER_NEXT * at_next
+    let piles_up = at_top.len() >= plan.least_rows
+        && at_top.len() >= plan.over_next * at_next
         && below > at_top.len();
     if piles_up { at_top } else { Vec::new() }
 }
@@ -375,18 +359,19 @@ fn rows_clipped_for_a_while(
     values: &[f64],
     (measured, together): (&[bool], usize),
     side: f64,
+    plan: &ClippingPlan,
 ) -> Vec<usize> {
-    /// Least cycles that end at the level within a window.
-    const CYCLES: usize = 20;
     // Windows overlap by half: one lies inside any stretch of one and a half windows.
     let windows = (0..values.len().saturating_sub(together)).step_by(together / 2);
     let ends: Vec<(Range<usize>, f64)> = windows
         .filter_map(|begin| {
             let window = begin..begin + together;
             let own = &values[window.clone()];
-            let found = rows_at_extreme(own, &measured[window.clone()], side);
+            let found = rows_at_extreme(own, &measured[window.clone()], side, plan);
             let comes = found.windows(2).filter(|pair| pair[1] > pair[0] + 1);
-            let first = found.first().filter(|_| comes.count() >= CYCLES)?;
+            let first = found
+                .first()
+                .filter(|_| comes.count() >= plan.least_cycles)?;
             Some((window, own[*first]))
         })
         .collect();
@@ -485,7 +470,11 @@ mod tests {
         held[15_000] = 9_500.0;
         let all = vec![true; 20_000];
         let measured = (&all[..], 1000);
-        let found = stretches("gyro_x", clipped_rows(&cut, measured), 1000);
+        let found = stretches(
+            "gyro_x",
+            clipped_rows(&cut, measured, &ClippingPlan::default()),
+            1000,
+        );
         assert_eq!(found.len(), 1);
         assert!(
             found[0].rows.start.abs_diff(span.start) < 20,
@@ -497,8 +486,8 @@ mod tests {
             "{:?}",
             found[0].rows
         );
-        assert!(clipped_rows(&whole, measured).is_empty());
-        assert!(clipped_rows(&held, measured).is_empty());
+        assert!(clipped_rows(&whole, measured, &ClippingPlan::default()).is_empty());
+        assert!(clipped_rows(&held, measured, &ClippingPlan::default()).is_empty());
     }
 
     #[test]
@@ -558,16 +547,31 @@ mod tests {
             rows,
             detail: Detail::None,
         };
-        assert!(is_dead_band(&fault(1_997..2_003), &values, &case_rad));
+        assert!(is_dead_band(
+            &fault(1_997..2_003),
+            &values,
+            &case_rad,
+            &FaultPlan::default()
+        ));
         let mut lost = values.clone();
         lost[2_400..2_410].fill(0.0);
-        assert!(!is_dead_band(&fault(2_400..2_410), &lost, &case_rad));
+        assert!(!is_dead_band(
+            &fault(2_400..2_410),
+            &lost,
+            &case_rad,
+            &FaultPlan::default()
+        ));
         let mut free = values;
         for (row, value) in free.iter_mut().enumerate() {
             *value = (rate(row) * 1e-3 / pulse_rad).round() * pulse_rad;
         }
         free[1_990..2_010].fill(0.0);
-        assert!(!is_dead_band(&fault(1_990..2_010), &free, &case_rad));
+        assert!(!is_dead_band(
+            &fault(1_990..2_010),
+            &free,
+            &case_rad,
+            &FaultPlan::default()
+        ));
     }
 
     #[test]
