@@ -1,6 +1,5 @@
 //! Validation figures on held-out stamps, and data of the report's plots.
 
-use rlg_plan::InStepPlan;
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, Vector3};
@@ -166,7 +165,7 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
         before: before_figures,
         after: after_figures,
         power_after,
-        in_step: in_step::in_step(&left, &InStepPlan::default()),
+        in_step: in_step::in_step(&left, &said.plan.signal.in_step),
         residual: residual_entry(&all_after, &left),
         pictures: pictures(said, &all_before, &all_after, span_s),
     })

@@ -82,7 +82,7 @@ pub fn blocks(seen: &[bool], rate_hz: f64, plan: &BlockPlan) -> Vec<Range<usize>
 #[cfg(test)]
 mod tests {
     use super::{Partition, Use};
-    use rlg_plan::{BlockPlan, PartitionPlan};
+    use rlg_plan::PartitionPlan;
 
     #[test]
     fn every_stretch_has_both_parts_in_their_shares() {

@@ -3,7 +3,7 @@
 use nalgebra::{UnitQuaternion, Vector3};
 use rlg_plan::SameMotionPlan;
 use rlg_signal::axes::Triad;
-use rlg_signal::same_motion::apart;
+use rlg_signal::same_motion::{Clocks, apart};
 
 use super::{RATE_HZ, ROWS, noise};
 
@@ -32,7 +32,11 @@ fn motion(seed: u64, noise_rad: f64) -> Triad {
 
 fn is_apart(gyros: &Triad, reference: &Triad) -> bool {
     let plan = SameMotionPlan::default();
-    apart(gyros, reference, &[true; ROWS], RATE_HZ, &plan).is_some()
+    let clocks = Clocks {
+        rate_hz: RATE_HZ,
+        reference_hz: RATE_HZ,
+    };
+    apart((gyros, reference), &[true; ROWS], clocks, &plan).is_some()
 }
 
 #[test]
