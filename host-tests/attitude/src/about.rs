@@ -3,6 +3,7 @@
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
+use rlg_plan::AttitudePlan;
 use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::Triad;
 
@@ -31,6 +32,8 @@ pub struct Gyros {
     pub declared_walk_rad_sqrt_s: Option<f64>,
     /// Kind of the reference's data.
     pub reads: Reads,
+    /// Thresholds.
+    pub plan: AttitudePlan,
     /// Dithers, already subtracted from the sensed increments; `None` for gyros without any.
     pub dither: Option<Arc<Dither>>,
 }
@@ -295,6 +298,7 @@ mod tests {
             dither: None,
             reads: Reads::Attitudes,
             declared_walk_rad_sqrt_s: None,
+            plan: Default::default(),
         };
         let stamps = Stamps::without(&vec![false; samples.len()]);
         for low_pass_s in [None, Some(Vector3::new(0.02, 0.03, 0.015))] {

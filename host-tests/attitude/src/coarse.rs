@@ -1,55 +1,39 @@
 //! Initial delay and rotation of the registration by a global search, before linearisation.
 
 use nalgebra::{Matrix3, Vector3};
+use rlg_plan::CoarseAttitudePlan;
 use rlg_signal::attitude_samples::SlowSample;
 
 use crate::about::Gyros;
 use crate::alignment::{Alignment, Free};
 use crate::gyro_motion::GyroMotion;
 
-/// Half-width of the search for the delay \[s\].
-const REACH_S: f64 = 0.6;
-
-/// Least number of turns for an estimate of the delay.
-const LEAST_TURNS: usize = 8;
-
-/// Pieces with a delay of their own, and least number of turns in one.
-const MOST_PIECES: usize = 8;
-const LEAST_TURNS_OF_A_PIECE: usize = 64;
-
-/// Most turns compared.
-const MOST: usize = 4000;
-
-/// Least angle between the fitted and the model's rotation at which the fitted one is used; below, the registration
-/// converges by itself \[rad\].
-const FAR_RAD: f64 = 0.1;
-
-/// Least duration of a turn \[s\], to limit the effect of attitude noise.
-const LEAST_S: f64 = 0.05;
-
 /// Turns of the reference, with the gyros' motion.
-struct Compared {
+struct Compared<'a> {
+    plan: &'a CoarseAttitudePlan,
     motion: GyroMotion,
     turns: Vec<Turn>,
     /// Delay of highest correlation of the rates' magnitudes, or the model's if that is nearly as good \[s\].
     delay_s: f64,
 }
 
-impl Compared {
+impl<'a> Compared<'a> {
     /// Estimates the delay by a grid search; `None` if turns are too few.
     fn new(
         gyros: &Gyros,
         samples: &[SlowSample],
         tested: &[bool],
         of_model: &Alignment,
+        plan: &'a CoarseAttitudePlan,
     ) -> Option<Self> {
         let motion = gyros.motion(gyros.sensed_rad.clone());
-        let turns = turns(samples, tested);
-        if turns.len() < LEAST_TURNS {
+        let turns = turns(samples, tested, plan);
+        if turns.len() < plan.least_turns {
             return None;
         }
-        let delay_s = best_delay_s(&motion, &turns, of_model.delay_s);
+        let delay_s = best_delay_s(&motion, &turns, of_model.delay_s, plan);
         Some(Self {
+            plan,
             motion,
             turns,
             delay_s,
@@ -72,7 +56,7 @@ impl Compared {
         let away_rad = nalgebra::UnitQuaternion::from_rotation_matrix(&away).angle();
         // A motion about one axis does not determine the rotation about it.
         let is_better = self.left(&map) < 0.5 * self.left(model);
-        match away_rad > FAR_RAD && is_better {
+        match away_rad > self.plan.far_rad && is_better {
             true => map,
             false => *model,
         }
@@ -112,16 +96,17 @@ pub fn likeness(
     samples: &[SlowSample],
     tested: &[bool],
     of_model: &Alignment,
+    plan: &CoarseAttitudePlan,
 ) -> Option<Likeness> {
     let motion = gyros.motion(gyros.sensed_rad.clone());
-    let turns = turns(samples, tested);
-    if turns.len() < LEAST_TURNS {
+    let turns = turns(samples, tested, plan);
+    if turns.len() < plan.least_turns {
         return None;
     }
-    let count = (turns.len() / LEAST_TURNS_OF_A_PIECE).clamp(1, MOST_PIECES);
+    let count = (turns.len() / plan.least_turns_of_a_piece).clamp(1, plan.most_pieces);
     let pieces: Vec<(&[Turn], f64)> = turns
         .chunks(turns.len().div_ceil(count))
-        .map(|piece| (piece, best_delay_s(&motion, piece, of_model.delay_s)))
+        .map(|piece| (piece, best_delay_s(&motion, piece, of_model.delay_s, plan)))
         .collect();
     let products = pieces
         .iter()
@@ -145,11 +130,16 @@ pub fn likeness(
 }
 
 /// Delay of highest correlation of the rates' magnitudes, or the model's if that is nearly as good \[s\].
-fn best_delay_s(motion: &GyroMotion, turns: &[Turn], of_model_s: f64) -> f64 {
+fn best_delay_s(
+    motion: &GyroMotion,
+    turns: &[Turn],
+    of_model_s: f64,
+    plan: &CoarseAttitudePlan,
+) -> f64 {
     let lasts_s = turns.iter().map(|turn| turn.end_s - turn.start_s);
     let step_s = 0.1 * lasts_s.sum::<f64>() / turns.len() as f64;
     let step_s = step_s.clamp(1e-3, 0.01);
-    let count = (REACH_S / step_s) as i64;
+    let count = (plan.reach_s / step_s) as i64;
     let best = (-count..=count)
         .map(|k| {
             let delay_s = of_model_s + k as f64 * step_s;
@@ -179,9 +169,10 @@ impl Start {
         samples: &[SlowSample],
         tested: &[bool],
         of_model: &Alignment,
+        plan: &CoarseAttitudePlan,
     ) -> Self {
         let map = of_model.sensed_from_body;
-        let Some(mut compared) = Compared::new(gyros, samples, tested, of_model) else {
+        let Some(mut compared) = Compared::new(gyros, samples, tested, of_model, plan) else {
             return Self {
                 both: (of_model.delay_s, map),
                 turn: map,
@@ -220,9 +211,7 @@ struct Turn {
     angle_rad: Vector3<f64>,
 }
 
-fn turns(samples: &[SlowSample], tested: &[bool]) -> Vec<Turn> {
-    /// Longest turn \[s\]; longer ones span gaps.
-    const LONGEST_S: f64 = 1.5;
+fn turns(samples: &[SlowSample], tested: &[bool], plan: &CoarseAttitudePlan) -> Vec<Turn> {
     let used: Vec<&SlowSample> = samples
         .iter()
         .zip(tested)
@@ -235,10 +224,10 @@ fn turns(samples: &[SlowSample], tested: &[bool]) -> Vec<Turn> {
     for to in 1..used.len() {
         is_broken |= used[to].after_gap;
         let lasts_s = used[to].time_s - used[from].time_s;
-        if lasts_s < LEAST_S {
+        if lasts_s < plan.shortest_turn_s {
             continue;
         }
-        if lasts_s < LONGEST_S && !is_broken {
+        if lasts_s < plan.longest_turn_s && !is_broken {
             turns.push(Turn {
                 start_s: used[from].time_s,
                 end_s: used[to].time_s,
@@ -248,7 +237,7 @@ fn turns(samples: &[SlowSample], tested: &[bool]) -> Vec<Turn> {
         is_broken = false;
         from = to;
     }
-    let each = turns.len().div_ceil(MOST).max(1);
+    let each = turns.len().div_ceil(plan.most_turns).max(1);
     turns.into_iter().step_by(each).collect()
 }
 

@@ -211,6 +211,7 @@ fn fit_many(
         &observed.samples,
         &observed.stamps.left_out,
         of_model,
+        &settings.plan.attitude.coarse,
     );
     let called_for = |observed: &Observed, registered: &Registration| {
         let beyond = registered.alignment.beyond(of_model);
@@ -351,7 +352,7 @@ fn of_few(
     let known_rad = observed.gyro(&about, model_file)?.known_rad(observed.model);
     observed.take_out(&known_rad);
     let belief = NoiseBelief::new(observed.model, &observed.gyros, &settings.plan);
-    let rest = rest::find(&observed.gyros);
+    let rest = rest::find(&observed.gyros, &settings.plan.attitude.rest);
     let mut alignment = of_model.clone();
     let mut free: Free = Vec::new();
     let mut pass = 0;

@@ -1,21 +1,12 @@
 //! Stretches in which the reference failed: it turned faster than the unit ever did.
 
+use rlg_plan::FailedReferencePlan;
 use rlg_signal::attitude_samples::SlowSample;
 
 use crate::about::Gyros;
 
-/// Least rate of an impossible step, relative to the fastest that the gyros sensed.
-const FASTER: f64 = 3.0;
-
-/// Least rate of an impossible step, relative to the median step of the reference: its noise is no turn.
-const UNUSUAL: f64 = 10.0;
-
-/// Longest time between impossible steps of one stretch \[s\], and their least number: fewer are spikes or jumps.
-const JOINED_S: f64 = 1.0;
-const LEAST: usize = 5;
-
 /// Marks the stamps of such stretches.
-pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
+pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample], plan: &FailedReferencePlan) -> Vec<bool> {
     let mut failed = vec![false; samples.len()];
     let steps: Vec<(usize, f64)> = (1..samples.len())
         .filter(|&stamp| samples[stamp].time_s > samples[stamp - 1].time_s)
@@ -32,15 +23,18 @@ pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
     };
     let own = gyros.sensed_rad.iter().map(|row| row.norm());
     let fastest_rad_s = gyros.rate_hz * own.fold(0.0, f64::max);
-    let least_rad_s = (FASTER * fastest_rad_s).max(UNUSUAL * usual_rad_s);
+    let least_rad_s = (plan.faster * fastest_rad_s).max(plan.unusual * usual_rad_s);
     let impossible: Vec<usize> = steps
         .into_iter()
         .filter(|(_, rate)| *rate > least_rad_s)
         .map(|(stamp, _)| stamp)
         .collect();
     let joined =
-        |pair: &usize, next: &usize| samples[*next].time_s - samples[*pair].time_s <= JOINED_S;
-    for stretch in impossible.chunk_by(joined).filter(|one| one.len() >= LEAST) {
+        |pair: &usize, next: &usize| samples[*next].time_s - samples[*pair].time_s <= plan.joined_s;
+    for stretch in impossible
+        .chunk_by(joined)
+        .filter(|one| one.len() >= plan.least_steps)
+    {
         failed[stretch[0]..=stretch[stretch.len() - 1]].fill(true);
     }
     failed

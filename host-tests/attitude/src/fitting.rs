@@ -1,5 +1,6 @@
 //! Joint fit of all columns of an alignment to its rows.
 
+use rlg_plan::AttitudeOutlierPlan;
 use rlg_signal::axes::Triad;
 
 use crate::alignment::{Alignment, GROUPS, LOW_PASS_STD_S};
@@ -135,12 +136,17 @@ impl Fitting {
     }
 
     /// Subtracts errors of single stamps in excess of the noise, adds them to `corrected_rad`, and fits again.
-    pub fn shrink_outliers(&mut self, increments: &Increments, corrected_rad: &mut Triad) {
+    pub fn shrink_outliers(
+        &mut self,
+        increments: &Increments,
+        corrected_rad: &mut Triad,
+        plan: &AttitudeOutlierPlan,
+    ) {
         let mut rows_rad = increments.rows_rad.clone();
         rlg_signal::axes::add_triad(&mut rows_rad, corrected_rad, -1.0);
         let mut left = self.left_rad(&rows_rad);
         increments.silence_free(&mut left, |_| true);
-        let errors = self.weighted(&left, increments).outliers_rad();
+        let errors = self.weighted(&left, increments).outliers_rad(plan);
         for (rows, (corrected, errors)) in rows_rad
             .iter_mut()
             .zip(corrected_rad.iter_mut().zip(&errors))

@@ -1,20 +1,15 @@
 //! Frozen attitudes: the reference repeats its last value while the gyros turn.
 
+use rlg_plan::FrozenReferencePlan;
 use rlg_signal::attitude_samples::SlowSample;
 
 use crate::about::Gyros;
 use crate::gyro_motion::GyroMotion;
 
-/// Least number of consecutive equal attitudes.
-const LEAST: usize = 3;
-
-/// Threshold of a frozen span: angle between gyros and reference, as a multiple of the 90th percentile of spans elsewhere.
-const APART: f64 = 6.0;
-
 /// Marks attitudes that only repeat the one before while the gyros turn.
-pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
+pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample], plan: &FrozenReferencePlan) -> Vec<bool> {
     let mut held = vec![false; samples.len()];
-    let runs = runs(samples);
+    let runs = runs(samples, plan.least_equal);
     if runs.is_empty() {
         return held;
     }
@@ -34,22 +29,22 @@ pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
         let mut elsewhere: Vec<f64> = elsewhere.collect();
         elsewhere.sort_by(f64::total_cmp);
         let usual = elsewhere.get(9 * elsewhere.len() / 10);
-        if usual.is_some_and(|usual| own > APART * usual) {
+        if usual.is_some_and(|usual| own > plan.apart * usual) {
             held[run.start + 1..run.end].fill(true);
         }
     }
     held
 }
 
-/// Ranges of consecutive equal attitudes.
-fn runs(samples: &[SlowSample]) -> Vec<std::ops::Range<usize>> {
+/// Ranges of `least` consecutive equal attitudes or more.
+fn runs(samples: &[SlowSample], least: usize) -> Vec<std::ops::Range<usize>> {
     let mut runs = Vec::new();
     let mut start = 0;
     for stamp in 1..=samples.len() {
         if stamp < samples.len() && samples[stamp].shown.repeats(&samples[stamp - 1].shown) {
             continue;
         }
-        if stamp - start >= LEAST {
+        if stamp - start >= least {
             runs.push(start..stamp);
         }
         start = stamp;

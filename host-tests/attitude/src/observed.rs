@@ -74,7 +74,8 @@ impl Observed<'_> {
         let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
         (self.known, self.tested) = known_stamps(self.model, samples, fitted);
         self.stamps = self.known.clone();
-        let [held, failed] = [held::find, failures::find].map(|find| find(&self.gyros, samples));
+        let held = held::find(&self.gyros, samples, &plan.attitude.held);
+        let failed = failures::find(&self.gyros, samples, &plan.attitude.failures);
         for stamp in (0..samples.len()).filter(|stamp| held[*stamp] || failed[*stamp]) {
             self.stamps.left_out[stamp] = true;
             self.tested[stamp] = false;
@@ -195,6 +196,7 @@ pub(crate) fn observe<'a>(
         sensed_rad,
         lost_before,
         reads: Reads::of(&samples),
+        plan: plan.attitude,
         declared_walk_rad_sqrt_s: declared_walk_rad_sqrt_s(model),
         dither: Dither::new(&streams, model).map(Arc::new),
     };

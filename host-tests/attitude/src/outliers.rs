@@ -3,6 +3,7 @@
 //! With w = S⁻¹ times the rows, the generalised-least-squares estimate of a jump in row k is w_k / mean(1/S), of an error e
 //! of one stamp (+e in the row before it, −e in the row after) (w_{k−1} − w_k) / mean(λ/S).
 
+use rlg_plan::AttitudeOutlierPlan;
 use rlg_signal::axes::Triad;
 
 use crate::equations::Band;
@@ -113,17 +114,15 @@ impl Weighted {
         self.alike.iter().map(of_group).sum()
     }
 
-    /// Excess of single-stamp errors over four standard deviations \[rad\], by stamp; one more than rows.
-    pub fn outliers_rad(&self) -> Triad {
-        /// Threshold of an outlier, in standard deviations.
-        const BEYOND: f64 = 4.0;
+    /// Excess of single-stamp errors over the threshold \[rad\], by stamp; one more than rows.
+    pub fn outliers_rad(&self, plan: &AttitudeOutlierPlan) -> Triad {
         let mut errors: Triad = std::array::from_fn(|_| vec![0.0; self.rows() + 1]);
         for stamp in 1..self.rows() {
             let size = (self.of_stamp(stamp) / 3.0).sqrt();
-            if size > BEYOND {
+            if size > plan.beyond {
                 let errors_rad = self.scaled(self.stamp(stamp), stamp);
                 for (errors, error) in errors.iter_mut().zip(errors_rad) {
-                    errors[stamp] = error * (1.0 - BEYOND / size);
+                    errors[stamp] = error * (1.0 - plan.beyond / size);
                 }
             }
         }

@@ -186,6 +186,7 @@ impl Spins {
             white_noise_rad2: [0.0; 3],
             lost_before: vec![0; rows + 1],
             reads: Reads::Attitudes,
+            plan: said.plan.attitude,
             declared_walk_rad_sqrt_s: None,
             dither: None,
         };

@@ -1,44 +1,32 @@
 //! Detection of faulty stamps of the reference before the search for physics: spikes, and rough stretches.
 
+use rlg_plan::{AttitudePlan, ReferenceFaultPlan};
 use rlg_signal::axes::Triad;
 
 use crate::about::About;
 use crate::fitting::Fitting;
 use crate::increments::{Increments, Stamps};
 
-/// Width of the running median \[s\].
-const MEDIAN_S: f64 = 0.6;
-
-/// Threshold of a spike: its distance from the running median, relative to its neighbours'.
-const SPIKE: f64 = 12.0;
-
-/// Threshold of a stamp adjacent to a spike, relative to its neighbours, and its largest distance in time \[s\].
-const SHOULDER: f64 = 4.0;
-const JOINED_S: f64 = 0.1;
-
-/// Duration of a stretch \[s\], and the roughness relative to the median above which it is rejected.
-const STRETCH_S: f64 = 4.0;
-const ROUGH: f64 = 6.0;
-
-/// Largest period of stamps for a running median \[s\].
-const SLOW_S: f64 = 0.11;
-
-/// Least number of stretches for a median.
-const LEAST_STRETCHES: usize = 8;
-
 /// Leaves out stamps far from a running median; true if there are any.
-pub fn spikes(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
+pub fn spikes(about: &About, fitting: &Fitting, known: &mut Stamps, plan: &AttitudePlan) -> bool {
+    let plan = &plan.reference_faults;
     let increments = &about.increments;
     let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
     let mut faulty = vec![false; error_rad[0].len()];
-    if increments.period_s < SLOW_S {
-        out_of_median(&error_rad, increments.period_s, &mut faulty);
+    if increments.period_s < plan.slow_s {
+        out_of_median(&error_rad, increments.period_s, plan, &mut faulty);
     }
     known.leave_out(&increments.stamps, &faulty)
 }
 
 /// Leaves out stretches far rougher than others; true if there are any.
-pub fn rough_stretches(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
+pub fn rough_stretches(
+    about: &About,
+    fitting: &Fitting,
+    known: &mut Stamps,
+    plan: &AttitudePlan,
+) -> bool {
+    let plan = &plan.reference_faults;
     let increments = &about.increments;
     let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
     let places = increments.places().iter();
@@ -46,7 +34,12 @@ pub fn rough_stretches(about: &About, fitting: &Fitting, known: &mut Stamps) -> 
         .map(|place| about.motion.rate_rad_s(*place).norm())
         .collect();
     let mut faulty = vec![false; error_rad[0].len()];
-    rough(&error_rad, &rate_rad_s, increments.period_s, &mut faulty);
+    rough(
+        &error_rad,
+        &rate_rad_s,
+        (increments.period_s, plan),
+        &mut faulty,
+    );
     known.leave_out(&increments.stamps, &faulty)
 }
 
@@ -65,8 +58,8 @@ fn errors(increments: &Increments, left_rad: &Triad) -> Triad {
     })
 }
 
-fn out_of_median(error_rad: &Triad, period_s: f64, faulty: &mut [bool]) {
-    let width = ((MEDIAN_S / period_s).round() as usize).max(5) | 1;
+fn out_of_median(error_rad: &Triad, period_s: f64, plan: &ReferenceFaultPlan, faulty: &mut [bool]) {
+    let width = ((plan.median_s / period_s).round() as usize).max(5) | 1;
     let medians = error_rad
         .each_ref()
         .map(|values| running_median(values, width));
@@ -84,18 +77,18 @@ fn out_of_median(error_rad: &Triad, period_s: f64, faulty: &mut [bool]) {
         stretch.iter().map(move |away| away / scale)
     });
     let sizes: Vec<f64> = sizes.collect();
-    let reach = (JOINED_S / period_s) as usize + 1;
-    join(&sizes, reach, faulty);
-    join_back(&sizes, reach, faulty);
+    let reach = (plan.joined_s / period_s) as usize + 1;
+    join(&sizes, reach, plan, faulty);
+    join_back(&sizes, reach, plan, faulty);
 }
 
 /// Marks spikes, and stamps that still deviate within `reach` stamps of the last marked one: a reference recovers gradually
 /// from a fault.
-fn join(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
+fn join(sizes: &[f64], reach: usize, plan: &ReferenceFaultPlan, faulty: &mut [bool]) {
     let mut last: Option<usize> = None;
     for stamp in 0..sizes.len() {
         let is_near = last.is_some_and(|last| stamp - last <= reach);
-        if sizes[stamp] > SPIKE || (is_near && sizes[stamp] > SHOULDER) {
+        if sizes[stamp] > plan.spike || (is_near && sizes[stamp] > plan.shoulder) {
             let from = last.filter(|_| is_near).unwrap_or(stamp);
             faulty[from..=stamp].fill(true);
             last = Some(stamp);
@@ -104,20 +97,25 @@ fn join(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
 }
 
 /// Joins faulty stamps before a spike, from the end.
-fn join_back(sizes: &[f64], reach: usize, faulty: &mut [bool]) {
+fn join_back(sizes: &[f64], reach: usize, plan: &ReferenceFaultPlan, faulty: &mut [bool]) {
     let backwards: Vec<f64> = sizes.iter().rev().copied().collect();
     faulty.reverse();
-    join(&backwards, reach, faulty);
+    join(&backwards, reach, plan, faulty);
     faulty.reverse();
 }
 
 /// Marks stretches rougher than the median of all and than that of similar motion: an error that grows with the rate is no
 /// fault.
-fn rough(error_rad: &Triad, rate_rad_s: &[f64], period_s: f64, faulty: &mut [bool]) {
-    let length = ((STRETCH_S / period_s) as usize).max(8);
+fn rough(
+    error_rad: &Triad,
+    rate_rad_s: &[f64],
+    (period_s, plan): (f64, &ReferenceFaultPlan),
+    faulty: &mut [bool],
+) {
+    let length = ((plan.stretch_s / period_s) as usize).max(8);
     let stamps = faulty.len();
     let count = stamps / length;
-    if count < LEAST_STRETCHES {
+    if count < plan.least_stretches {
         return;
     }
     let range = |stretch: usize| match stretch + 1 == count {
@@ -138,7 +136,7 @@ fn rough(error_rad: &Triad, rate_rad_s: &[f64], period_s: f64, faulty: &mut [boo
         // Compared with stretches of at least half the rate.
         let alike = sizes.iter().filter(|(_, other)| *other >= 0.5 * rate);
         let of_alike = median(alike.map(|(size, _)| *size).collect());
-        if *size > ROUGH * typical && *size > ROUGH * of_alike {
+        if *size > plan.rough * typical && *size > plan.rough * of_alike {
             faulty[range(stretch)].fill(true);
         }
     }
@@ -188,6 +186,8 @@ fn running_median(values: &[f64], width: usize) -> Vec<f64> {
 
 #[cfg(test)]
 mod tests {
+    use rlg_plan::ReferenceFaultPlan;
+
     use super::{join, join_back};
 
     #[test]
@@ -198,8 +198,9 @@ mod tests {
             sizes[stamp] = size;
         }
         let mut faulty = vec![false; sizes.len()];
-        join(&sizes, 4, &mut faulty);
-        join_back(&sizes, 4, &mut faulty);
+        let plan = ReferenceFaultPlan::default();
+        join(&sizes, 4, &plan, &mut faulty);
+        join_back(&sizes, 4, &plan, &mut faulty);
         let found: Vec<usize> = (0..sizes.len()).filter(|stamp| faulty[*stamp]).collect();
         assert_eq!(found, (8..=13).collect::<Vec<_>>());
     }

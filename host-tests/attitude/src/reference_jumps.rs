@@ -3,6 +3,8 @@
 //! A jump is an outlier of one row of the increments. The error of a single stamp also appears in the next row with opposite
 //! sign, and is no jump.
 
+use rlg_plan::AttitudePlan;
+
 use crate::about::About;
 use crate::block_sums::Statistic;
 use crate::fitting::Fitting;
@@ -22,26 +24,15 @@ pub struct Jump {
     pub std_rad: [f64; 3],
 }
 
-/// Most jumps: a reference with more is unusable.
-const MOST: usize = 12;
-
-/// Least gain in log evidence of a jump over noise, less the price of its position.
-const LEAST_GAIN: f64 = 10.0;
-
-/// Least ratio of the statistic of a jump to that of the largest row without one.
-const APART: f64 = 4.0;
-
-/// Half-width of the window of local roughness \[rows\].
-const AROUND: usize = 20;
-
 /// Marks rows in which the reference jumped; true if there are any.
-pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
+pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps, plan: &AttitudePlan) -> bool {
+    let plan = &plan.reference_jumps;
     let increments = &about.increments;
     let mut left_rad = fitting.left_rad(&increments.rows_rad);
     increments.silence_free(&mut left_rad, |_| true);
-    let rough = roughness(&fitting.weighted(&left_rad, increments));
+    let rough = roughness(&fitting.weighted(&left_rad, increments), plan.around_rows);
     let mut seen: Vec<(usize, f64)> = Vec::new();
-    for _ in 0..=MOST {
+    for _ in 0..=plan.most {
         let weighted = fitting.weighted(&left_rad, increments);
         let deflated = |row: usize| weighted.of_jump(row) / rough[row];
         let rows = (0..increments.rows()).filter(|row| !increments.is_free(*row));
@@ -60,7 +51,7 @@ pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
             count: 3,
         };
         let gain = statistic.gained(true) - (increments.rows() as f64).ln();
-        if is_one_stamp || gain < LEAST_GAIN {
+        if is_one_stamp || gain < plan.least_gain {
             break;
         }
         let jump_rad = weighted.jump_rad(row);
@@ -71,7 +62,7 @@ pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps) -> bool {
     // Statistics that continue into the noise's own tail are noise.
     let apart = seen
         .windows(2)
-        .rposition(|pair| pair[0].1 > APART * pair[1].1);
+        .rposition(|pair| pair[0].1 > plan.apart * pair[1].1);
     let count = apart.map_or(0, |last| last + 1);
     for (row, _) in &seen[..count] {
         known.jumped[increments.stamps[row + 1]] = true;
@@ -101,13 +92,13 @@ pub fn sizes(about: &About, fitting: &Fitting, known: &Stamps) -> Vec<Jump> {
 }
 
 /// Local median of the jump statistic about each row, relative to that of noise; at least 1.
-fn roughness(weighted: &Weighted) -> Vec<f64> {
+fn roughness(weighted: &Weighted, around_rows: usize) -> Vec<f64> {
     let rows = weighted.rows();
     let all: Vec<f64> = (0..rows).map(|row| weighted.of_jump(row)).collect();
     (0..rows)
         .map(|row| {
-            let from = row.saturating_sub(AROUND);
-            let mut near = all[from..(row + AROUND + 1).min(rows)].to_vec();
+            let from = row.saturating_sub(around_rows);
+            let mut near = all[from..(row + around_rows + 1).min(rows)].to_vec();
             let middle = near.len() / 2;
             (*near.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN_CHI_SQUARED).max(1.0)
         })

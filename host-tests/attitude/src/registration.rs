@@ -187,7 +187,7 @@ pub(crate) fn settle(
             reference_jumps::find,
         ];
         for search in searches.iter().filter(|_| has_faults && pass > 0) {
-            if search(&about, &fitting, &mut known) {
+            if search(&about, &fitting, &mut known, &gyros.plan) {
                 let levels = fitting.fit.levels.clone();
                 (about, fitting) = fitted(&known, Some(levels))?;
             }
@@ -195,7 +195,11 @@ pub(crate) fn settle(
         let mut corrected_rad: Triad = std::array::from_fn(|_| vec![0.0; about.increments.rows()]);
         if pass > 0 {
             for _ in 0..2 {
-                fitting.shrink_outliers(&about.increments, &mut corrected_rad);
+                fitting.shrink_outliers(
+                    &about.increments,
+                    &mut corrected_rad,
+                    &gyros.plan.outliers,
+                );
             }
         }
         let steps = Steps::new(&kept, &fitting.fit.estimate, &fitting.fit.std);

@@ -5,6 +5,7 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
+use rlg_plan::RestBetweenPlan;
 use rlg_signal::still::ROTATION_RAD_S;
 
 use crate::about::Gyros;
@@ -16,18 +17,6 @@ pub(crate) struct Rest {
     /// Total duration \[s\].
     pub(crate) lasts_s: f64,
 }
-
-/// Duration of a window \[s\], and its least number of rows.
-const WINDOW_S: f64 = 0.25;
-const LEAST_ROWS: usize = 16;
-
-/// Largest variance of white noise: about the mean relative to that between neighbours, and relative to the quietest
-/// windows'.
-const WHITE: f64 = 2.0;
-const QUIET: f64 = 4.0;
-
-/// Tolerance of equal means in standard deviations, the Earth's rate included.
-const AGREE: f64 = 4.0;
 
 /// A stretch of constant mean rate.
 struct Steady {
@@ -55,17 +44,17 @@ impl Steady {
         squares.sum::<f64>() / (6 * (self.rows.len() - 1)) as f64
     }
 
-    fn agrees(&self, other: &Self, rate_hz: f64) -> bool {
+    fn agrees(&self, other: &Self, (rate_hz, tolerance): (f64, f64)) -> bool {
         let of_mean = |one: &Self| one.variance / one.rows.len() as f64;
         let earth = (ROTATION_RAD_S / rate_hz).powi(2);
         let variance = of_mean(self) + of_mean(other) + earth;
-        (self.mean_rad - other.mean_rad).norm_squared() < 3.0 * AGREE * AGREE * variance
+        (self.mean_rad - other.mean_rad).norm_squared() < 3.0 * tolerance * tolerance * variance
     }
 }
 
 /// Finds the stretches of the mean rate that recurs for longest; `None` if none recurs.
-pub(crate) fn find(gyros: &Gyros) -> Option<Rest> {
-    let length = ((WINDOW_S * gyros.rate_hz) as usize).max(LEAST_ROWS);
+pub(crate) fn find(gyros: &Gyros, plan: &RestBetweenPlan) -> Option<Rest> {
+    let length = ((plan.window_s * gyros.rate_hz) as usize).max(plan.least_rows);
     let windows: Vec<Steady> = (0..gyros.sensed_rad.len() / length)
         .map(|window| Steady::new(gyros, window * length..(window + 1) * length))
         .collect();
@@ -76,24 +65,21 @@ pub(crate) fn find(gyros: &Gyros) -> Option<Rest> {
     let tenth = variances.len() / 10;
     let quietest = *variances.select_nth_unstable_by(tenth, f64::total_cmp).1;
     let is_steady = |window: &Steady| {
-        window.variance <= QUIET * quietest
-            && window.variance <= WHITE * window.between_neighbours(gyros)
+        window.variance <= plan.quiet * quietest
+            && window.variance <= plan.white * window.between_neighbours(gyros)
     };
+    let within = (gyros.rate_hz, plan.agree);
     let mut steady: Vec<Steady> = Vec::new();
     for window in windows.into_iter().filter(is_steady) {
         match steady.last_mut() {
-            Some(last)
-                if last.rows.end == window.rows.start && last.agrees(&window, gyros.rate_hz) =>
-            {
+            Some(last) if last.rows.end == window.rows.start && last.agrees(&window, within) => {
                 *last = Steady::new(gyros, last.rows.start..window.rows.end);
             }
             _ => steady.push(window),
         }
     }
     let returning = steady.iter().map(|one| {
-        let alike = steady
-            .iter()
-            .filter(|other| one.agrees(other, gyros.rate_hz));
+        let alike = steady.iter().filter(|other| one.agrees(other, within));
         alike.map(|other| other.rows.clone()).collect::<Vec<_>>()
     });
     // Adjacent stretches are a drift, not a recurrence.
@@ -143,6 +129,7 @@ mod tests {
             lost_before: vec![0; sensed_rad.len() + 1],
             dither: None,
             reads: Reads::Attitudes,
+            plan: Default::default(),
             declared_walk_rad_sqrt_s: None,
             sensed_rad,
         }
@@ -151,16 +138,17 @@ mod tests {
     #[test]
     fn a_reading_that_returns_is_rest_and_a_steady_turn_is_not() {
         let turn = |row: usize| if (300..600).contains(&row) { 1.0 } else { 0.01 };
-        let rest = find(&gyros(turn)).expect("rests before and after");
+        let plan = RestBetweenPlan::default();
+        let rest = find(&gyros(turn), &plan).expect("rests before and after");
         let rows: usize = rest.stretches.iter().map(Range::len).sum();
         assert!((600..=700).contains(&rows), "{rows} rows");
         let reading = rest.mean(|row| Vector3::new(turn(row), 0.0, 0.0));
         assert!((reading.x - 0.01).abs() < 1e-12, "{reading}");
         assert!(
-            find(&gyros(|_| 0.5)).is_none(),
+            find(&gyros(|_| 0.5), &plan).is_none(),
             "a table that turns steadily"
         );
         let ramp = |row: usize| if row < 500 { 0.5 } else { 0.8 };
-        assert!(find(&gyros(ramp)).is_none(), "two speeds of a table");
+        assert!(find(&gyros(ramp), &plan).is_none(), "two speeds of a table");
     }
 }

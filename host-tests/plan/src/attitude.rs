@@ -27,6 +27,20 @@ section! {
         most_effects: usize = 6, "1", [0.0, 100.0];
         /// Residual power on held-out rows, relative to the noise model, above which the record is not fully explained.
         most_power: f64 = 10.0, "1", [1.0, 1e6];
+        /// Initial delay and rotation.
+        coarse: CoarseAttitudePlan;
+        /// Faulty stamps of the reference.
+        reference_faults: ReferenceFaultPlan;
+        /// Jumps of the reference.
+        reference_jumps: ReferenceJumpPlan;
+        /// Failed stretches of the reference.
+        failures: FailedReferencePlan;
+        /// Frozen attitudes.
+        held: FrozenReferencePlan;
+        /// Rest of the case between turns.
+        rest: RestBetweenPlan;
+        /// Errors of single stamps.
+        outliers: AttitudeOutlierPlan;
         /// Test of the attitudes' convention.
         conventions: ConventionPlan;
         /// Search for the settling of an attitude filter.
@@ -81,5 +95,115 @@ section! {
         block_s: f64 = 0.1, "s", [1e-4, 10.0];
         /// Largest share of the squares left without a high pass that one leaves.
         left: f64 = 0.3, "1", [0.0, 1.0];
+    }
+}
+
+section! {
+    /// Thresholds of the initial delay and rotation.
+    CoarseAttitudePlan {
+        /// Half-width of the search for the delay.
+        reach_s: f64 = 0.6, "s", [0.01, 60.0];
+        /// Least number of turns for an estimate of the delay.
+        least_turns: usize = 8, "1", [2.0, 1e6];
+        /// Most pieces of the record with a delay of their own: lost rows shift the later ones.
+        most_pieces: usize = 8, "1", [1.0, 1000.0];
+        /// Least number of turns in a piece with a delay of its own.
+        least_turns_of_a_piece: usize = 64, "1", [2.0, 1e6];
+        /// Most turns compared, to limit the effort.
+        most_turns: usize = 4000, "1", [10.0, 1e7];
+        /// Least angle between the fitted and the model's rotation at which the fitted one is used; below, the registration
+        /// converges by itself.
+        far_rad: f64 = 0.1, "rad", [0.0, 4.0];
+        /// Least duration of a turn, to limit the effect of attitude noise.
+        shortest_turn_s: f64 = 0.05, "s", [0.0, 10.0];
+        /// Longest turn; longer ones span gaps.
+        longest_turn_s: f64 = 1.5, "s", [0.01, 1000.0];
+    }
+}
+
+section! {
+    /// Criteria for faulty stamps of the reference.
+    ReferenceFaultPlan {
+        /// Width of the running median.
+        median_s: f64 = 0.6, "s", [0.001, 60.0];
+        /// Least distance of a spike from the running median, relative to its neighbours'.
+        spike: f64 = 12.0, "1", [1.0, 1e6];
+        /// Least distance of a stamp adjacent to a spike, relative to its neighbours': a reference recovers gradually from a
+        /// fault.
+        shoulder: f64 = 4.0, "1", [0.0, 1e6];
+        /// Largest distance in time of a stamp adjacent to a spike.
+        joined_s: f64 = 0.1, "s", [0.0, 60.0];
+        /// Duration of a stretch with a roughness of its own.
+        stretch_s: f64 = 4.0, "s", [0.1, 1000.0];
+        /// Least roughness of a rejected stretch, relative to the median of all and to that of similar motion.
+        rough: f64 = 6.0, "1", [1.0, 1e6];
+        /// Largest period of stamps for a running median.
+        slow_s: f64 = 0.11, "s", [0.0, 60.0];
+        /// Least number of stretches for a median.
+        least_stretches: usize = 8, "1", [2.0, 1e6];
+    }
+}
+
+section! {
+    /// Criteria for jumps of the reference.
+    ReferenceJumpPlan {
+        /// Most jumps: a reference with more is unusable.
+        most: usize = 12, "1", [0.0, 1000.0];
+        /// Least gain in log evidence of a jump over noise, less the price of its position.
+        least_gain: f64 = 10.0, "nat", [0.0, 1000.0];
+        /// Least ratio of the statistic of a jump to that of the largest row without one.
+        apart: f64 = 4.0, "1", [1.0, 1e6];
+        /// Half-width of the window of local roughness.
+        around_rows: usize = 20, "rows", [1.0, 1e6];
+    }
+}
+
+section! {
+    /// Criteria for stretches in which the reference failed.
+    FailedReferencePlan {
+        /// Least rate of an impossible step, relative to the fastest that the gyros sensed.
+        faster: f64 = 3.0, "1", [1.0, 1e6];
+        /// Least rate of an impossible step, relative to the median step of the reference: its noise is no turn.
+        unusual: f64 = 10.0, "1", [1.0, 1e6];
+        /// Longest time between impossible steps of one stretch.
+        joined_s: f64 = 1.0, "s", [0.0, 1000.0];
+        /// Least number of impossible steps of a stretch: fewer are spikes or jumps.
+        least_steps: usize = 5, "1", [1.0, 1e6];
+    }
+}
+
+section! {
+    /// Criteria for frozen attitudes.
+    FrozenReferencePlan {
+        /// Least number of consecutive equal attitudes.
+        least_equal: usize = 3, "1", [2.0, 1e6];
+        /// Least angle between gyros and reference over a frozen span, as a multiple of the 90th percentile of spans
+        /// elsewhere.
+        apart: f64 = 6.0, "1", [1.0, 1e6];
+    }
+}
+
+section! {
+    /// Criteria for rest of the case between turns.
+    RestBetweenPlan {
+        /// Duration of a window.
+        window_s: f64 = 0.25, "s", [0.001, 60.0];
+        /// Least number of rows of a window.
+        least_rows: usize = 16, "rows", [2.0, 1e6];
+        /// Largest variance about the mean of a window at rest, relative to that between neighbours: white noise has both
+        /// alike.
+        white: f64 = 2.0, "1", [1.0, 1e6];
+        /// Largest variance of a window at rest, relative to that of the quietest windows.
+        quiet: f64 = 4.0, "1", [1.0, 1e6];
+        /// Tolerance of equal means in standard deviations, the Earth's rate included.
+        agree: f64 = 4.0, "1", [0.0, 1000.0];
+    }
+}
+
+section! {
+    /// Criteria for errors of single stamps.
+    AttitudeOutlierPlan {
+        /// Least size of an outlier in standard deviations; the excess is subtracted.
+        beyond: f64 = 4.0, "1", [1.0, 1000.0];
     }
 }
