@@ -66,7 +66,7 @@ fn forms(likelihood: &impl Likelihood, record: usize) -> Vec<String> {
         .counts
         .iter()
         .chain(energy)
-        .any(|value| !(*value >= 0.0))
+        .any(|value| value.is_nan() || *value < 0.0)
     {
         broken.push("a count or an energy is negative".to_owned());
     }

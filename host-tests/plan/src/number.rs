@@ -9,7 +9,7 @@ pub struct Number {
     pub values: Vec<f64>,
     /// True for integers.
     pub is_count: bool,
-    /// Unit as written; `1` for a ratio, σ for standard deviations.
+    /// Unit as written; empty for a ratio or a count, σ for standard deviations.
     pub unit: &'static str,
     /// Smallest and largest permitted value.
     pub range: [f64; 2],
@@ -50,7 +50,7 @@ impl Entry<'_> {
             name: self.name.clone(),
             values,
             is_count,
-            unit: self.unit,
+            unit: if self.unit == "1" { "" } else { self.unit },
             range: self.range,
             reason: self.doc.split_whitespace().collect::<Vec<_>>().join(" "),
         }
