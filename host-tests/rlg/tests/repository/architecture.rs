@@ -20,10 +20,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 29] = [
         &["rlg-plan", "rlg-recording", "rlg-model", "strapdown"],
     ),
     ("rlg-inference", &["rlg-plan"]),
-    (
-        "rlg-catalogue",
-        &["rlg-plan", "rlg-signal", "rlg-inference"],
-    ),
+    ("rlg-catalogue", &["rlg-signal", "rlg-inference"]),
     ("rlg-findings", &["rlg-recording", "rlg-model"]),
     (
         "rlg-diagnosis",
@@ -112,7 +109,6 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 29] = [
             "rlg-model",
             "rlg-simulator",
             "rlg-findings",
-            "rlg-diagnosis",
             "rlg-flow",
         ],
     ),
