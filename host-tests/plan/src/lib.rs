@@ -1,11 +1,10 @@
 //! Thresholds of a diagnosis: one tree of numbers, each with unit, permitted range and reason, fixed before the data are seen.
 //!
 //! A package takes the section that it needs; [`Plan`] has them all. `rlg plan` prints the tree as a file that
-//! `rlg diagnose --plan FILE` reads ([`file`]), `docs/plan.md` is its table, and `rlg challenge --marks --vary NAME`
+//! `rlg diagnose --plan FILE` reads, `docs/plan.md` is its table, and `rlg challenge --marks --vary NAME`
 //! evaluates other values of one number.
 
 mod attitude;
-mod file;
 mod force;
 mod inference;
 mod judgement;
@@ -18,19 +17,18 @@ mod several;
 mod signal;
 
 pub use attitude::*;
-pub use file::Refused;
 pub use force::*;
 pub use inference::*;
 pub use judgement::*;
 pub use long::*;
-pub use number::{Entry, Number};
+pub use number::Number;
 pub use rates::*;
 pub use rest::*;
-pub use section::{Facts, Field};
 pub use several::*;
 pub use signal::*;
 
-use section::section;
+use number::Entry;
+use section::{Facts, Field, section};
 
 section! {
     /// All thresholds of a diagnosis.
@@ -78,32 +76,87 @@ impl Plan {
         sections
     }
 
-    /// Returns the numbers that differ from the defaults.
-    pub fn changed(&self) -> Vec<Number> {
+    /// Returns the number `name`; `None` for an unknown name.
+    pub fn number(&self, name: &str) -> Option<Number> {
+        self.numbers()
+            .into_iter()
+            .find(|number| number.name == name)
+    }
+
+    /// Returns the numbers that differ from the defaults, each beside its default.
+    pub fn changed(&self) -> Vec<(Number, Number)> {
         let defaults = Plan::default().numbers();
         let numbers = self.numbers().into_iter().zip(defaults);
         numbers
             .filter(|(own, default)| own.values != default.values)
-            .map(|(own, _)| own)
             .collect()
+    }
+
+    /// Replaces the number `name`, if there is one, by as many values; counts are rounded.
+    pub fn with(mut self, name: &str, values: &[f64]) -> Self {
+        self.visit(&mut |mut entry| {
+            if entry.name == name {
+                entry.set(values);
+            }
+        });
+        self
     }
 
     /// Scales the number `name` by `factor`, to the next integer where it counts; returns the plan and the new value of its
     /// first element, or `None` for an unknown name.
-    pub fn scaled(mut self, name: &str, factor: f64) -> Option<(Self, f64)> {
-        let mut scaled = None;
-        self.visit(&mut |mut entry| {
-            if entry.name == name {
-                let values: Vec<f64> = entry
-                    .number()
+    pub fn scaled(self, name: &str, factor: f64) -> Option<(Self, f64)> {
+        let values = self.number(name)?.values;
+        let values: Vec<f64> = values.iter().map(|value| value * factor).collect();
+        let plan = self.with(name, &values);
+        Some((plan, plan.number(name)?.values[0]))
+    }
+
+    fn visit(&mut self, visitor: &mut dyn FnMut(Entry<'_>)) {
+        let nowhere = Facts {
+            unit: "",
+            range: [0.0; 2],
+            doc: "",
+        };
+        self.walk("", nowhere, visitor);
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Number, Plan};
+
+    #[test]
+    fn every_default_lies_in_its_range_and_has_a_reason() {
+        let numbers = Plan::default().numbers();
+        for (place, number) in numbers.iter().enumerate() {
+            let [low, high] = number.range;
+            let is_within = |value: &f64| (low..=high).contains(value);
+            assert!(number.values.iter().all(is_within), "{number:?}");
+            assert!(!number.reason.is_empty(), "{number:?}");
+            let is_same = |other: &Number| other.name == number.name;
+            assert!(
+                !numbers[..place].iter().any(is_same),
+                "{} twice",
+                number.name
+            );
+        }
+    }
+
+    #[test]
+    fn every_number_is_scaled_alone() {
+        let before = Plan::default().numbers();
+        for (place, number) in before.iter().enumerate() {
+            let (plan, _) = Plan::default().scaled(&number.name, 2.0).expect("known");
+            for (other, now) in plan.numbers().iter().enumerate() {
+                let factor = if other == place { 2.0 } else { 1.0 };
+                let expected: Vec<f64> = before[other]
                     .values
                     .iter()
                     .map(|value| value * factor)
                     .collect();
-                entry.set(&values);
-                scaled = Some(entry.number().values[0]);
+                assert_eq!(now.values, expected, "{} by {}", now.name, number.name);
             }
-        });
-        scaled.map(|value| (self, value))
+        }
+        assert!(Plan::default().scaled("no number", 2.0).is_none());
     }
 }

@@ -91,14 +91,6 @@ macro_rules! section {
             }
         }
 
-        impl $section {
-            /// Calls `visitor` for each number, by its path from here.
-            pub fn visit(&mut self, visitor: &mut dyn FnMut($crate::number::Entry<'_>)) {
-                let nowhere = $crate::section::Facts { unit: "", range: [0.0; 2], doc: "" };
-                $crate::section::Field::walk(self, "", nowhere, visitor);
-            }
-        }
-
         impl $crate::section::Field for $section {
             fn walk(
                 &mut self,

@@ -20,6 +20,8 @@ pub mod import;
 
 pub mod export;
 
+pub mod plan_file;
+
 pub mod plausibility;
 
 pub mod fleet;

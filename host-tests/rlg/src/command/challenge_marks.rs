@@ -73,8 +73,8 @@ pub struct MarksOptions {
     #[arg(long, default_value_t = 240_000, value_name = "N", requires = "marks",
         value_parser = clap::value_parser!(u32).range(2_000..=20_000_000))]
     most_rows: u32,
-    /// Diagnose the same trials with this number of the plan (rlg plan prints them; judgement.naming) halved, times 0.7, as it is, times
-    /// 1.4 and doubled, and print what each gives
+    /// Diagnose the same trials with this number of the plan (rlg plan prints them; judgement.naming) halved, times 0.7,
+    /// as it is, times 1.4 and doubled, and print what each gives
     #[arg(long, value_name = "NUMBER", requires = "marks", conflicts_with = "keep",
         value_parser = number_of_plan)]
     vary: Option<String>,
@@ -209,10 +209,9 @@ fn declares(text: &str) -> Result<Declares, String> {
 
 /// Reads the name of a number of the plan.
 fn number_of_plan(name: &str) -> Result<String, String> {
-    let numbers = rlg_plan::Plan::default().numbers();
-    match numbers.iter().any(|number| number.name == name) {
-        true => Ok(name.to_owned()),
-        false => Err("expected a number of the plan, with its section, as rlg plan prints them: judgement.naming".to_owned()),
+    match rlg_plan::Plan::default().number(name) {
+        Some(number) => Ok(number.name),
+        None => Err("expected a number of the plan, with its section, as rlg plan prints them: judgement.naming".to_owned()),
     }
 }
 

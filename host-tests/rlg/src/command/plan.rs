@@ -1,6 +1,5 @@
 //! `rlg plan`: prints the thresholds of a diagnosis as a file for `rlg diagnose --plan`; reads such a file.
 
-use std::fs;
 use std::path::{Path, PathBuf};
 
 use clap::Args;
@@ -9,6 +8,7 @@ use rlg_plan::{Number, Plan};
 use serde_json::{Map, json};
 
 use crate::error::InputError;
+use crate::plan_file;
 use crate::terminal::Terminal;
 
 /// Print the thresholds of a diagnosis
@@ -28,7 +28,7 @@ impl PlanCommand {
     /// Prints the plan.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let plan = given(self.file.as_deref())?;
-        terminal.say(plan.to_toml().trim_end());
+        terminal.say(plan_file::to_toml(&plan).trim_end());
         let numbers = plan.numbers().into_iter().map(|number| {
             let facts = json!({
                 "value": values(&number),
@@ -51,43 +51,18 @@ fn values(number: &Number) -> serde_json::Value {
 }
 
 /// Reads a plan; the defaults without a file.
-///
-/// # Errors
-/// The file cannot be read, or is refused by [`Plan::from_toml`].
 pub(super) fn given(file: Option<&Path>) -> Result<Plan, InputError> {
-    let Some(file) = file else {
-        return Ok(Plan::default());
-    };
-    let bytes = fs::read(file).map_err(|error| InputError::unreadable(file, &error))?;
-    let text = String::from_utf8(bytes).map_err(|_| {
-        InputError::new(file, "is not UTF-8 text").expected("a plan, as rlg plan prints it")
-    })?;
-    Plan::from_toml(&text).map_err(|refused| {
-        let mut error = InputError::new(file, refused.problem).channel(refused.key);
-        if let Some(value) = refused.value {
-            error = error.value(value);
-        }
-        match refused.expected {
-            Some(expected) => error.expected(expected),
-            None => error.expected("a plan, as rlg plan prints it"),
-        }
-    })
+    file.map_or_else(|| Ok(Plan::default()), plan_file::read)
 }
 
 /// Entries of `diagnosis.json` for the numbers that differ from the defaults.
 pub(super) fn entries(plan: &Plan) -> Vec<PlanEntry> {
-    let defaults = Plan::default().numbers();
     let changed = plan.changed().into_iter();
     changed
-        .filter_map(|number| {
-            let default = defaults
-                .iter()
-                .find(|default| default.name == number.name)?;
-            Some(PlanEntry {
-                number: number.name,
-                value: number.values,
-                default: default.values.clone(),
-            })
+        .map(|(own, default)| PlanEntry {
+            number: own.name,
+            value: own.values,
+            default: default.values,
         })
         .collect()
 }
