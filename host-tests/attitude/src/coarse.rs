@@ -9,23 +9,24 @@ use crate::alignment::{Alignment, Free};
 use crate::gyro_motion::GyroMotion;
 
 /// Turns of the reference, with the gyros' motion.
-struct Compared<'a> {
-    plan: &'a CoarseAttitudePlan,
+struct Compared {
+    /// Least angle between the rotations at which the fitted one is used \[rad\].
+    far_rad: f64,
     motion: GyroMotion,
     turns: Vec<Turn>,
     /// Delay of highest correlation of the rates' magnitudes, or the model's if that is nearly as good \[s\].
     delay_s: f64,
 }
 
-impl<'a> Compared<'a> {
+impl Compared {
     /// Estimates the delay by a grid search; `None` if turns are too few.
     fn new(
         gyros: &Gyros,
         samples: &[SlowSample],
         tested: &[bool],
         of_model: &Alignment,
-        plan: &'a CoarseAttitudePlan,
     ) -> Option<Self> {
+        let plan = &gyros.plan.coarse;
         let motion = gyros.motion(gyros.sensed_rad.clone());
         let turns = turns(samples, tested, plan);
         if turns.len() < plan.least_turns {
@@ -33,7 +34,7 @@ impl<'a> Compared<'a> {
         }
         let delay_s = best_delay_s(&motion, &turns, of_model.delay_s, plan);
         Some(Self {
-            plan,
+            far_rad: plan.far_rad,
             motion,
             turns,
             delay_s,
@@ -56,7 +57,7 @@ impl<'a> Compared<'a> {
         let away_rad = nalgebra::UnitQuaternion::from_rotation_matrix(&away).angle();
         // A motion about one axis does not determine the rotation about it.
         let is_better = self.left(&map) < 0.5 * self.left(model);
-        match away_rad > self.plan.far_rad && is_better {
+        match away_rad > self.far_rad && is_better {
             true => map,
             false => *model,
         }
@@ -96,8 +97,8 @@ pub fn likeness(
     samples: &[SlowSample],
     tested: &[bool],
     of_model: &Alignment,
-    plan: &CoarseAttitudePlan,
 ) -> Option<Likeness> {
+    let plan = &gyros.plan.coarse;
     let motion = gyros.motion(gyros.sensed_rad.clone());
     let turns = turns(samples, tested, plan);
     if turns.len() < plan.least_turns {
@@ -169,10 +170,9 @@ impl Start {
         samples: &[SlowSample],
         tested: &[bool],
         of_model: &Alignment,
-        plan: &CoarseAttitudePlan,
     ) -> Self {
         let map = of_model.sensed_from_body;
-        let Some(mut compared) = Compared::new(gyros, samples, tested, of_model, plan) else {
+        let Some(mut compared) = Compared::new(gyros, samples, tested, of_model) else {
             return Self {
                 both: (of_model.delay_s, map),
                 turn: map,

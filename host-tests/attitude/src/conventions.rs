@@ -111,8 +111,7 @@ fn other_reading(
     let of_model = Alignment::of_model(model);
     let compared = |samples: &[SlowSample]| {
         let left_out = &observed.stamps.left_out;
-        let gyros = &observed.gyros;
-        coarse::likeness(gyros, samples, left_out, &of_model, &gyros.plan.coarse)
+        coarse::likeness(&observed.gyros, samples, left_out, &of_model)
     };
     let given = compared(&observed.samples).filter(|likeness| likeness.left > plan.fits)?;
     let better = match given.turned_rad > plan.implausible_rad {

@@ -115,7 +115,7 @@ pub fn diagnose(
         observed.zeroed =
             zeroing::find(&observed.gyros, reference, &settings.plan.attitude.zeroing);
         zeroing::undo(&mut observed.gyros, zeroing::high_passes(&observed.zeroed));
-        let lines = own_lines::of(&observed, reference, &settings.plan.attitude.lines);
+        let lines = own_lines::of(&observed, reference, &settings.plan.signal.own_lines);
         observed.take_lines(lines);
     }
     let fit = if observed.is_few { of_few } else { of_many };
@@ -211,7 +211,6 @@ fn fit_many(
         &observed.samples,
         &observed.stamps.left_out,
         of_model,
-        &settings.plan.attitude.coarse,
     );
     let called_for = |observed: &Observed, registered: &Registration| {
         let beyond = registered.alignment.beyond(of_model);
@@ -352,7 +351,7 @@ fn of_few(
     let known_rad = observed.gyro(&about, model_file)?.known_rad(observed.model);
     observed.take_out(&known_rad);
     let belief = NoiseBelief::new(observed.model, &observed.gyros, &settings.plan);
-    let rest = rest::find(&observed.gyros, &settings.plan.attitude.rest);
+    let rest = rest::find(&observed.gyros);
     let mut alignment = of_model.clone();
     let mut free: Free = Vec::new();
     let mut pass = 0;

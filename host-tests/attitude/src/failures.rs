@@ -1,12 +1,12 @@
 //! Stretches in which the reference failed: it turned faster than the unit ever did.
 
-use rlg_plan::FailedReferencePlan;
 use rlg_signal::attitude_samples::SlowSample;
 
 use crate::about::Gyros;
 
 /// Marks the stamps of such stretches.
-pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample], plan: &FailedReferencePlan) -> Vec<bool> {
+pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
+    let plan = &gyros.plan.failures;
     let mut failed = vec![false; samples.len()];
     let steps: Vec<(usize, f64)> = (1..samples.len())
         .filter(|&stamp| samples[stamp].time_s > samples[stamp - 1].time_s)

@@ -1,13 +1,13 @@
 //! Frozen attitudes: the reference repeats its last value while the gyros turn.
 
-use rlg_plan::FrozenReferencePlan;
 use rlg_signal::attitude_samples::SlowSample;
 
 use crate::about::Gyros;
 use crate::gyro_motion::GyroMotion;
 
 /// Marks attitudes that only repeat the one before while the gyros turn.
-pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample], plan: &FrozenReferencePlan) -> Vec<bool> {
+pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
+    let plan = &gyros.plan.held;
     let mut held = vec![false; samples.len()];
     let runs = runs(samples, plan.least_equal);
     if runs.is_empty() {

@@ -74,8 +74,7 @@ impl Observed<'_> {
         let fitted = samples.len() - (held_out * samples.len() as f64) as usize;
         (self.known, self.tested) = known_stamps(self.model, samples, fitted);
         self.stamps = self.known.clone();
-        let held = held::find(&self.gyros, samples, &plan.attitude.held);
-        let failed = failures::find(&self.gyros, samples, &plan.attitude.failures);
+        let [held, failed] = [held::find, failures::find].map(|find| find(&self.gyros, samples));
         for stamp in (0..samples.len()).filter(|stamp| held[*stamp] || failed[*stamp]) {
             self.stamps.left_out[stamp] = true;
             self.tested[stamp] = false;

@@ -5,7 +5,6 @@
 use std::ops::Range;
 
 use nalgebra::Vector3;
-use rlg_plan::RestBetweenPlan;
 use rlg_signal::still::ROTATION_RAD_S;
 
 use crate::about::Gyros;
@@ -53,7 +52,8 @@ impl Steady {
 }
 
 /// Finds the stretches of the mean rate that recurs for longest; `None` if none recurs.
-pub(crate) fn find(gyros: &Gyros, plan: &RestBetweenPlan) -> Option<Rest> {
+pub(crate) fn find(gyros: &Gyros) -> Option<Rest> {
+    let plan = &gyros.plan.rest;
     let length = ((plan.window_s * gyros.rate_hz) as usize).max(plan.least_rows);
     let windows: Vec<Steady> = (0..gyros.sensed_rad.len() / length)
         .map(|window| Steady::new(gyros, window * length..(window + 1) * length))
@@ -138,17 +138,16 @@ mod tests {
     #[test]
     fn a_reading_that_returns_is_rest_and_a_steady_turn_is_not() {
         let turn = |row: usize| if (300..600).contains(&row) { 1.0 } else { 0.01 };
-        let plan = RestBetweenPlan::default();
-        let rest = find(&gyros(turn), &plan).expect("rests before and after");
+        let rest = find(&gyros(turn)).expect("rests before and after");
         let rows: usize = rest.stretches.iter().map(Range::len).sum();
         assert!((600..=700).contains(&rows), "{rows} rows");
         let reading = rest.mean(|row| Vector3::new(turn(row), 0.0, 0.0));
         assert!((reading.x - 0.01).abs() < 1e-12, "{reading}");
         assert!(
-            find(&gyros(|_| 0.5), &plan).is_none(),
+            find(&gyros(|_| 0.5)).is_none(),
             "a table that turns steadily"
         );
         let ramp = |row: usize| if row < 500 { 0.5 } else { 0.8 };
-        assert!(find(&gyros(ramp), &plan).is_none(), "two speeds of a table");
+        assert!(find(&gyros(ramp)).is_none(), "two speeds of a table");
     }
 }

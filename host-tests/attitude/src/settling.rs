@@ -118,13 +118,7 @@ pub(crate) fn find(
     of_model: &Alignment,
     plan: &SettlingPlan,
 ) -> Option<Settling> {
-    let likeness = crate::coarse::likeness(
-        gyros,
-        samples,
-        &vec![false; samples.len()],
-        of_model,
-        &gyros.plan.coarse,
-    )?;
+    let likeness = crate::coarse::likeness(gyros, samples, &vec![false; samples.len()], of_model)?;
     let motion = gyros.motion(gyros.sensed_rad.clone());
     let rows = Rows::new(&motion, samples, &likeness)?;
     let longest_s = rows.lasts_s() / plan.least_lengths;
@@ -151,8 +145,7 @@ pub(crate) fn find(
     rough.undo(&mut without);
     // A fast settling hides the delay and the rotation of the first seconds.
     let left_out = vec![false; samples.len()];
-    let likeness =
-        crate::coarse::likeness(gyros, &without, &left_out, of_model, &gyros.plan.coarse)?;
+    let likeness = crate::coarse::likeness(gyros, &without, &left_out, of_model)?;
     let refined = refined((&motion, samples), (&likeness, rough), longest_s)?;
     without.copy_from_slice(samples);
     refined.undo(&mut without);

@@ -16,7 +16,7 @@ use rlg_findings::result::{
     ChannelEntry, EffectEntry, EvidenceEntry, ForceNoiseEntry, LocationEntry, ParameterEntry,
     RunnerUp, Tested, UNLISTED, Verdict,
 };
-use rlg_findings::sentences::{effect_lines, opening};
+use rlg_findings::sentences::{NEEDED_SNR, effect_lines, opening};
 use rlg_findings::updated_model::{say_choice, switch_on};
 use rlg_inference::{Columns, Drift};
 use rlg_model::{EffectValue, ModelEffect};
@@ -578,7 +578,7 @@ impl Diagnosed {
                 return Some(format!("{}: not tried", kind.kind));
             }
             let snr = self.shows(kind);
-            (snr < self.plan.force.needed_snr).then(|| {
+            (snr < NEEDED_SNR).then(|| {
                 format!(
                     "{}: of typical size ({:.0e} {}) it would show here at an SNR of {snr:.1}",
                     kind.kind, kind.typical, kind.unit

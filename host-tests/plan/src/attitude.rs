@@ -1,6 +1,5 @@
 //! Gyros with an attitude reference.
 
-use crate::OwnLinesPlan;
 use crate::section::section;
 
 section! {
@@ -47,8 +46,6 @@ section! {
         settling: SettlingPlan;
         /// Search for automatic zeroing.
         zeroing: ZeroingPlan;
-        /// Search for lines of the gyros alone.
-        lines: OwnLinesPlan;
     }
 }
 

@@ -15,8 +15,6 @@ section! {
         least_fitted_s: f64 = 2.0, "s", [0.0, 1e5];
         /// Convergence limit of a vertical or a delay between passes.
         settled: f64 = 0.1, "σ", [1e-6, 10.0];
-        /// Matched-filter SNR below which a kind of typical size is not excluded.
-        needed_snr: f64 = 7.0, "1", [0.0, 1000.0];
         /// Still positions without a reference.
         positions: PositionPlan;
     }

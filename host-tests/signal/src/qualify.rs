@@ -175,7 +175,8 @@ fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64], plan: &FaultPla
     all >= fault.rows.len() && silent as f64 > plan.silent * all as f64
 }
 
-/// Merges the faults of one kind and channel, where they exceed [`FaultPlan::many`], into one with their count, from the first to the last.
+/// Merges the faults of one kind and channel, where they exceed [`FaultPlan::many`], into one with their count, from the
+/// first to the last.
 fn gathered(faults: Vec<Fault>, plan: &FaultPlan) -> Vec<Fault> {
     let mut counts: HashMap<(&str, String), (usize, usize)> = HashMap::new();
     for fault in &faults {

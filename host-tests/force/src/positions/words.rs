@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use rlg_findings::result::{ChannelEntry, EffectEntry, UNLISTED, Verdict};
-use rlg_findings::sentences::{combination, effect_lines, opening};
+use rlg_findings::sentences::{NEEDED_SNR, combination, effect_lines, opening};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_signal::axes::AXES;
 
@@ -98,12 +98,11 @@ impl Diagnosed {
 
     /// Parameters of a kind that would not show at its typical size.
     fn too_small(&self, kind: &Kind) -> Option<String> {
-        let needed = self.plan.force.needed_snr;
         let snr = |std: f64| kind.typical / std.max(f64::MIN_POSITIVE);
         let stds = self.stds(kind);
         let small: Vec<String> = stds
             .iter()
-            .filter(|(_, std)| snr(*std) < needed)
+            .filter(|(_, std)| snr(*std) < NEEDED_SNR)
             .map(|(column, std)| {
                 let signs = names(*column).into_iter().collect();
                 format!("{} at an SNR of {:.1}", combination(&signs), snr(*std))
