@@ -7,8 +7,8 @@ use rlg_signal::still::ROTATION_RAD_S;
 /// Kinds that make a constant rate of this size \[rad/s\], within the priors of their own sizes.
 ///
 /// # Inputs
-/// `gravity_m_s2`: at the site.
-pub(super) fn alike(bias_rad_s: Vector3<f64>, gravity_m_s2: f64) -> Vec<String> {
+/// `gravity_m_s2`: at the site; `deviations`: of the prior on a size, up to which it explains the rate.
+pub(super) fn alike(bias_rad_s: Vector3<f64>, gravity_m_s2: f64, deviations: f64) -> Vec<String> {
     let size_rad_s = bias_rad_s.norm();
     let mut kinds = Vec::new();
     // A change of direction of the same rotation is twice its size at most.
@@ -25,12 +25,9 @@ pub(super) fn alike(bias_rad_s: Vector3<f64>, gravity_m_s2: f64) -> Vec<String> 
             .into_iter()
             .filter(|(kind, input)| {
                 let largest = entries::find(kind).map_or(0.0, |entry| entry.size.largest);
-                size_rad_s <= BEYOND * largest * input
+                size_rad_s <= deviations * largest * input
             })
             .map(|(kind, _)| kind.to_string()),
     );
     kinds
 }
-
-/// Standard deviations of the prior on a size, beyond any unit.
-const BEYOND: f64 = 3.0;

@@ -80,7 +80,7 @@ pub(super) fn search(
         let Some(peak) = peaks.min_by(|a, b| a.ln_chance.total_cmp(&b.ln_chance)) else {
             break;
         };
-        let shape = Shape::fitted(&powers, &peak);
+        let shape = Shape::fitted(&powers, &peak, plan);
         let band = Band {
             ln_chance: peak.ln_chance,
             ..measured((&powers, &noise), &shape, grid, lattice, plan)
@@ -145,9 +145,7 @@ struct Peak {
 
 /// Most significant window over all widths and places, if it is significant.
 fn strongest(power: &[f64], plan: &BandPlan) -> Option<Peak> {
-    /// Half-widths of the neighbourhood, and of the guard between it and the window, in half-widths of the window.
-    const AROUND: usize = 8;
-    const GUARD: usize = 2;
+    let BandPlan { around, guard, .. } = *plan;
     let mut sums = vec![0.0; power.len() + 1];
     for (k, value) in power.iter().enumerate() {
         sums[k + 1] = sums[k] + value;
@@ -159,17 +157,17 @@ fn strongest(power: &[f64], plan: &BandPlan) -> Option<Peak> {
     // A band narrower than its frequency by less than this is broad noise, which the noise terms hold.
     let narrow =
         |centre: usize, half: usize| centre as f64 > plan.least_quality * 2.0 * half as f64;
-    while AROUND * half * 2 < power.len() {
-        for centre in (AROUND * half..power.len() - AROUND * half).step_by(half / 2) {
+    while around * half * 2 < power.len() {
+        for centre in (around * half..power.len() - around * half).step_by(half / 2) {
             if !narrow(centre, half) {
                 continue;
             }
             trials += 1;
             let inside = sum(centre - half, centre + half);
-            let guard = sum(centre - GUARD * half, centre + GUARD * half);
-            let around = sum(centre - AROUND * half, centre + AROUND * half) - guard;
-            let counts = [2 * half, 2 * (AROUND - GUARD) * half].map(|count| count as f64);
-            let gain = excess_gain([inside, around], counts);
+            let guarded = sum(centre - guard * half, centre + guard * half);
+            let beside = sum(centre - around * half, centre + around * half) - guarded;
+            let counts = [2 * half, 2 * (around - guard) * half].map(|count| count as f64);
+            let gain = excess_gain([inside, beside], counts);
             let ln_chance = -0.5 * gain;
             if best.as_ref().is_none_or(|best| ln_chance < best.ln_chance) {
                 best = Some(Peak {
@@ -223,16 +221,14 @@ impl Shape {
     }
 
     /// Fits place and width of a band common to all gyros.
-    fn fitted(powers: &Triad, peak: &Peak) -> Self {
-        /// Half-width of the region in half-widths of the window.
-        const REACH: usize = 12;
+    fn fitted(powers: &Triad, peak: &Peak, plan: &BandPlan) -> Self {
         /// Steps of the compass search as shares of the half-width, and their number of halvings.
         const STEP: f64 = 0.5;
         const HALVINGS: usize = 8;
         let mut best = Self {
             centre: peak.centre as f64,
             half_width: 0.5 * peak.half_width as f64,
-            about: [peak.centre, REACH * peak.half_width],
+            about: [peak.centre, plan.reach * peak.half_width],
         };
         let ln_likelihood = |shape: &Self| -> f64 {
             let each = powers.iter().map(|power| Levels::fitted(power, shape));

@@ -28,10 +28,7 @@ pub fn diagnose(
     of: (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
-    /// Number of rows summed to one at a time.
-    const SUMMED: usize = 4;
-    /// Least number of rows that are left: six octaves of noise.
-    const LEAST_ROWS: usize = 512;
+    let summing = settings.plan.rest.summing;
     let forces = streams.accelerometers.as_ref().ok();
     let forces = forces
         .and_then(|rows| terms::of_accelerometers(rows, &settings.plan))
@@ -46,7 +43,7 @@ pub fn diagnose(
             streams,
             of.0,
             (&first.left_rad, &first.parted),
-            settings.seed,
+            (&settings.plan.rest, settings.seed),
         ),
         control: control::of_shuffled(&first, streams.rate_hz, &settings.plan, settings.seed),
     };
@@ -55,9 +52,9 @@ pub fn diagnose(
     if let Some(narrow) = &answer.first.narrow {
         add_triad(&mut sensed_rad, &narrow.rows_rad(), -1.0);
     }
-    while !is_noise && streams.rows / SUMMED >= LEAST_ROWS {
+    while !is_noise && streams.rows / summing.summed >= summing.least_rows {
         streams.sensed_rad = sensed_rad;
-        streams.sum_rows(SUMMED);
+        streams.sum_rows(summing.summed);
         sensed_rad = streams.sensed_rad.clone();
         let Some(next) = look(settings, streams, &[], (of, false), progress)? else {
             break;

@@ -238,7 +238,7 @@ impl Search<'_> {
 
     /// Best product of known lines about a frequency, and its ln L less the price of the trials.
     fn product(&self, hz: f64, gyros: &[usize], weighed: &[Weighed; 3]) -> Option<(Line, f64)> {
-        let all = products(&self.lines);
+        let all = products(&self.lines, &self.plan.rest.lines);
         let cost = (all.len().max(1) as f64).ln();
         let near = all.into_iter().filter(|orders| {
             let away_hz = shown_hz(orders, &self.lines, self.clock) - hz;

@@ -8,6 +8,7 @@ use rlg_inference::Observations;
 use rlg_inference::observations::runs;
 use rlg_model::Model;
 use rlg_model::kinds::FAULT_KINDS;
+use rlg_plan::Plan;
 use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
 use rlg_signal::partition::Use;
@@ -101,7 +102,7 @@ pub(super) fn look(
     let Some(observations) = Observations::bridged(&data.streams.usable) else {
         return Ok(None);
     };
-    set_aside(&mut data, &observations);
+    set_aside(&mut data, &observations, plan);
     let Some((mut found, mut unlike)) = steadily(&mut data, &mut rest, settings, progress) else {
         return Ok(None);
     };
@@ -200,7 +201,7 @@ fn beside_lines(
             add_triad(&mut data.residual_rad, &narrow.rows_rad(), -1.0);
             data.aside.explained_rad = narrow.news_rad(clock, data.model);
         }
-        set_aside(data, observations);
+        set_aside(data, observations, &settings.plan);
         if !narrow.as_ref().is_some_and(Narrow::is_any) {
             break;
         }
@@ -213,8 +214,8 @@ fn beside_lines(
 }
 
 /// Sets aside the part of the residual that is too narrow for the noise terms.
-fn set_aside(data: &mut Data, observations: &Observations) {
-    let quiet_rad = steady::without_lines(&data.residual_rad, observations);
+fn set_aside(data: &mut Data, observations: &Observations, plan: &Plan) {
+    let quiet_rad = steady::without_lines(&data.residual_rad, observations, &plan.rest.steady);
     let mut narrow_rad = std::mem::replace(&mut data.residual_rad, quiet_rad);
     add_triad(&mut narrow_rad, &data.residual_rad, -1.0);
     data.aside.unexplained_rad = narrow_rad;

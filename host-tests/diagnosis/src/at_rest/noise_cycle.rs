@@ -9,17 +9,9 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use realfft::num_complex::Complex64;
+use rlg_plan::CyclePlan;
 use rlg_signal::streams::Triad;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
-
-/// Significance level of a cycle, trials counted.
-const SIGNIFICANCE: f64 = 1e-4;
-
-/// Longest cycle \[rows\]: rates in use have ratios of small whole numbers.
-const LONGEST_ROWS: usize = 8;
-
-/// Number of neighbouring frequencies for the chance power.
-const NEIGHBOURS: i32 = 24;
 
 /// Cycle of the noise's power.
 #[derive(Debug, Clone, PartialEq)]
@@ -45,12 +37,15 @@ pub(super) fn cycles(
     residual_rad: &Triad,
     fitted: &[Range<usize>],
     held_out: &[Range<usize>],
+    plan: &CyclePlan,
 ) -> Vec<Cycle> {
-    let squares = |axis: usize, ranges: &[Range<usize>]| squares(&residual_rad[axis], ranges);
-    let fractions: Vec<(usize, usize)> = (2..=LONGEST_ROWS)
+    let squares =
+        |axis: usize, ranges: &[Range<usize>]| squares(&residual_rad[axis], ranges, plan.jolt);
+    let fractions: Vec<(usize, usize)> = (2..=plan.longest_rows)
         .flat_map(|rows| (1..=rows / 2).map(move |turns| (turns, rows)))
         .filter(|&(turns, rows)| (2..=turns).all(|d| turns % d != 0 || rows % d != 0))
         .collect();
+    let neighbours = plan.neighbours as i32;
     let trials = 3.0 * fractions.len() as f64;
     let before: Vec<_> = (0..3).map(|axis| squares(axis, fitted)).collect();
     let after: Vec<_> = (0..3).map(|axis| squares(axis, held_out)).collect();
@@ -72,26 +67,26 @@ pub(super) fn cycles(
                     return None;
                 }
                 let turn = turns as f64 / rows as f64;
-                let turned = Turned::new(&before[axis], turn);
+                let turned = Turned::new(&before[axis], turn, neighbours);
                 let own = turned.amplitude(0);
                 // The nearest neighbours may hold leakage of the line itself.
-                let chance_power = (2..2 + NEIGHBOURS / 2)
+                let chance_power = (2..2 + neighbours / 2)
                     .flat_map(|shift| [shift, -shift])
                     .map(|shift| turned.amplitude(shift).norm_sqr())
                     .sum::<f64>()
-                    / f64::from(NEIGHBOURS);
+                    / f64::from(neighbours);
                 cycle.amplitude[axis] = own.norm();
                 cycle.std[axis] = (0.5 * chance_power).sqrt();
                 let p = (trials * chance(own.norm_sqr() / chance_power, turns, rows)).min(1.0);
                 cycle.p_value = cycle.p_value.min(p);
-                let again = Turned::new(&after[axis], turn).amplitude(0);
-                cycle.held_out_gain += gain(&after[axis], turn, own);
+                let again = Turned::new(&after[axis], turn, neighbours).amplitude(0);
+                cycle.held_out_gain += gain(&after[axis], turn, own, plan.least_power);
                 cycle.held_out[axis] =
                     (own.re * again.re + own.im * again.im) / own.norm().max(f64::MIN_POSITIVE);
             }
             // A cycle must also gain on the held-out rows.
             let goes_on = cycle.held_out_gain > 0.0;
-            (cycle.p_value < SIGNIFICANCE && goes_on).then_some(cycle)
+            (cycle.p_value < plan.cycle_chance && goes_on).then_some(cycle)
         })
         .collect()
 }
@@ -104,14 +99,12 @@ fn chance(power: f64, turns: usize, rows: usize) -> f64 {
 }
 
 /// (row, squared value over their mean) of some rows; jolts clipped, so that none decides.
-fn squares(values: &[f64], ranges: &[Range<usize>]) -> Vec<(usize, f64)> {
-    /// Limit over the median power: normal noise is beyond once in 1500.
-    const JOLT: f64 = 25.0;
+fn squares(values: &[f64], ranges: &[Range<usize>], jolt: f64) -> Vec<(usize, f64)> {
     let rows: Vec<usize> = ranges.iter().flat_map(Clone::clone).collect();
     let mut sorted: Vec<f64> = rows.iter().map(|&row| values[row] * values[row]).collect();
     sorted.sort_by(f64::total_cmp);
     let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
-    let held = |row: usize| (values[row] * values[row]).min(JOLT * median);
+    let held = |row: usize| (values[row] * values[row]).min(jolt * median);
     let mean = rows.iter().map(|&row| held(row)).sum::<f64>() / rows.len().max(1) as f64;
     rows.iter()
         .map(|&row| (row, held(row) / mean.max(f64::MIN_POSITIVE)))
@@ -119,14 +112,12 @@ fn squares(values: &[f64], ranges: &[Range<usize>]) -> Vec<(usize, f64)> {
 }
 
 /// Log-likelihood ratio of normal rows with the cycle's power to rows with a constant power.
-fn gain(squares: &[(usize, f64)], turn: f64, own: Complex64) -> f64 {
-    /// Least power over the mean: no noise falls below it.
-    const LEAST: f64 = 0.05;
+fn gain(squares: &[(usize, f64)], turn: f64, own: Complex64, least: f64) -> f64 {
     squares
         .iter()
         .map(|(row, value)| {
             let (sin, cos) = (TAU * (turn * *row as f64).fract()).sin_cos();
-            let power = (1.0 + own.re * cos + own.im * sin).max(LEAST);
+            let power = (1.0 + own.re * cos + own.im * sin).max(least);
             -0.5 * (power.ln() + value * (1.0 / power - 1.0))
         })
         .sum()
@@ -140,10 +131,10 @@ struct Turned {
 }
 
 impl Turned {
-    fn new(squares: &[(usize, f64)], turn: f64) -> Self {
+    fn new(squares: &[(usize, f64)], turn: f64, neighbours: i32) -> Self {
         /// Rotation of the furthest neighbour over a run \[rad\], at the cost of parts in 1e4 of its power.
         const RUN_TURN_RAD: f64 = 0.05;
-        let furthest = TAU * f64::from(2 + NEIGHBOURS / 2) / squares.len() as f64;
+        let furthest = TAU * f64::from(2 + neighbours / 2) / squares.len() as f64;
         let run_rows = ((RUN_TURN_RAD / furthest) as usize).max(1);
         let turned = |(row, value): &(usize, f64)| {
             Complex64::cis(TAU * (turn * *row as f64).fract()) * (value - 1.0)
@@ -194,7 +185,7 @@ mod tests {
         let halves = [0..20_000, 20_000..40_000].map(|half| vec![half]);
         let of = |values: Vec<f64>| {
             let triad = [values.clone(), values.clone(), values];
-            cycles(&triad, &halves[0], &halves[1])
+            cycles(&triad, &halves[0], &halves[1], &CyclePlan::default())
         };
         let found = of(resampled);
         assert!(

@@ -1,23 +1,19 @@
 //! Intermodulation products: frequencies of lines that follow from those of stronger ones, folded at the row rate.
 
+use rlg_plan::LinePlan;
+
 use super::line::{Clock, Line, Orders, Origin};
 
-/// Number of lines with products: each dither and a converter or two.
-const FUNDAMENTALS: usize = 5;
-
-/// Highest order of a product; each further order adds chance coincidences.
-const HIGHEST_ORDER: i32 = 3;
-
 /// Products of the strongest independent lines: multiples, and sums and differences of two and three, the simplest first.
-pub(super) fn products(lines: &[Line]) -> Vec<Orders> {
+pub(super) fn products(lines: &[Line], plan: &LinePlan) -> Vec<Orders> {
     let mut own: Vec<usize> = (0..lines.len())
         .filter(|&place| matches!(lines[place].origin, Origin::Own(_)))
         .collect();
     own.sort_by(|&a, &b| lines[b].gain.total_cmp(&lines[a].gain));
-    own.truncate(FUNDAMENTALS);
+    own.truncate(plan.fundamentals);
     let mut all = Vec::new();
     let mut of_order: Vec<Orders> = vec![Vec::new()];
-    for order in 1..=HIGHEST_ORDER {
+    for order in 1..=plan.highest_order {
         let mut next: Vec<Orders> = Vec::new();
         for orders in &of_order {
             for &place in &own {
@@ -130,7 +126,7 @@ mod tests {
             rows: 19_200,
             rate_hz: 64.0,
         };
-        let all = products(&lines);
+        let all = products(&lines, &rlg_plan::LinePlan::default());
         let of = |hz: f64| {
             let found = all
                 .iter()

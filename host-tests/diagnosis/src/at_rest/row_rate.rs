@@ -3,6 +3,7 @@
 
 use std::ops::Range;
 
+use rlg_plan::RestPlan;
 use rlg_signal::streams::Streams;
 
 /// Comparison of stamps with rows.
@@ -25,9 +26,8 @@ pub(super) fn row_rate(
     streams: &Streams,
     fitted: &[Range<usize>],
     held_out: &[Range<usize>],
+    plan: &RestPlan,
 ) -> Option<RowRate> {
-    /// Significance level of a difference of the clocks.
-    const SIGNIFICANCE: f64 = 1e-4;
     let stamps_s = streams.stamps_s.as_ref()?;
     let rows = |ranges: &[Range<usize>]| -> Vec<usize> {
         ranges
@@ -63,7 +63,7 @@ pub(super) fn row_rate(
     let std_s = (mean_square(&fitted, period_s) * count / (count - 2.0) / spread).sqrt();
     let z = (period_s - nominal_s).abs() / std_s.max(f64::MIN_POSITIVE);
     let p_value = statrs::function::erf::erfc(z / std::f64::consts::SQRT_2);
-    (p_value < SIGNIFICANCE).then(|| RowRate {
+    (p_value < plan.row_rate_chance).then(|| RowRate {
         rate_hz: 1.0 / period_s,
         rate_std_hz: std_s / (period_s * period_s),
         held_out_before_s: mean_square(&held_out, nominal_s).sqrt(),

@@ -9,6 +9,7 @@ use rand_chacha::ChaCha8Rng;
 use rlg_findings::entries::{by_axis, unlisted};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_plan::RestPlan;
 use rlg_signal::streams::{Streams, Triad};
 
 use super::noise_cycle::{self, Cycle};
@@ -39,21 +40,22 @@ pub(super) fn search(
     streams: &Streams,
     model: &Model,
     (left_rad, parted): (&Triad, &Parted),
-    seed: u64,
+    (plan, seed): (&RestPlan, u64),
 ) -> RowsFound {
     let Parted { fitted, held_out } = parted;
-    let rate = row_rate::row_rate(streams, fitted, held_out)
+    let rate = row_rate::row_rate(streams, fitted, held_out, plan)
         .filter(|_| !has_expression(model, "row_rate("));
     let rate = rate.map(|rate| rate_entry(&rate, streams.rate_hz));
     let shuffled = shuffled(left_rad, [fitted, held_out], seed);
-    let of_shuffled = noise_cycle::cycles(&shuffled, fitted, held_out);
+    let of_shuffled = noise_cycle::cycles(&shuffled, fitted, held_out, &plan.cycle);
     let is_of_shuffled = |cycle: &Cycle| {
         let same = |other: &Cycle| (other.turns, other.rows) == (cycle.turns, cycle.rows);
         of_shuffled.iter().any(same)
     };
-    let (dropped, kept): (Vec<Cycle>, Vec<Cycle>) = noise_cycle::cycles(left_rad, fitted, held_out)
-        .into_iter()
-        .partition(is_of_shuffled);
+    let (dropped, kept): (Vec<Cycle>, Vec<Cycle>) =
+        noise_cycle::cycles(left_rad, fitted, held_out, &plan.cycle)
+            .into_iter()
+            .partition(is_of_shuffled);
     let news = kept
         .iter()
         .filter(|cycle| !has_expression(model, &expression(cycle)));

@@ -30,7 +30,7 @@ pub(super) fn slow_effects(
     });
     for effect in &mut effects {
         match &*effect.kind {
-            BIAS => open_to_the_earth(effect, data, rest),
+            BIAS => open_to_the_earth(effect, (data, rest), plan),
             // If the values are multiples of the pulse, the cause is unambiguous.
             "pulse_quantisation" if !data.lattice.is_any() => coarse(effect),
             _ => {}
@@ -89,7 +89,7 @@ fn coarse(effect: &mut EffectEntry) {
 }
 
 /// Adds to a bias its uncertainty by the Earth's rotation, and the kinds from which it is not distinguishable.
-fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest) {
+fn open_to_the_earth(effect: &mut EffectEntry, (data, rest): (&Data, &AtRest), plan: &Plan) {
     let mut bias_rad_s = Vector3::zeros();
     let mut gyros = Vec::new();
     for parameter in &effect.parameters {
@@ -131,7 +131,7 @@ fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest) {
         .streams
         .site
         .map_or(STANDARD_GRAVITY_M_S2, |site| site.gravity_m_s2);
-    for kind in alike::alike(bias_rad_s, gravity_m_s2) {
+    for kind in alike::alike(bias_rad_s, gravity_m_s2, plan.rest.alike_deviations) {
         if !effect.indistinguishable_from.contains(&kind) {
             effect.indistinguishable_from.push(kind);
         }

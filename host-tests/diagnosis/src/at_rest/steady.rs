@@ -1,26 +1,22 @@
 //! Removes steady lines from a residual: coefficients far above their neighbours.
 
 use rlg_inference::{Dct, Observations};
+use rlg_plan::SteadyPlan;
 use rlg_signal::streams::{Triad, each_axis};
 
-/// First coefficient tested: lower ones are those of drift, steps and temperature.
-const FIRST: usize = 32;
-
-/// Number of neighbours on either side for the median power about a coefficient.
-const BESIDE: usize = 24;
-
-/// Power over the neighbours' median above which a coefficient is no noise: false-alarm probability 1e-10 a coefficient.
-const FAR_OUT: f64 = 90.0;
-
 /// Returns the values on the rows of the spans, each outlying coefficient reduced to its neighbours' level.
-pub(super) fn without_lines(values: &Triad, observations: &Observations) -> Triad {
+pub(super) fn without_lines(
+    values: &Triad,
+    observations: &Observations,
+    plan: &SteadyPlan,
+) -> Triad {
     each_axis(|axis| {
         let mut quiet = values[axis].clone();
         for span in &observations.spans {
             let mut rows = span.bridge(&quiet);
             let dct = Dct::new(rows.len());
             dct.forward(&mut rows);
-            clip(&mut rows);
+            clip(&mut rows, plan);
             dct.inverse(&mut rows);
             quiet[span.rows.clone()].copy_from_slice(&rows);
         }
@@ -28,19 +24,24 @@ pub(super) fn without_lines(values: &Triad, observations: &Observations) -> Tria
     })
 }
 
-fn clip(spectrum: &mut [f64]) {
+fn clip(spectrum: &mut [f64], plan: &SteadyPlan) {
+    let SteadyPlan {
+        first,
+        beside,
+        far_out,
+    } = *plan;
     let power: Vec<f64> = spectrum.iter().map(|value| value * value).collect();
-    for k in FIRST..power.len() {
-        let beside = k.saturating_sub(BESIDE).max(FIRST / 2)..(k + BESIDE + 1).min(power.len());
+    for k in first..power.len() {
+        let near = k.saturating_sub(beside).max(first / 2)..(k + beside + 1).min(power.len());
         // A power that is small against the mean needs no median.
-        let mean = power[beside.clone()].iter().sum::<f64>() / beside.len() as f64;
+        let mean = power[near.clone()].iter().sum::<f64>() / near.len() as f64;
         if power[k] < 2.0 * mean {
             continue;
         }
-        let mut near = power[beside].to_vec();
+        let mut near = power[near].to_vec();
         let middle = near.len() / 2;
         let median = *near.select_nth_unstable_by(middle, f64::total_cmp).1;
-        if power[k] > FAR_OUT * median {
+        if power[k] > far_out * median {
             spectrum[k] *= (median / power[k]).sqrt();
         }
     }
@@ -56,7 +57,7 @@ mod tests {
         let before = spectrum.clone();
         spectrum[200] = 1e3;
         spectrum[3] = 1e5;
-        clip(&mut spectrum);
+        clip(&mut spectrum, &rlg_plan::SteadyPlan::default());
         assert!(spectrum[200].abs() < 2.0);
         assert_eq!(spectrum[3], 1e5);
         assert_eq!(spectrum[201..], before[201..]);

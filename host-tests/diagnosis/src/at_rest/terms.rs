@@ -62,7 +62,7 @@ pub(super) fn of_gyro(
 /// a record does not separate the terms; a record that deviates from such noise has no terms.
 pub(super) fn of_accelerometers(rows: &Rows, plan: &Plan) -> Option<Vec<ForceNoiseEntry>> {
     let observations = Observations::bridged(&rows.usable)?.to_fast_length();
-    let sensed_m_s = steady::without_lines(&rows.sensed_m_s, &observations);
+    let sensed_m_s = steady::without_lines(&rows.sensed_m_s, &observations, &plan.rest.steady);
     let known = NoiseLevels::mean(&first_levels(&sensed_m_s, &observations));
     let (transform, basis) = Transform::with_basis(observations, known);
     let of_axis = |axis: usize| {
