@@ -1,6 +1,6 @@
 //! Excess noise beyond the declared levels of the model and the measured levels of the reference.
 
-use rlg_plan::Plan;
+use rlg_plan::{Plan, RestPlan};
 use std::collections::BTreeSet;
 
 use nalgebra::Matrix3;
@@ -40,7 +40,7 @@ pub fn excess(
     // Rounding of rates without counting leaves an unbounded angle error.
     let of_pulses = |axis: usize| data.lattice.unknown_rad2(axis) / 12.0;
     let is_counted = |axis: usize| match data.streams.at_rest {
-        Some(_) => is_bounded(&data.residual_rad[axis], &observations),
+        Some(_) => is_bounded(&data.residual_rad[axis], &observations, &plan.rest),
         None => fit.levels[axis].angle > 0.25 * of_pulses(axis),
     };
     let coarse = [0, 1, 2].map(|axis| data.lattice.pulse_rad[axis] > 0.0 && is_counted(axis));
@@ -133,22 +133,19 @@ fn reference_noise_sensed(explained_rad: &Triad, reference_rad: &Triad) -> Matri
 
 /// True if increments are those of a bounded angle, as counting makes: some octave then holds less power than an even share.
 /// With rare pulses, neither they nor their angle are white, and no noise level decides it.
-fn is_bounded(increments_rad: &[f64], observations: &Observations) -> bool {
-    /// First coefficient above slow effects.
-    const LEAST: usize = 32;
-    /// Required deficit below an even share \[σ\].
-    const BELOW: f64 = 4.0;
+fn is_bounded(increments_rad: &[f64], observations: &Observations, plan: &RestPlan) -> bool {
+    let least = plan.bounded_first;
     observations.spans.iter().any(|span| {
         let mut power = span.bridge(increments_rad);
         Dct::new(power.len()).forward(&mut power);
         power.iter_mut().for_each(|one| *one *= *one);
         let mean = |powers: &[f64]| powers.iter().sum::<f64>() / powers.len() as f64;
-        let even = mean(&power[LEAST.min(power.len())..]);
-        let octaves = (0..).map(|octave| LEAST << octave..(2 * LEAST) << octave);
+        let even = mean(&power[least.min(power.len())..]);
+        let octaves = (0..).map(|octave| least << octave..(2 * least) << octave);
         let mut whole = octaves.take_while(|octave| octave.end <= power.len());
         whole.any(|octave| {
             let std = (2.0 / octave.len() as f64).sqrt();
-            mean(&power[octave]) < (1.0 - BELOW * std) * even
+            mean(&power[octave]) < (1.0 - plan.bounded_deficit * std) * even
         })
     })
 }
@@ -255,6 +252,8 @@ mod tests {
     use rand_distr::{Distribution, StandardNormal};
     use rlg_inference::Observations;
 
+    use rlg_plan::RestPlan;
+
     use super::{is_bounded, reference_noise_sensed};
 
     #[test]
@@ -273,9 +272,15 @@ mod tests {
                 angle.floor() - before
             });
             let counts: Vec<f64> = counts.collect();
-            assert!(is_bounded(&counts, &observations), "{seed}");
+            assert!(
+                is_bounded(&counts, &observations, &RestPlan::default()),
+                "{seed}"
+            );
             let rounded: Vec<f64> = noise.iter().map(|one| (one + 0.45).round()).collect();
-            assert!(!is_bounded(&rounded, &observations), "{seed}");
+            assert!(
+                !is_bounded(&rounded, &observations, &RestPlan::default()),
+                "{seed}"
+            );
         }
     }
 

@@ -67,7 +67,12 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     ] {
         found.extend(ranked(&tests, family, &coarse, signals));
     }
-    found.extend(windows::strongest(pass, fits, &coarse));
+    found.extend(windows::strongest(
+        pass,
+        fits,
+        &coarse,
+        &begin.plan.rates.window,
+    ));
     found.extend(lock_in(pass, fits, &tests, &coarse, begin.plan));
     let mut lines = Vec::new();
     for gyro in (0..3).filter(|_| begin.seeks(UNLISTED)) {

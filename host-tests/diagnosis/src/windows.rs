@@ -8,16 +8,11 @@ use rlg_catalogue::expression::channels;
 use rlg_catalogue::{Column, Expression, Pool, Sensed};
 use rlg_inference::Fit;
 use rlg_inference::score_test::noises;
+use rlg_plan::WindowPlan;
 use rlg_signal::streams::each_axis;
 
 use super::pass::Pass;
 use super::scores::{Coarse, Found, integrated};
-
-/// Number of trial edges; the best are refined between them.
-const EDGES: usize = 128;
-
-/// Fall of the log likelihood within which an edge may lie: three standard deviations.
-const WITHIN: f64 = 4.5;
 
 /// Residual of a fit on a gyro, as whitened sums of rows.
 struct Whitened {
@@ -40,7 +35,12 @@ struct Shown {
 
 /// Selects for each gyro the window with the highest evidence given any of `fits`, in which it follows a channel or has a
 /// constant.
-pub(super) fn strongest(pass: &Pass, fits: &[&Fit], coarse: &Coarse) -> Vec<Found> {
+pub(super) fn strongest(
+    pass: &Pass,
+    fits: &[&Fit],
+    coarse: &Coarse,
+    plan: &WindowPlan,
+) -> Vec<Found> {
     let signals = &pass.motion.signals;
     let channels = channels(signals, pass.motion.is_moving);
     // A channel that hardly changes resembles a constant: it must gain the price of its selection.
@@ -72,7 +72,7 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], coarse: &Coarse) -> Vec<Foun
             let column = column.values(signals);
             let of_fit = left.iter().filter_map(|left| {
                 let Whitened { roots, rows } = &left[gyro];
-                strongest_window(&coarse.whitened(&column, roots), rows)
+                strongest_window(&coarse.whitened(&column, roots), rows, plan)
             });
             let best = of_fit.max_by(|a, b| a.gain.total_cmp(&b.gain))?;
             Some((gyro, expression, best))
@@ -167,7 +167,7 @@ impl Edges {
 }
 
 /// Window of whitened rows with the largest gain in log likelihood by a column.
-fn strongest_window(column: &[f64], record: &[f64]) -> Option<Shown> {
+fn strongest_window(column: &[f64], record: &[f64], plan: &WindowPlan) -> Option<Shown> {
     let rows = column.len().min(record.len());
     let mut scores = vec![0.0; rows + 1];
     let mut informations = vec![0.0; rows + 1];
@@ -188,14 +188,14 @@ fn strongest_window(column: &[f64], record: &[f64]) -> Option<Shown> {
         };
         (start, end, gain)
     };
-    let places: Vec<usize> = (0..=EDGES).map(|k| k * rows / EDGES).collect();
+    let places: Vec<usize> = (0..=plan.edges).map(|k| k * rows / plan.edges).collect();
     let all = places.iter().enumerate();
     let mut best = all
         .flat_map(|(k, &start)| places[k + 1..].iter().map(move |&end| (start, end)))
         .filter(|(start, end)| end - start < rows)
         .map(|(start, end)| of(start, end))
         .max_by(|a, b| a.2.total_cmp(&b.2))?;
-    let near = rows / EDGES;
+    let near = rows / plan.edges;
     for edge in [0, 1, 0, 1] {
         let (start, end, _) = best;
         let at = if edge == 0 { start } else { end };
@@ -206,7 +206,7 @@ fn strongest_window(column: &[f64], record: &[f64]) -> Option<Shown> {
             .fold(best, |best, one| if one.2 > best.2 { one } else { best });
     }
     let (start, end, gain) = best;
-    let is_as_good = |other: (usize, usize, f64)| other.2 > gain - WITHIN;
+    let is_as_good = |other: (usize, usize, f64)| other.2 > gain - plan.edge_within;
     let starts = (0..start)
         .rev()
         .take_while(|&at| is_as_good(of(at, end)))
@@ -245,7 +245,8 @@ mod tests {
         let record: Vec<f64> = (0..1000)
             .map(|row| if follows(row) { 2.0 * column[row] } else { 0.0 })
             .collect();
-        let found = strongest_window(&column, &record).expect("a window");
+        let found =
+            strongest_window(&column, &record, &rlg_plan::WindowPlan::default()).expect("a window");
         assert!(found.rows.start.abs_diff(300) < 5, "{:?}", found.rows);
         assert!(found.rows.end.abs_diff(700) < 5, "{:?}", found.rows);
         // ½ · 4 · 400 · ½.
@@ -273,7 +274,8 @@ mod tests {
                 }
             })
             .collect();
-        let found = strongest_window(&column, &record).expect("a window");
+        let found =
+            strongest_window(&column, &record, &rlg_plan::WindowPlan::default()).expect("a window");
         let [start, end] = found.reach;
         assert!(start.contains(&251) && start.contains(&349), "{start:?}");
         assert!(end.contains(&700) && end.len() < 20, "{end:?}");

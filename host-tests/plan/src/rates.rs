@@ -9,6 +9,18 @@ section! {
         blocks: BlockPlan;
         /// Search for effects far from the model.
         coarse: CoarsePlan;
+        /// Effects of some rows only.
+        window: WindowPlan;
+    }
+}
+
+section! {
+    /// Search for the rows in which a gyro follows a channel.
+    WindowPlan {
+        /// Number of trial edges; the best are refined between them.
+        edges: usize = 128, "1", [2.0, 10000.0];
+        /// Fall of the log likelihood within which an edge may lie: three standard deviations.
+        edge_within: f64 = 4.5, "nat", [0.0, 100.0];
     }
 }
 

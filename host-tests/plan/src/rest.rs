@@ -15,6 +15,10 @@ section! {
         cycle: CyclePlan;
         /// Sums of rows for slow effects.
         summing: SummingPlan;
+        /// First coefficient above slow effects, from which increments are tested for a bounded angle.
+        bounded_first: usize = 32, "1", [1.0, 1e6];
+        /// Least deficit of an octave below an even share of power for increments of a bounded angle, as counting makes.
+        bounded_deficit: f64 = 4.0, "σ", [0.0, 100.0];
         /// Significance level of a difference of the row rate by the stamps from the nominal one.
         row_rate_chance: f64 = 1e-4, "1", [1e-12, 0.5];
         /// Size up to which an effect of the input explains a constant rate, in standard deviations of the prior on its size:
