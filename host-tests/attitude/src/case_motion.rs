@@ -8,9 +8,6 @@ use crate::alignment::places;
 use crate::choice::{Named, always_alike};
 use crate::said::Said;
 
-/// Longest time between attitudes \[s\] over which indistinguishable kinds transport gravity alike.
-const UNWATCHED_S: f64 = 2.0;
-
 /// True for an error of the reference.
 fn is_of_reference(kind: &str) -> bool {
     kind.starts_with("reference_")
@@ -44,7 +41,7 @@ pub(crate) fn corrected_rad(said: &Said) -> Result<Triad, String> {
         .windows(2)
         .map(|pair| pair[1].time_s - pair[0].time_s);
     let longest_s = gaps_s.fold(0.0, f64::max);
-    if longest_s > UNWATCHED_S && named().any(|one| !rivals(one).is_empty()) {
+    if longest_s > said.plan.attitude.unwatched_s && named().any(|one| !rivals(one).is_empty()) {
         return Err(format!(
             "no attitude was read for {longest_s:.0} s, over which each of the kinds that what was found may be carries gravity otherwise"
         ));

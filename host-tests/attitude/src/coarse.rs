@@ -10,8 +10,7 @@ use crate::gyro_motion::GyroMotion;
 
 /// Turns of the reference, with the gyros' motion.
 struct Compared {
-    /// Least angle between the rotations at which the fitted one is used \[rad\].
-    far_rad: f64,
+    plan: CoarseAttitudePlan,
     motion: GyroMotion,
     turns: Vec<Turn>,
     /// Delay of highest correlation of the rates' magnitudes, or the model's if that is nearly as good \[s\].
@@ -34,7 +33,7 @@ impl Compared {
         }
         let delay_s = best_delay_s(&motion, &turns, of_model.delay_s, plan);
         Some(Self {
-            far_rad: plan.far_rad,
+            plan: *plan,
             motion,
             turns,
             delay_s,
@@ -55,9 +54,8 @@ impl Compared {
         let inverse = model.try_inverse().unwrap_or_default();
         let away = nalgebra::Rotation3::from_matrix_unchecked(map * inverse);
         let away_rad = nalgebra::UnitQuaternion::from_rotation_matrix(&away).angle();
-        // A motion about one axis does not determine the rotation about it.
-        let is_better = self.left(&map) < 0.5 * self.left(model);
-        match away_rad > self.far_rad && is_better {
+        let is_better = self.left(&map) < self.plan.better_rotation * self.left(model);
+        match away_rad > self.plan.far_rad && is_better {
             true => map,
             false => *model,
         }
@@ -149,8 +147,7 @@ fn best_delay_s(
         .max_by(|a, b| a.0.total_cmp(&b.0));
     let here = correlation(motion, turns, of_model_s);
     match best {
-        // Noise alone improves one delay slightly over another.
-        Some((value, delay_s)) if 1.0 - value < 0.9 * (1.0 - here) => delay_s,
+        Some((value, delay_s)) if 1.0 - value < plan.better_delay * (1.0 - here) => delay_s,
         _ => of_model_s,
     }
 }

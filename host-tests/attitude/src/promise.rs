@@ -31,9 +31,6 @@ use crate::increments::{Increments, Stamps};
 use crate::physics::Gyro;
 use crate::said::Said;
 
-/// Longest interval between attitudes, a tenth of a turn \[s\].
-const READ_EVERY_S: f64 = 0.1;
-
 /// Errors of any gyro, nuisance parameters of the separation.
 const PLAIN: [&str; 4] = [
     "gyro_bias",
@@ -86,7 +83,8 @@ pub(crate) fn promised(said: &Said) -> Option<ExperimentEntry> {
         angle_rad: registered.levels.mean(1).sqrt(),
     };
     let spins = Experiment::spins();
-    let spacing_s = period_s.clamp(1.0 / spins.rows_hz, READ_EVERY_S);
+    let longest_s = said.plan.attitude.proposed_every_s;
+    let spacing_s = period_s.clamp(1.0 / spins.rows_hz, longest_s);
     let experiment = Spins::new(said, &spins, spacing_s)?;
     let [flexure, elastic] = CONFUSED;
     let orders = [(flexure, elastic), (elastic, flexure)];

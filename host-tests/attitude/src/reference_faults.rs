@@ -133,8 +133,8 @@ fn rough(
         .collect();
     let typical = median(sizes.iter().map(|(size, _)| *size).collect());
     for (stretch, (size, rate)) in sizes.iter().enumerate() {
-        // Compared with stretches of at least half the rate.
-        let alike = sizes.iter().filter(|(_, other)| *other >= 0.5 * rate);
+        let least_rate = plan.similar_rate * rate;
+        let alike = sizes.iter().filter(|(_, other)| *other >= least_rate);
         let of_alike = median(alike.map(|(size, _)| *size).collect());
         if *size > plan.rough * typical && *size > plan.rough * of_alike {
             faulty[range(stretch)].fill(true);

@@ -35,10 +35,6 @@ pub(crate) fn put_back<'a>(
     plan: &LostRowsPlan,
     align: impl Fn(&Recording, &Model) -> Result<Streams, InputError>,
 ) -> Result<Whole<'a>, InputError> {
-    /// Limit of gyro rows per sample of the reference: with more, rows cannot be counted.
-    const MOST_ROWS_A_READING: f64 = 5.0;
-    /// Limit of the number of gaps: a recording with more cannot be restored.
-    const MOST: usize = 8;
     let mut whole = Whole {
         streams: align(recording, model)?,
         recording: Cow::Borrowed(recording),
@@ -53,10 +49,10 @@ pub(crate) fn put_back<'a>(
     };
     let table = &recording.tables[reference];
     let rows_a_reading = table.clock.period_s(table.rows) * whole.streams.rate_hz;
-    if whole.streams.at_rest.is_some() || rows_a_reading > MOST_ROWS_A_READING {
+    if whole.streams.at_rest.is_some() || rows_a_reading > plan.most_rows_a_reading {
         return Ok(whole);
     }
-    for _ in 0..MOST {
+    for _ in 0..plan.most_gaps {
         let streams = &whole.streams;
         let gyros_rad = without_dither(streams, model);
         let both = (&gyros_rad, &streams.case_rad);

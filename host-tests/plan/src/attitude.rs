@@ -26,6 +26,10 @@ section! {
         most_effects: usize = 6, "1", [0.0, 100.0];
         /// Residual power on held-out rows, relative to the noise model, above which the record is not fully explained.
         most_power: f64 = 10.0, "1", [1.0, 1e6];
+        /// Longest time between attitudes over which indistinguishable kinds transport gravity alike.
+        unwatched_s: f64 = 2.0, "s", [0.0, 1000.0];
+        /// Longest interval between the attitudes of a proposed experiment: a tenth of its turns.
+        proposed_every_s: f64 = 0.1, "s", [0.01, 10.0];
         /// Initial delay and rotation.
         coarse: CoarseAttitudePlan;
         /// Faulty stamps of the reference.
@@ -115,6 +119,12 @@ section! {
         shortest_turn_s: f64 = 0.05, "s", [0.0, 10.0];
         /// Longest turn; longer ones span gaps.
         longest_turn_s: f64 = 1.5, "s", [0.01, 1000.0];
+        /// Largest residual of the fitted rotation, relative to that of the model's: a motion about one axis does not
+        /// determine the rotation about it.
+        better_rotation: f64 = 0.5, "1", [0.0, 1.0];
+        /// Largest shortfall of the correlation from 1 at another delay, relative to that at the model's: noise alone
+        /// improves one delay slightly over another.
+        better_delay: f64 = 0.9, "1", [0.0, 1.0];
     }
 }
 
@@ -138,6 +148,9 @@ section! {
         slow_s: f64 = 0.11, "s", [0.0, 60.0];
         /// Least number of stretches for a median.
         least_stretches: usize = 8, "1", [2.0, 1e6];
+        /// Least rate of a stretch of similar motion, relative to that of the compared one: an error that grows with the
+        /// rate is no fault.
+        similar_rate: f64 = 0.5, "1", [0.0, 1.0];
     }
 }
 

@@ -170,6 +170,10 @@ section! {
         agreeing: usize = 2, "1", [1.0, 1000.0];
         /// Largest deviation of a lag from those of its side, as a share of the difference of both sides.
         spread: f64 = 0.2, "1", [0.0, 1.0];
+        /// Largest number of gyro rows per sample of the reference: with more, lost rows cannot be counted.
+        most_rows_a_reading: f64 = 5.0, "rows", [1.0, 1000.0];
+        /// Largest number of restored gaps: a recording with more cannot be restored.
+        most_gaps: usize = 8, "1", [0.0, 10000.0];
     }
 }
 
