@@ -104,13 +104,15 @@ impl About {
                 *unbiased -= scale_error.component_mul(&dither.turn_rad(row));
             }
         }
+        let plan = &gyros.plan;
         let conditioned = |sensed: &[Vector3<f64>]| match &gyros.dither {
             Some(dither) => {
                 let left = dither.left_rad(sensed, &gyros.lost_before);
                 let moved = sensed.iter().zip(&left).map(|(sensed, left)| sensed - left);
-                conditioned(&moved.collect::<Vec<_>>(), gyros.rate_hz)
+                let moved: Vec<Vector3<f64>> = moved.collect();
+                conditioned(&moved, gyros.rate_hz, &plan.conditioning)
             }
-            None => conditioned(sensed, gyros.rate_hz),
+            None => conditioned(sensed, gyros.rate_hz, &plan.conditioning),
         };
         let growth_rad_s = alignment.low_pass_s.map(|low_pass_s| {
             // Derivative of the motion alone: the gyros' noise enters after their filter.
@@ -133,10 +135,17 @@ impl About {
             middle_s: 0.5 * (samples.first().map(times)? + samples.last().map(times)?),
         };
         let formed = |motion: &GyroMotion| {
-            Increments::new(motion, samples, known, &clock, &gyros.lost_before)
+            Increments::new(
+                motion,
+                samples,
+                known,
+                &clock,
+                &gyros.lost_before,
+                &plan.rows,
+            )
         };
         let mut increments = formed(&motion)?;
-        let slow = Slow::of(&increments, &motion);
+        let slow = Slow::of(&increments, &motion, &plan.earth);
         let sensed_by_turn = alignment.sensed_by_turn();
         // It was estimated behind the scale.
         let before_scale = sensed_by_turn.matrix().transpose() * alignment.sensed_from_body;

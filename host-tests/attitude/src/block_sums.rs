@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rlg_inference::linear::invert;
+use rlg_plan::AttitudeBlockPlan;
 
 /// Normal equations of one block: Gram matrix, moment vector and energy of the rows.
 #[derive(Clone)]
@@ -16,6 +17,8 @@ pub(crate) struct Sums {
 pub struct BlockSums {
     pub(crate) each: Vec<Sums>,
     total: Sums,
+    /// Prior degrees of freedom of a design effect.
+    believed_degrees: f64,
 }
 
 /// Wald statistic of a parameter group given others, with its design effect.
@@ -37,27 +40,27 @@ impl Statistic {
     ///
     /// # Inputs
     /// `is_deflated`: divide the statistic by the design effect.
-    pub fn gain(&self, groups: usize, is_deflated: bool) -> f64 {
-        self.gained(is_deflated) + log_chance(groups)
+    pub fn gain(&self, groups: usize, is_deflated: bool, plan: &AttitudeBlockPlan) -> f64 {
+        self.gained(is_deflated) + log_chance(groups, plan)
     }
 
     /// Gain with the design effect taken as known, to compare groups on the same rows, which share the scatter of the
     /// blocks.
-    pub fn compared(&self, groups: usize) -> f64 {
+    pub fn compared(&self, groups: usize, plan: &AttitudeBlockPlan) -> f64 {
         Self {
             degrees: f64::INFINITY,
             ..*self
         }
-        .gain(groups, true)
+        .gain(groups, true, plan)
     }
 
     /// Comparable gain with at most the winner's design effect: two groups are compared on these rows only.
-    pub fn compared_with(&self, winner: &Self, groups: usize) -> f64 {
+    pub fn compared_with(&self, winner: &Self, groups: usize, plan: &AttitudeBlockPlan) -> f64 {
         Self {
             design_effect: self.design_effect.min(winner.design_effect),
             ..*self
         }
-        .compared(groups)
+        .compared(groups, plan)
     }
 
     /// Gain without the price of the search.
@@ -81,10 +84,8 @@ impl Statistic {
 }
 
 /// Log prior probability of one of `groups`.
-pub fn log_chance(groups: usize) -> f64 {
-    /// Prior probability of any of them.
-    const PRIOR: f64 = 0.3;
-    (PRIOR / groups as f64).ln()
+pub fn log_chance(groups: usize, plan: &AttitudeBlockPlan) -> f64 {
+    (plan.any_chance / groups as f64).ln()
 }
 
 /// Gain of a parameter group in leave-one-block-out cross-validation.
@@ -107,10 +108,11 @@ pub struct Estimates {
 
 impl BlockSums {
     /// Adds up one block or more.
-    pub(crate) fn new(each: Vec<Sums>) -> Self {
+    pub(crate) fn new(each: Vec<Sums>, plan: &AttitudeBlockPlan) -> Self {
         Self {
             total: total(&each),
             each,
+            believed_degrees: plan.believed_degrees,
         }
     }
 
@@ -180,9 +182,6 @@ impl BlockSums {
     /// Degrees of freedom of a design effect: those of its prior, and the effective number of blocks less one, (Σ I)² / Σ I²
     /// − 1, by their information I on the parameters after the `first` (Kish, Survey Sampling, 1965).
     fn degrees(&self, covariance: &DMatrix<f64>, all: &[usize], first: usize) -> f64 {
-        /// Degrees of freedom of the prior: design effects of the registration of two real recordings
-        /// (docs/real-recordings.md) lie from 1.3 to 2.1, within a factor of 1.4 about their mean, √(2/20) of the logarithm.
-        const BELIEVED: f64 = 20.0;
         let own = covariance.rows(first, all.len() - first);
         let of_own = covariance.view((first, first), (own.nrows(), own.nrows()));
         let information = invert(&of_own.into_owned()).0;
@@ -193,7 +192,7 @@ impl BlockSums {
         let [sum, squares] = shares.fold([0.0, 0.0], |[sum, squares], share| {
             [sum + share, squares + share * share]
         });
-        BELIEVED + (sum * sum / squares - 1.0).max(0.0)
+        self.believed_degrees + (sum * sum / squares - 1.0).max(0.0)
     }
 
     /// Degrees of freedom of the design effect of `own` given `base`.
@@ -342,7 +341,7 @@ mod tests {
             moments: DVector::from_element(1, *information),
             energy: 2.0 * information,
         };
-        BlockSums::new(information.iter().map(of).collect())
+        BlockSums::new(information.iter().map(of).collect(), &Default::default())
     }
 
     #[test]

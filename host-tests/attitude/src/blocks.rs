@@ -5,6 +5,7 @@
 //! equations.
 
 use nalgebra::{DMatrix, DVector};
+use rlg_plan::AttitudeBlockPlan;
 use rlg_signal::axes::Triad;
 
 use crate::block_sums::{BlockSums, Sums};
@@ -19,14 +20,8 @@ pub struct Blocks<'a> {
     /// Whitened columns and record by block, for columns added later.
     white: Vec<(DMatrix<f64>, DVector<f64>)>,
     whitener: Whitener<'a>,
+    plan: &'a AttitudeBlockPlan,
 }
-
-/// Duration of a block \[s\], and least number of blocks.
-const BLOCK_S: f64 = 6.0;
-const LEAST_BLOCKS: usize = 15;
-
-/// Least number of whitened rows in a block.
-const LEAST_ROWS: usize = 4;
 
 impl<'a> Blocks<'a> {
     /// Whitens rows and columns.
@@ -40,14 +35,15 @@ impl<'a> Blocks<'a> {
         rows_rad: &Triad,
         columns: &mut dyn Iterator<Item = Triad>,
         (precisions, moved): (&[f64], &[f64]),
+        plan: &'a AttitudeBlockPlan,
     ) -> Self {
         let whitener = Whitener::new(band, terms, levels, increments);
         let record = whitener.whiten(rows_rad);
         let columns: Vec<Triad> = columns.map(|column| whitener.whiten(&column)).collect();
         let span_s = increments.period_s * increments.rows() as f64;
-        let count = ((span_s / BLOCK_S) as usize)
-            .max(LEAST_BLOCKS)
-            .min(band.cut / LEAST_ROWS);
+        let count = ((span_s / plan.length_s) as usize)
+            .max(plan.least)
+            .min(band.cut / plan.least_rows);
         let ranges = (0..count).map(|block| rows_of(block, count, band.cut));
         let white: Vec<(DMatrix<f64>, DVector<f64>)> = ranges
             .map(|range| {
@@ -72,9 +68,10 @@ impl<'a> Blocks<'a> {
             }
         });
         Self {
-            sums: BlockSums::new(sums.collect()),
+            sums: BlockSums::new(sums.collect(), plan),
             white,
             whitener,
+            plan,
         }
     }
 
@@ -118,9 +115,10 @@ impl<'a> Blocks<'a> {
             white.push((wide, record.clone()));
         }
         Self {
-            sums: BlockSums::new(sums),
+            sums: BlockSums::new(sums, self.plan),
             white,
             whitener: self.whitener.clone(),
+            plan: self.plan,
         }
     }
 
@@ -138,7 +136,7 @@ impl<'a> Blocks<'a> {
                 energy: record.norm_squared(),
             }
         });
-        BlockSums::new(each.collect())
+        BlockSums::new(each.collect(), self.plan)
     }
 
     /// Number of whitened rows in each block.

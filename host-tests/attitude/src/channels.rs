@@ -4,6 +4,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rlg_model::catalogue::NINE;
 use rlg_model::{Model, ModelEffect};
+use rlg_plan::AttitudeRowsPlan;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::{SlowSample, slow_samples};
@@ -20,18 +21,16 @@ pub(crate) struct ReferenceRows {
     pub(crate) doubtful: Vec<bool>,
 }
 
-/// Threshold of a differing angle, as a multiple of the differences' 90th percentile.
-const APART: f64 = 6.0;
-
-/// Longest interval between attitudes that is resampled, in median intervals.
-const GAP_PERIODS: f64 = 3.5;
-
 /// Resamples the reference to the gyros' rows.
-pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> ReferenceRows {
+pub(crate) fn reference_rows(
+    samples: &[SlowSample],
+    streams: &Streams,
+    plan: &AttitudeRowsPlan,
+) -> ReferenceRows {
     let mut increments_rad: Triad = std::array::from_fn(|_| vec![0.0; streams.rows]);
     let mut parted: Vec<(std::ops::Range<usize>, f64)> = Vec::new();
     let mut doubtful = vec![false; streams.rows];
-    let longest_s = readings_hz(samples).map_or(f64::INFINITY, |hz| GAP_PERIODS / hz);
+    let longest_s = readings_hz(samples).map_or(f64::INFINITY, |hz| plan.gap_periods / hz);
     for pair in samples.windows(2) {
         let [from, to] = [0, 1].map(|k: usize| {
             ((pair[k].time_s - streams.start_s) * streams.rate_hz).clamp(0.0, streams.rows as f64)
@@ -62,7 +61,7 @@ pub(crate) fn reference_rows(samples: &[SlowSample], streams: &Streams) -> Refer
     let usual = sizes.get(9 * sizes.len() / 10).copied().unwrap_or(0.0);
     for (between, _) in parted
         .into_iter()
-        .filter(|(_, apart)| *apart > APART * usual)
+        .filter(|(_, apart)| *apart > plan.doubtful * usual)
     {
         doubtful[between].fill(true);
     }
@@ -85,10 +84,14 @@ pub(crate) fn readings_hz(samples: &[SlowSample]) -> Option<f64> {
 ///
 /// # Errors
 /// As in the alignment of both.
-pub fn beside_gyros(recording: &Recording, model: &Model) -> Result<Streams, InputError> {
+pub fn beside_gyros(
+    recording: &Recording,
+    model: &Model,
+    plan: &AttitudeRowsPlan,
+) -> Result<Streams, InputError> {
     let samples = slow_samples(recording)?;
     let mut streams = Streams::align_without_reference(recording, model)?;
-    streams.case_rad = reference_rows(&samples, &streams).increments_rad;
+    streams.case_rad = reference_rows(&samples, &streams, plan).increments_rad;
     Ok(streams)
 }
 

@@ -167,15 +167,17 @@ impl Choice<'_> {
 
     /// Tests a registration group given a set: true if it is accepted, and its gain.
     pub(crate) fn called_for(&self, group: &Group, beside: &[usize]) -> (bool, f64) {
+        let plan = &self.plan.attitude;
+        let gain =
+            |one: &Statistic, is_deflated: bool| one.gain(GROUPS.len(), is_deflated, &plan.blocks);
         let own: Vec<usize> = places(group.kind).collect();
-        let is_near =
-            |one: &Statistic| one.gain(GROUPS.len(), false) > self.plan.attitude.least_gain;
+        let is_near = |one: &Statistic| gain(one, false) > plan.least_gain;
         let statistic = self.sums.statistic_beyond(beside, &own, is_near);
-        let is_seen = statistic.gain(GROUPS.len(), true) > self.plan.attitude.least_gain
+        let is_seen = gain(&statistic, true) > plan.least_gain
             && self.sums.predicted(beside, &own).log_likelihood > 0.0
             && (group.kind != "earth_rate" || self.is_of_the_earth(beside, &own));
         // The undeflated gain ranks accepted groups: the design effect is too uncertain for that.
-        (is_seen, statistic.gain(GROUPS.len(), false))
+        (is_seen, gain(&statistic, false))
     }
 
     /// Selects registration groups, with the statistic of each.
@@ -194,18 +196,19 @@ impl Choice<'_> {
         named: &[&'static str],
         chosen: &[&Group],
     ) -> Named {
+        let plan = &self.plan.attitude;
         let own: Vec<usize> = places(group.kind).collect();
         let beside = without(set, &own);
         let statistic = self.sums.statistic(&beside, &own);
-        let gain = statistic.gain(GROUPS.len(), true);
+        let gain = statistic.gain(GROUPS.len(), true, &plan.blocks);
         let mut alike = self.rivals(&beside, &statistic, named);
-        let least = statistic.compared(GROUPS.len()) - self.plan.attitude.alike_within;
+        let least = statistic.compared(GROUPS.len(), &plan.blocks) - plan.alike_within;
         alike.extend(
             others(chosen)
                 .filter(|other| {
                     let own: Vec<usize> = places(other.kind).collect();
                     let rival = self.sums.statistic(&beside, &own);
-                    rival.compared_with(&statistic, GROUPS.len()) > least
+                    rival.compared_with(&statistic, GROUPS.len(), &plan.blocks) > least
                 })
                 .map(|other| other.kind),
         );
@@ -229,24 +232,26 @@ impl Choice<'_> {
 
     /// Returns the accepted effect of largest gain given a set, and the number of effects tried.
     pub(crate) fn next(&self, set: &[usize], named: &[Named]) -> (Option<Named>, usize) {
+        let plan = &self.plan.attitude;
         let effects = &self.candidates.effects;
         let groups = effects.len();
-        let is_seen = |one: &Statistic| one.gain(groups, false) > self.plan.attitude.least_gain;
+        let gain = |one: &Statistic, is_deflated: bool| one.gain(groups, is_deflated, &plan.blocks);
+        let is_seen = |one: &Statistic| gain(one, false) > plan.least_gain;
         let mut tried: Vec<(f64, usize, Statistic)> = effects
             .iter()
             .enumerate()
             .filter(|(_, (candidate, _))| named.iter().all(|one| one.kind != candidate.kind))
             .map(|(place, (_, own))| {
                 let statistic = self.sums.statistic_beyond(set, own, is_seen);
-                (statistic.gain(groups, false), place, statistic)
+                (gain(&statistic, false), place, statistic)
             })
             .collect();
         let count = tried.len();
         tried.retain(|(.., statistic)| is_seen(statistic));
         tried.sort_by(|a, b| b.0.total_cmp(&a.0));
         let best = tried.into_iter().find_map(|(_, place, statistic)| {
-            let gain = statistic.gain(groups, true);
-            if gain <= self.plan.attitude.least_gain {
+            let gain = gain(&statistic, true);
+            if gain <= plan.least_gain {
                 return None;
             }
             let (candidate, own) = &effects[place];
@@ -254,7 +259,7 @@ impl Choice<'_> {
                 return None;
             }
             let predicted = self.sums.predicted(set, own);
-            (predicted.log_likelihood > self.plan.attitude.least_predicted).then(|| Named {
+            (predicted.log_likelihood > plan.least_predicted).then(|| Named {
                 kind: candidate.kind,
                 places: own.clone(),
                 statistic,
@@ -286,7 +291,7 @@ impl Choice<'_> {
         let first = beside.len();
         let rate = Vector3::from_fn(|axis, _| found.values[first + axis]);
         let covariance = found.covariance.fixed_view::<3, 3>(first, first);
-        earth::is_possible(rate, &covariance.into_owned())
+        earth::is_possible(rate, &covariance.into_owned(), &self.plan.attitude.earth)
     }
 
     /// Kinds not distinguishable from a winner, given a set.
@@ -296,14 +301,16 @@ impl Choice<'_> {
         winner: &Statistic,
         named: &[&str],
     ) -> Vec<&'static str> {
+        let plan = &self.plan.attitude;
         let groups = self.candidates.effects.len();
-        let least = winner.compared(groups) - self.plan.attitude.alike_within;
+        let least = winner.compared(groups, &plan.blocks) - plan.alike_within;
         let effects = self.candidates.effects.iter();
         effects
             .filter(|(candidate, _)| !named.contains(&candidate.kind))
             .filter(|effect| {
                 let rival = self.sums.statistic(beside, &effect.1);
-                rival.compared_with(winner, groups) > least && self.is_possible(beside, effect)
+                rival.compared_with(winner, groups, &plan.blocks) > least
+                    && self.is_possible(beside, effect)
             })
             .map(|(candidate, _)| candidate.kind)
             .collect()

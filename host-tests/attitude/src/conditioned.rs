@@ -8,30 +8,25 @@
 
 use nalgebra::Vector3;
 use realfft::num_complex::Complex64;
+use rlg_plan::ConditioningPlan;
 use rlg_signal::axes::Triad;
 use rlg_signal::derivatives::Spectrum;
 use rlg_signal::linear_prediction::extended;
 use rlg_signal::transforms::mean_periodogram;
 
-/// Longest segment of the averaged periodogram \[rows\].
-const PIECE_ROWS: usize = 4096;
-
-/// Duration of the linear predictor \[s\], and its least and greatest order.
-const PREDICTED_BY_S: f64 = 0.25;
-const LEAST_ORDER: usize = 16;
-const MOST_ORDER: usize = 256;
-
-/// Ratio of the edges of a bin, in which lines are averaged.
-const BIN_WIDTH: f64 = 1.12;
-
 /// Wiener-filters increments of three axes.
-pub fn conditioned(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Triad {
+pub fn conditioned(
+    increments_rad: &[Vector3<f64>],
+    rate_hz: f64,
+    plan: &ConditioningPlan,
+) -> Triad {
+    let [least_order, most_order] = plan.predictor_orders;
     std::array::from_fn(|axis| {
         let values: Vec<f64> = increments_rad.iter().map(|row| row[axis]).collect();
-        let weight = Weight::new(&values);
+        let weight = Weight::new(&values, plan);
         let of_hz = |hz: f64| Complex64::new(weight.at(hz / rate_hz), 0.0);
-        let beyond = PIECE_ROWS.min(values.len() / 2);
-        let order = ((PREDICTED_BY_S * rate_hz) as usize).clamp(LEAST_ORDER, MOST_ORDER);
+        let beyond = plan.piece_rows.min(values.len() / 2);
+        let order = ((plan.predicted_by_s * rate_hz) as usize).clamp(least_order, most_order);
         let record = extended(&values, beyond, order);
         let through = Spectrum::new(&record, rate_hz).through(of_hz);
         through[beyond..beyond + values.len()].to_vec()
@@ -40,14 +35,12 @@ pub fn conditioned(increments_rad: &[Vector3<f64>], rate_hz: f64) -> Triad {
 
 /// Estimates the variance of white noise in a row of a gyro's increments \[rad²\]: as much as fits, with white noise of
 /// angle, below the power at every frequency. High frequencies determine it; at low ones motion masks it.
-pub fn white_noise_rad2(increments_rad: &[f64]) -> f64 {
+pub fn white_noise_rad2(increments_rad: &[f64], plan: &ConditioningPlan) -> f64 {
     /// Number of steps from zero to the largest white noise of angle.
     const TRIED: usize = 20;
-    /// Largest relative standard deviation of a usable power.
-    const KNOWN: f64 = 0.25;
-    let mut bins = bins(increments_rad);
-    bins.retain(|bin| bin.scatter < KNOWN);
-    let highest = || bins.iter().filter(|bin| bin.share > 0.25);
+    let mut bins = bins(increments_rad, plan);
+    bins.retain(|bin| bin.scatter < plan.known);
+    let highest = || bins.iter().filter(|bin| bin.share > plan.high_per_row);
     let most = highest().map(|bin| bin.power / lambda(bin.share));
     let most = most.fold(f64::INFINITY, f64::min);
     if !most.is_finite() {
@@ -81,15 +74,15 @@ fn lambda(share: f64) -> f64 {
     4.0 * (std::f64::consts::PI * share).sin().powi(2)
 }
 
-fn bins(values: &[f64]) -> Vec<Bin> {
-    let piece = PIECE_ROWS.min(values.len() / 4).max(2) & !1;
+fn bins(values: &[f64], plan: &ConditioningPlan) -> Vec<Bin> {
+    let piece = plan.piece_rows.min(values.len() / 4).max(2) & !1;
     let power = mean_periodogram(values, piece);
     // Welch's method: half-overlapping Hann-windowed segments; a window spreads a line over one and a half.
     let pieces = (2 * values.len() / piece) as f64 - 1.0;
     let mut bins: Vec<Bin> = Vec::new();
     let mut begin = 1;
     while begin < power.len() {
-        let end = ((begin as f64 * BIN_WIDTH) as usize)
+        let end = ((begin as f64 * plan.bin_ratio) as usize)
             .max(begin + 1)
             .min(power.len());
         let lines = ((end - begin) as f64 / 1.5).max(1.0);
@@ -110,27 +103,22 @@ struct Weight {
 }
 
 impl Weight {
-    fn new(values: &[f64]) -> Self {
-        let bins = bins(values);
-        /// Allowed deviation of a noise bin from its mean, in standard deviations.
-        const OFF: f64 = 4.0;
-        // A bin of few lines lies below its mean by chance.
+    fn new(values: &[f64], plan: &ConditioningPlan) -> Self {
+        let bins = bins(values, plan);
         let least = |of: &dyn Fn(f64, f64) -> f64, from: f64| {
             let above = bins.iter().filter(|bin| bin.share > from);
             above
-                .map(|bin| of(bin.share, bin.power * (1.0 + OFF * bin.scatter)))
+                .map(|bin| of(bin.share, bin.power * (1.0 + plan.scatter * bin.scatter)))
                 .fold(f64::INFINITY, f64::min)
         };
         let white = least(&|_, power| power, 0.0);
         let angle = least(
             &|share, power| (power - white).max(0.0) / lambda(share),
-            0.25,
+            plan.high_per_row,
         );
         let angle = if angle.is_finite() { angle } else { 0.0 };
-        // The least of many averaged powers lies below their mean.
-        const MARGIN: f64 = 1.5;
         let weighted = bins.iter().map(|bin| {
-            let most = MARGIN * (1.0 + OFF * bin.scatter);
+            let most = plan.margin * (1.0 + plan.scatter * bin.scatter);
             let noise = most * (white + angle * lambda(bin.share));
             let weight = (1.0 - noise / bin.power.max(f64::MIN_POSITIVE)).max(0.0);
             (bin.share, weight)
@@ -151,6 +139,8 @@ impl Weight {
 
 #[cfg(test)]
 mod tests {
+    use rlg_plan::ConditioningPlan;
+
     use super::white_noise_rad2;
 
     /// Approximately normal noise: sums of twelve uniform numbers of a generator that is the same on every machine.
@@ -174,10 +164,11 @@ mod tests {
             .enumerate()
             .map(|(row, noise)| noise + 300.0 * (0.05 * row as f64).sin())
             .collect();
-        let found = white_noise_rad2(&moving);
+        let plan = ConditioningPlan::default();
+        let found = white_noise_rad2(&moving, &plan);
         assert!((0.6..1.1).contains(&found), "{found}");
         let angle: Vec<f64> = white.windows(2).map(|pair| pair[1] - pair[0]).collect();
-        let found = white_noise_rad2(&angle);
+        let found = white_noise_rad2(&angle, &plan);
         assert!(found < 0.05, "{found}");
     }
 }

@@ -109,7 +109,11 @@ pub fn diagnose(
         };
     }
     if !observed.is_few {
-        let rows = channels::reference_rows(&observed.sound_samples(), &observed.streams);
+        let rows = channels::reference_rows(
+            &observed.sound_samples(),
+            &observed.streams,
+            &settings.plan.attitude.rows,
+        );
         let seen = observed.fitted_rows(&rows.doubtful);
         let reference = (&rows.increments_rad, &seen[..]);
         observed.zeroed =
@@ -173,7 +177,8 @@ fn of_many(
         return Ok(None);
     };
     for _ in 0..MOVES {
-        let Some(late) = late_gyros::of(&fitted.found, &fitted.registered) else {
+        let shown = settings.plan.attitude.late_gyro;
+        let Some(late) = late_gyros::of(&fitted.found, &fitted.registered, shown) else {
             break;
         };
         progress("once more with the rows of late gyros moved");
@@ -374,7 +379,13 @@ fn of_few(
             (&gyro, &pool, &candidates),
             rest.as_ref(),
         );
-        let rows = FewRows::new(&about.increments, &columns, at_rest.as_ref(), &belief);
+        let rows = FewRows::new(
+            &about.increments,
+            &columns,
+            at_rest.as_ref(),
+            &belief,
+            &settings.plan.attitude.few,
+        );
         let beyond = alignment.beyond(of_model);
         let FewFound {
             found,
@@ -462,7 +473,7 @@ fn check_channels(
     let samples = observed.sound_samples();
     let reference_hz = channels::readings_hz(&observed.samples);
     let streams = &mut observed.streams;
-    let rows = channels::reference_rows(&samples, streams);
+    let rows = channels::reference_rows(&samples, streams, &settings.plan.attitude.rows);
     let own_rad = std::mem::replace(&mut streams.case_rad, rows.increments_rad);
     let usable = streams.usable.clone();
     for (usable, doubtful) in streams.usable.iter_mut().zip(rows.doubtful) {

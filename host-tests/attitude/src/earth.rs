@@ -6,6 +6,7 @@
 //! length of the Earth's rotation is known ([`on_its_length`]).
 
 use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
+use rlg_plan::EarthPlan;
 use rlg_signal::still::ROTATION_RAD_S;
 
 use crate::alignment::places;
@@ -27,7 +28,7 @@ impl Slow {
     /// # Assumptions
     /// The rest of an axis is white, with its median absolute deviation; the fixed rate has the Earth's size in the mean, a prior
     /// that stands alone where the rest is loud.
-    pub(crate) fn of(increments: &Increments, motion: &GyroMotion) -> Self {
+    pub(crate) fn of(increments: &Increments, motion: &GyroMotion, plan: &EarthPlan) -> Self {
         /// Standard deviation over median absolute deviation, of normal values.
         const NORMAL: f64 = 1.4826;
         let rows = (0..increments.rows()).filter(|row| !increments.is_free(*row));
@@ -56,8 +57,7 @@ impl Slow {
                 .to_rotation_matrix();
             for (axis, (centre, std)) in axes.into_iter().enumerate() {
                 let apart = excess[axis] - centre;
-                // A jump is no row of this.
-                if std <= 0.0 || apart.abs() > 6.0 * std {
+                if std <= 0.0 || apart.abs() > plan.outlier * std {
                     continue;
                 }
                 let mut column = Vector6::zeros();
@@ -88,26 +88,25 @@ fn median(values: impl Iterator<Item = f64>) -> f64 {
 }
 
 /// True if a rate is no longer than the Earth's rotation, within its covariance.
-pub(crate) fn is_possible(rate_rad_s: Vector3<f64>, covariance: &Matrix3<f64>) -> bool {
+pub(crate) fn is_possible(
+    rate_rad_s: Vector3<f64>,
+    covariance: &Matrix3<f64>,
+    plan: &EarthPlan,
+) -> bool {
     let length = rate_rad_s.norm();
     let along = rate_rad_s / length.max(f64::MIN_POSITIVE);
     let std = (along.transpose() * covariance * along)[(0, 0)]
         .max(0.0)
         .sqrt();
-    length < ROTATION_RAD_S + POSSIBLE * std
+    length < ROTATION_RAD_S + plan.possible * std
 }
-
-/// Standard deviations within which the Earth's length is possible.
-const POSSIBLE: f64 = 3.0;
 
 /// Conditions estimates on the length of the Earth's rotation among them, where that is less known than its length: a constant
 /// bias that no motion separates from it follows.
 ///
 /// # Inputs
 /// `set`: places of the estimates.
-pub(crate) fn on_its_length(set: &[usize], estimates: &mut Estimates) {
-    /// Largest standard deviation, as a share of the length, that the length would not reduce.
-    const KNOWN: f64 = 0.1;
+pub(crate) fn on_its_length(set: &[usize], estimates: &mut Estimates, plan: &EarthPlan) {
     let at = |kind: &str| -> Vec<usize> {
         let each = places(kind);
         each.filter_map(|place| set.iter().position(|one| *one == place))
@@ -126,8 +125,8 @@ pub(crate) fn on_its_length(set: &[usize], estimates: &mut Estimates) {
         [weakest, eigen.eigenvalues.imin()].map(|place| eigen.eigenvalues[place].max(0.0).sqrt());
     let open: Vector3<f64> = eigen.eigenvectors.column(weakest).into();
     let across = begun - open * open.dot(&begun);
-    let is_possible = across.norm() < ROTATION_RAD_S + POSSIBLE * across_std;
-    if std < KNOWN * ROTATION_RAD_S || !is_possible {
+    let is_possible = across.norm() < ROTATION_RAD_S + plan.possible * across_std;
+    if std < plan.known * ROTATION_RAD_S || !is_possible {
         return;
     }
     let rest = (ROTATION_RAD_S.powi(2) - across.norm_squared()).max(0.0);
@@ -195,7 +194,7 @@ mod tests {
             values: vec![5.8e-5, 0.0, up, truth.x, truth.y, 0.0],
             covariance,
         };
-        on_its_length(&set, &mut estimates);
+        on_its_length(&set, &mut estimates, &Default::default());
         let values = &estimates.values;
         assert!(
             (values[5] - up).abs() < 1e-7 && values[2].abs() < 1e-7,

@@ -2,6 +2,7 @@
 
 use nalgebra::{DMatrix, DVector};
 use rlg_inference::Dct;
+use rlg_plan::AttitudeBandPlan;
 use rlg_signal::axes::Triad;
 
 use crate::noise::{Along, Levels, NoiseTerms};
@@ -27,20 +28,14 @@ pub struct Band {
     pub octaves: Octaves,
 }
 
-/// Highest analysed frequency \[Hz\]: hands, vehicles and shakers of attitudes move below.
-const HIGHEST_HZ: f64 = 10.0;
-
-/// Least number of analysed coefficients.
-const LEAST_CUT: usize = 64;
-
 impl Band {
     /// Plans the transform of records of `rows` rows, one every `period_s`.
-    pub fn new(rows: usize, period_s: f64) -> Self {
-        let cut = (2.0 * HIGHEST_HZ * period_s * rows as f64) as usize;
-        let cut = cut.clamp(LEAST_CUT.min(rows), rows);
+    pub fn new(rows: usize, period_s: f64, plan: &AttitudeBandPlan) -> Self {
+        let cut = (2.0 * plan.highest_hz * period_s * rows as f64) as usize;
+        let cut = cut.clamp(plan.least.min(rows), rows);
         Self {
             dct: Dct::new(rows),
-            octaves: Octaves::new(cut),
+            octaves: Octaves::new(cut, plan),
             rows,
             cut,
         }

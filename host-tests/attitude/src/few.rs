@@ -3,7 +3,7 @@
 //! Noise is declared by the model, or has a log-normal prior of typical instruments; models are compared by their evidence,
 //! averaged over that noise, with priors of physical size, and no more parameters are named than the rows have values.
 
-use rlg_plan::Plan;
+use rlg_plan::{FewAttitudesPlan, Plan};
 use std::ops::Range;
 
 use nalgebra::{Cholesky, DMatrix, DVector, Vector3};
@@ -89,8 +89,7 @@ impl NoiseBelief {
 /// Estimates the random walk from the lower quartile of the gyros' squared second differences \[rad/√s\], at the sum length
 /// of least value: quantisation dominates short sums, motion long ones.
 fn own_walk_rad_sqrt_s(gyros: &Gyros) -> f64 {
-    /// Least number of sums for a quartile.
-    const LEAST: usize = 64;
+    let least = gyros.plan.few.least_sums;
     let of_sums = |rows: usize| {
         let sums: Vec<Vector3<f64>> = gyros
             .sensed_rad
@@ -110,7 +109,7 @@ fn own_walk_rad_sqrt_s(gyros: &Gyros) -> f64 {
         (quarter / MEDIAN_CHI_SQUARED / 6.0 * gyros.rate_hz / rows as f64).sqrt()
     };
     let spans = (0..).map(|k| 1 << k);
-    let spans = spans.take_while(|rows| *rows == 1 || gyros.sensed_rad.len() / rows >= LEAST);
+    let spans = spans.take_while(|rows| *rows == 1 || gyros.sensed_rad.len() / rows >= least);
     spans.map(of_sums).fold(f64::INFINITY, f64::min)
 }
 
@@ -128,9 +127,6 @@ fn best_width(weighed: &Weighed, group: Range<usize>, (own, std): (&[f64], &[f64
 
 /// Least posterior weight of a noise level that is kept.
 const LIKELY: f64 = 1e-4;
-
-/// Prior standard deviation of a table's rate \[rad/s\].
-const TURNING_STD_RAD_S: f64 = 1.0;
 
 /// Normal equations of all rows under one pair of noise levels.
 struct UnderNoise {
@@ -183,6 +179,7 @@ impl FewRows {
         columns: &[ParameterColumn],
         rest: Option<&AtRest>,
         belief: &NoiseBelief,
+        plan: &FewAttitudesPlan,
     ) -> Self {
         let increments_only = increments.rows();
         let rows = increments_only + usize::from(rest.is_some());
@@ -253,7 +250,7 @@ impl FewRows {
             prior_std: columns
                 .iter()
                 .map(|one| one.prior_std)
-                .chain(turning.iter().flatten().map(|_| TURNING_STD_RAD_S))
+                .chain(turning.iter().flatten().map(|_| plan.turning_std_rad_s))
                 .collect(),
             turning,
             numbers: 3 * increments_only,

@@ -2,7 +2,7 @@
 
 use nalgebra::DMatrix;
 use rlg_catalogue::entries::CATALOGUE;
-use rlg_plan::Plan;
+use rlg_plan::{AttitudeBlockPlan, Plan};
 
 use crate::alignment::{COUNT, GROUPS, places};
 use crate::block_sums::{Estimates, Statistic, log_chance};
@@ -23,11 +23,11 @@ struct Kind {
 /// Constant rate of the case during the assumed rest: of prior probability one half, and not reported as a finding.
 const TURNING: &str = "turning";
 
-fn kinds(rows: &FewRows, candidates: &Candidates) -> Vec<Kind> {
+fn kinds(rows: &FewRows, candidates: &Candidates, plan: &AttitudeBlockPlan) -> Vec<Kind> {
     let kind = |name, places, among: usize| Kind {
         name,
         places,
-        price: log_chance(among),
+        price: log_chance(among, plan),
         among,
     };
     let registration = GROUPS.iter().map(|group| {
@@ -57,7 +57,7 @@ pub(crate) struct FewFound {
 
 /// Searches few rows for kinds, by forward selection and backward elimination.
 pub(crate) fn search(rows: &FewRows, candidates: &Candidates, plan: &Plan) -> FewFound {
-    let kinds = kinds(rows, candidates);
+    let kinds = kinds(rows, candidates, &plan.attitude.blocks);
     let mut search = FewSearch {
         rows,
         kinds: &kinds,

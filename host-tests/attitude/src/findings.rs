@@ -70,7 +70,9 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     preprocessed.extend(zeroing::entry(&observed.zeroed));
     preprocessed.extend(gyro_times::entry(&observed.late));
     effects.extend(preprocessed.iter().map(|(entry, _)| entry.clone()));
-    effects.extend(spans.iter().map(Span::entry));
+    let plan = &said.plan.attitude;
+    let of_span = |span: &Span| span.entry(&plan.reference_faults);
+    effects.extend(spans.iter().map(of_span));
     effects.extend(jumps.iter().map(JumpSeen::entry));
     effects.extend(
         observed
@@ -81,7 +83,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     let is_explained = !effects.is_empty();
     let is_left = tested
         .as_ref()
-        .is_some_and(|tested| tested.power_after > said.plan.attitude.most_power);
+        .is_some_and(|tested| tested.power_after > plan.most_power);
     let verdict = match (is_explained, is_left) {
         (false, false) => Verdict::Matches,
         (false, true) => Verdict::Unexplained,
@@ -318,7 +320,7 @@ fn summary(
     if let Some(tested) = tested {
         let residual = tested.residual.as_ref();
         lines.extend(residual.map(|one| absolute::beside_motion(one.share_of_motion)));
-        lines.push(tested.sentence());
+        lines.push(tested.sentence(&said.plan.attitude.held_out));
     }
     lines
 }
@@ -326,20 +328,17 @@ fn summary(
 /// Names the common cause of a delay of half a row h and a smoothing less by h²/12 on all axes: rates sampled at the end of
 /// each row and read as means over it.
 fn sampled_at_instants(said: &Said, named: &[(&Named, Numbers)]) -> Option<String> {
-    /// Tolerance of the delay, in rows: an instant is half a row late only if the motion is slow.
-    const NEAR: f64 = 0.03;
-    /// Tolerance of the smoothing, in standard deviations.
-    const WITHIN: f64 = 3.0;
+    let plan = &said.plan.attitude.instants;
     let of = |kind: &str| named.iter().find(|(one, _)| one.kind == kind);
     let (delay, smoothing) = (of("reference_delay")?, of("reference_bandwidth")?);
     let row_s = 1.0 / said.observed.gyros.rate_hz;
     let less_smooth_s2 = row_s * row_s / 12.0;
     let late_s = *delay.1.values.first()?;
-    let is_half = (late_s - 0.5 * row_s).abs() < NEAR * row_s;
+    let is_half = (late_s - 0.5 * row_s).abs() < plan.delay_rows * row_s;
     let mut each = smoothing.1.values.iter().enumerate();
     let is_square = each.all(|(axis, value)| {
         let std = smoothing.1.covariance[(axis, axis)].max(0.0).sqrt();
-        (value - less_smooth_s2).abs() < WITHIN * std
+        (value - less_smooth_s2).abs() < plan.smoothing * std
     });
     (is_half && is_square).then(|| {
         format!(

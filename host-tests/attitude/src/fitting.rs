@@ -1,6 +1,6 @@
 //! Joint fit of all columns of an alignment to its rows.
 
-use rlg_plan::AttitudeOutlierPlan;
+use rlg_plan::{AttitudeNoisePlan, AttitudeOutlierPlan, ModulationPlan};
 use rlg_signal::axes::Triad;
 
 use crate::alignment::{Alignment, GROUPS, LOW_PASS_STD_S};
@@ -43,6 +43,7 @@ pub struct Fitting {
     terms: NoiseTerms,
     equations: Equations,
     columns: Vec<ParameterColumn>,
+    plan: ModulationPlan,
     /// The fit.
     pub fit: Fit,
 }
@@ -54,14 +55,15 @@ impl Fitting {
         columns: Vec<ParameterColumn>,
         is_plain: bool,
         levels: Option<Levels>,
+        plan: &AttitudeNoisePlan,
     ) -> Self {
-        let band = Band::new(increments.rows(), increments.period_s);
+        let band = Band::new(increments.rows(), increments.period_s, &plan.band);
         let (rows, period_s) = (increments.rows(), increments.period_s);
         let walk = (
             increments.declared_walk_rad_sqrt_s,
             increments.least_walk_rad2,
         );
-        let terms = NoiseTerms::new(rows, period_s, band.cut, is_plain)
+        let terms = NoiseTerms::new(rows, period_s, band.cut, is_plain, plan)
             .with_walk(walk, period_s)
             .with_alike(increments.alike);
         let rows_rad = &increments.rows_rad;
@@ -79,6 +81,7 @@ impl Fitting {
             terms,
             equations,
             columns,
+            plan: plan.modulation,
             fit,
         }
     }
@@ -119,7 +122,8 @@ impl Fitting {
             let of_axes: Vec<Vec<Vec<f64>>> = axes.iter().map(squares).collect();
             let of_octave = |octave: usize| {
                 let series: Vec<&[f64]> = of_axes.iter().map(|one| &one[octave][..]).collect();
-                Modulation::of_pieces(&pieces(&series, times_s))
+                let pieces = pieces(&series, times_s, self.plan.least_values);
+                Modulation::of_pieces(&pieces, &self.plan)
             };
             (0..of_axes[0].len()).map(of_octave).collect()
         };
@@ -171,12 +175,10 @@ impl Fitting {
 /// Divides an octave of the records of one noise group into its shortest pieces.
 ///
 /// # Inputs
-/// `squares`: of each sample, by record; `times_s`: of the stamps.
-fn pieces(squares: &[&[f64]], times_s: &[f64]) -> Vec<Piece> {
-    /// Least number of values in a piece.
-    const COUNT: usize = 6;
+/// `squares`: of each sample, by record; `times_s`: of the stamps; `least`: number of values in a piece.
+fn pieces(squares: &[&[f64]], times_s: &[f64], least: usize) -> Vec<Piece> {
     let samples = squares[0].len();
-    let count = samples / COUNT.div_ceil(squares.len());
+    let count = samples / least.div_ceil(squares.len());
     let of_range = |range: std::ops::Range<usize>| {
         let middle = 0.5 * (range.start + range.end) as f64;
         let energies = squares

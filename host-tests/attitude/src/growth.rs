@@ -105,8 +105,9 @@ impl Growth<'_> {
             }
             let moved = registered.alignment.with(&now, model);
             (start, free) = (moved.moved(&step.estimate), now);
+            let within = of.0.plan.registration.same_alignment;
             let is_there =
-                |(other, of): &Grown| *of == free && step.lead_to(&start, &other.alignment);
+                |(other, of): &Grown| *of == free && step.lead_to(&start, &other.alignment, within);
             if others.iter().any(is_there) {
                 return None;
             }
@@ -117,7 +118,8 @@ impl Growth<'_> {
     /// delay.
     fn as_low_pass(&self, grown: Grown) -> Vec<Grown> {
         let (found, free) = &grown;
-        if !found.may_be_low_pass(self.model) {
+        let plan = &self.of.0.plan.registration;
+        if !found.may_be_low_pass(self.model, plan) {
             return vec![grown];
         }
         let settled = |delay: bool| {
@@ -129,7 +131,7 @@ impl Growth<'_> {
             Some((settle(self.of, about, true, self.progress)?, free))
         };
         let low_passes = [settled(false), settled(true)].into_iter().flatten();
-        let possible = low_passes.filter(|(one, _)| one.is_possible());
+        let possible = low_passes.filter(|(one, _)| one.is_possible(plan));
         std::iter::once(grown).chain(possible).collect()
     }
 

@@ -7,6 +7,7 @@ use rlg_diagnosis::pictures::Pictures;
 use rlg_diagnosis::relative_residual::{self, Rows};
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
+use rlg_plan::{AttitudeNoisePlan, HeldOutPlan};
 use rlg_signal::axes::{Triad, add};
 use rlg_signal::in_step::{self, Block, InStep};
 use rlg_signal::transforms::mean_periodogram;
@@ -37,7 +38,7 @@ pub(crate) struct HeldOut {
 
 impl HeldOut {
     /// Returns one sentence on the drift before and after.
-    pub(crate) fn sentence(&self) -> String {
+    pub(crate) fn sentence(&self, plan: &HeldOutPlan) -> String {
         let of = |figures: &[FiguresEntry; 3]| {
             let each: Vec<String> = figures
                 .iter()
@@ -50,8 +51,8 @@ impl HeldOut {
         };
         let std = self.after.each_ref().map(|one| one.drift_std_rad_s * DEG_H);
         let moved = match size(&self.after) / size(&self.before) {
-            ratio if ratio < 0.9 => "falls",
-            ratio if ratio > 1.1 => "rises",
+            ratio if ratio < plan.same_drift[0] => "falls",
+            ratio if ratio > plan.same_drift[1] => "rises",
             _ => "stays",
         };
         let drift = format!(
@@ -62,20 +63,18 @@ impl HeldOut {
             std[1],
             std[2]
         );
-        match self.level() {
+        match self.level(plan) {
             Some(level) => format!("{drift} {level}"),
             None => drift,
         }
     }
 
     /// Level of the noise on held-out time, where it is another than on the fitted.
-    fn level(&self) -> Option<String> {
-        /// Powers within which a level is the same.
-        const SAME: [f64; 2] = [0.5, 2.0];
+    fn level(&self, plan: &HeldOutPlan) -> Option<String> {
         let power = self.power_after;
         let words = match power {
-            power if power < SAME[0] => "quieter",
-            power if power > SAME[1] => "louder",
+            power if power < plan.same_level[0] => "quieter",
+            power if power > plan.same_level[1] => "louder",
             _ => return None,
         };
         Some(format!(
@@ -126,8 +125,7 @@ fn residual(
 
 /// Computes the figures; `None` if too few stamps are held out.
 pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
-    /// Least number of rows for a spectrum.
-    const LEAST_ROWS: usize = 16;
+    let plan = &said.plan.attitude;
     let known = &said.registered.known;
     let is_tested = &said.observed.tested;
     let with = |left_out: Vec<bool>| Stamps {
@@ -145,12 +143,12 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     let now = &said.registered.alignment;
     let before = residual(said, &tested, said.of_model, false)?;
     let after = residual(said, &tested, now, true)?;
-    if after.about.increments.rows() < LEAST_ROWS {
+    if after.about.increments.rows() < plan.held_out.least_rows {
         return None;
     }
     let levels = &said.registered.levels;
     let fitted_period_s = said.registered.about.increments.period_s;
-    let figures = |one: &Residual| figures(one, levels, fitted_period_s);
+    let figures = |one: &Residual| figures(one, (levels, fitted_period_s), &plan.noise);
     let (before_figures, _) = figures(&before);
     let (after_figures, power_after) = figures(&after);
     let times = &after.about.increments.times_s;
@@ -224,11 +222,15 @@ fn body_rows(one: &Residual) -> Triad {
 
 /// # Inputs
 /// `levels`, `period_s`: noise levels and period of the fitted rows.
-fn figures(one: &Residual, levels: &Levels, period_s: f64) -> ([FiguresEntry; 3], f64) {
+fn figures(
+    one: &Residual,
+    (levels, period_s): (&Levels, f64),
+    plan: &AttitudeNoisePlan,
+) -> ([FiguresEntry; 3], f64) {
     let increments = &one.about.increments;
     let rows = increments.rows();
-    let band = Band::new(rows, period_s);
-    let terms = NoiseTerms::new(rows, period_s, band.cut, false);
+    let band = Band::new(rows, period_s, &plan.band);
+    let terms = NoiseTerms::new(rows, period_s, band.cut, false, plan);
     let powers = [0, 1, 2].map(|axis| terms.of_coefficients(levels.of(axis)));
     let body = body_rows(one);
     let lasts_s = rows as f64 * increments.period_s;
@@ -310,7 +312,8 @@ fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 
         .map(|bin| bin as f64 / (piece as f64 * period_s))
         .collect();
     let fitted_period_s = said.registered.about.increments.period_s;
-    let terms = NoiseTerms::new(piece, fitted_period_s, piece, false);
+    let plan = &said.plan.attitude.noise;
+    let terms = NoiseTerms::new(piece, fitted_period_s, piece, false, plan);
     let noise = [0, 1, 2].map(|axis| {
         let powers = terms.of_coefficients(said.registered.levels.of(axis));
         let bins = 0..frequency_hz.len();

@@ -6,6 +6,7 @@
 //! increments D is the difference of the sums, without rotation.
 
 use nalgebra::{Matrix3, Vector3};
+use rlg_plan::AttitudeRowsPlan;
 use rlg_signal::attitude_samples::{Shown, SlowSample};
 use rlg_signal::axes::Triad;
 use rlg_signal::transforms::smooth_length;
@@ -87,18 +88,6 @@ pub struct Increments {
     places: Vec<Place>,
 }
 
-/// Least duration of a gap, in typical periods.
-const GAP_PERIODS: f64 = 3.5;
-
-/// Most gaps with free rows, the longest first: each costs three unknowns.
-const MOST_GAPS: usize = 24;
-
-/// Gyro rows at each end of the record that lack neighbours; stamps in them are dropped if stamps are many.
-const END_ROWS: usize = 2;
-
-/// Largest number of rows of which none is dropped.
-const SHORT: usize = 128;
-
 impl Increments {
     /// Forms rows of the stamps that are not left out; `None` if fewer than two lie within the gyros' record.
     ///
@@ -110,11 +99,16 @@ impl Increments {
         known: &Stamps,
         clock: &ReferenceClock,
         lost_before: &[usize],
+        plan: &AttitudeRowsPlan,
     ) -> Option<Self> {
-        let end_rows = if samples.len() > SHORT { END_ROWS } else { 0 };
+        let end_rows = if samples.len() > plan.short {
+            plan.end_rows
+        } else {
+            0
+        };
         let inside = |place: &Place| {
             let is_within = place.row >= end_rows && place.row + end_rows < motion.rows();
-            is_within && !is_in_gap(place.row, lost_before)
+            is_within && !is_in_gap(place.row, lost_before, plan.bridged_rows)
         };
         let mut used: Vec<(usize, f64, Place)> = samples
             .iter()
@@ -131,7 +125,7 @@ impl Increments {
         }
         // The transform is fast at smooth lengths: of many stamps a few at the end are dropped for one.
         let mut rows = used.len() - 1;
-        while rows > SHORT && smooth_length(rows) != rows {
+        while rows > plan.short && smooth_length(rows) != rows {
             rows -= 1;
         }
         used.truncate(rows + 1);
@@ -148,12 +142,12 @@ impl Increments {
         }
         let times_s: Vec<f64> = used.iter().map(|(_, time_s, _)| *time_s).collect();
         let places: Vec<Place> = used.iter().map(|(_, _, place)| *place).collect();
-        let period_s = typical_period_s(&times_s);
+        let period_s = typical_period_s(&times_s, plan);
         let lost = |row: usize| {
             let before = |place: Place| lost_before[(place.row + 1).min(lost_before.len() - 1)];
             before(places[row + 1]) - before(places[row])
         };
-        let mut free = free_rows(&times_s, period_s, &lost);
+        let mut free = free_rows(&times_s, period_s, &lost, plan);
         let jumps = used
             .windows(2)
             .enumerate()
@@ -256,44 +250,49 @@ impl Increments {
 }
 
 /// Typical period of stamps \[s\]: the mean for stamps in bursts, else the median, which missing stamps do not change.
-fn typical_period_s(times_s: &[f64]) -> f64 {
-    /// Number of steps per longest step that is excluded from the mean as a gap.
-    const GAP_AMONG: usize = 50;
+fn typical_period_s(times_s: &[f64], plan: &AttitudeRowsPlan) -> f64 {
     let mut steps: Vec<f64> = times_s.windows(2).map(|pair| pair[1] - pair[0]).collect();
     steps.sort_unstable_by(f64::total_cmp);
     let median = steps[steps.len() / 2];
-    let kept = &steps[..steps.len() - steps.len().div_ceil(GAP_AMONG).min(steps.len() - 1)];
+    let gaps = steps.len().div_ceil(plan.gap_among).min(steps.len() - 1);
+    let kept = &steps[..steps.len() - gaps];
     let mean = kept.iter().sum::<f64>() / kept.len() as f64;
     // Bursts: half of the stamps follow at once on another.
-    if median < 0.5 * mean { mean } else { median }
+    if median < plan.burst * mean {
+        mean
+    } else {
+        median
+    }
 }
 
-/// Most lost gyro rows bridged by linear interpolation.
-const BRIDGED: usize = 2;
-
 /// True if a gyro row lies in a run of lost rows too long to bridge: stamps in it have no gyro motion to compare with.
-fn is_in_gap(row: usize, lost_before: &[usize]) -> bool {
+fn is_in_gap(row: usize, lost_before: &[usize], bridged: usize) -> bool {
     let is_lost = |row: &usize| lost_before[row + 1] > lost_before[*row];
     let last = lost_before.len() - 2;
-    let back = (0..=row).rev().take(BRIDGED + 1).take_while(is_lost);
+    let back = (0..=row).rev().take(bridged + 1).take_while(is_lost);
     let back = back.count();
-    let ahead = (row + 1..=last).take(BRIDGED).take_while(is_lost);
-    back > 0 && back + ahead.count() > BRIDGED
+    let ahead = (row + 1..=last).take(bridged).take_while(is_lost);
+    back > 0 && back + ahead.count() > bridged
 }
 
 /// # Inputs
 /// `lost`: number of unmeasured gyro rows within a row.
-fn free_rows(times_s: &[f64], period_s: f64, lost: &dyn Fn(usize) -> usize) -> Vec<usize> {
+fn free_rows(
+    times_s: &[f64],
+    period_s: f64,
+    lost: &dyn Fn(usize) -> usize,
+    plan: &AttitudeRowsPlan,
+) -> Vec<usize> {
     let last = times_s.len() - 2;
     let lasts_s = |row: usize| times_s[row + 1] - times_s[row];
     let mut gaps: Vec<usize> = (1..last)
-        .filter(|&row| lasts_s(row) > GAP_PERIODS * period_s || lost(row) > BRIDGED)
+        .filter(|&row| lasts_s(row) > plan.gap_periods * period_s || lost(row) > plan.bridged_rows)
         .collect();
     gaps.sort_by(|a, b| {
         let size = |row: usize| lasts_s(row) / period_s + lost(row) as f64;
         size(*b).total_cmp(&size(*a))
     });
-    gaps.truncate(MOST_GAPS);
+    gaps.truncate(plan.most_gaps);
     gaps.extend([0, last]);
     gaps.sort_unstable();
     gaps.dedup();

@@ -9,9 +9,10 @@ use crate::search::Found;
 
 /// Delays of single gyros, by what was found: of each gyro its own delay, its low pass and the reference's delay together, less the
 /// median of the three, which all share. `None` where no gyro is late by itself, whether by a delay or by a low pass.
-pub(crate) fn of(found: &Found, registered: &Registration) -> Option<Late> {
-    /// Least delay, in standard deviations.
-    const SHOWN: f64 = 3.0;
+///
+/// # Inputs
+/// `shown`: least delay, in standard deviations.
+pub(crate) fn of(found: &Found, registered: &Registration, shown: f64) -> Option<Late> {
     let named = found.physics.iter().find(|one| one.kind == KIND);
     let poles = registered
         .alignment
@@ -47,7 +48,7 @@ pub(crate) fn of(found: &Found, registered: &Registration) -> Option<Late> {
             - 2.0 * covariance[(gyro, middle)];
         let std_s = variance.max(0.0).sqrt();
         late.stds_s[gyro] = std_s;
-        if beyond_s.abs() > SHOWN * std_s {
+        if beyond_s.abs() > shown * std_s {
             late.values_s[gyro] = beyond_s;
         }
     }

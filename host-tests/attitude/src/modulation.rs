@@ -5,16 +5,11 @@
 //! that a piece by itself is Student's t. The prior's width and the pieces' length maximise the evidence; one constant level
 //! is kept if they gain less than their price.
 
+use rlg_plan::ModulationPlan;
 use statrs::function::gamma::ln_gamma;
-
-/// Least gain in log evidence over a single level: two more parameters, the prior's width and the pieces' length.
-const PRICE: f64 = 4.0;
 
 /// Grid of piece lengths, in the shortest ones.
 const LENGTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
-
-/// Least number of pieces for an estimate of the prior.
-const LEAST_PIECES: usize = 6;
 
 /// Energy of a short piece of a record, whitened by a single level.
 #[derive(Debug, Clone, Copy)]
@@ -70,19 +65,19 @@ impl Modulation {
     }
 
     /// Estimates levels of pieces under the prior of most evidence.
-    pub fn of_pieces(pieces: &[Piece]) -> Self {
+    pub fn of_pieces(pieces: &[Piece], plan: &ModulationPlan) -> Self {
         if pieces.is_empty() {
             return Self::default();
         }
         let single = Law::single(pieces);
         let laws = LENGTHS.iter().filter_map(|&length| {
             let joined: Vec<Piece> = pieces.chunks(length).map(join).collect();
-            let law = Law::likeliest(&joined)?;
+            let law = Law::likeliest(&joined, plan.least_pieces)?;
             Some((law, joined))
         });
         let best = laws.max_by(|a, b| a.0.evidence.total_cmp(&b.0.evidence));
-        let Some((law, joined)) = best.filter(|(law, _)| law.evidence > single.evidence + PRICE)
-        else {
+        let least = single.evidence + plan.least_gain;
+        let Some((law, joined)) = best.filter(|(law, _)| law.evidence > least) else {
             return Self::default();
         };
         let powers: Vec<f64> = joined.iter().map(|piece| law.power_of(piece)).collect();
@@ -135,13 +130,13 @@ impl Law {
         }
     }
 
-    /// Fits the law of most evidence; `None` if pieces are too few.
-    fn likeliest(pieces: &[Piece]) -> Option<Self> {
+    /// Fits the law of most evidence; `None` for fewer than `least` pieces.
+    fn likeliest(pieces: &[Piece], least: usize) -> Option<Self> {
         /// Grid of shapes, by steps of a quarter of an octave: from independent levels to levels within a tenth of each
         /// other.
         const SHAPES: i32 = 40;
         const FIRST: f64 = 0.25;
-        if pieces.len() < LEAST_PIECES {
+        if pieces.len() < least {
             return None;
         }
         let shapes = (0..SHAPES).map(|step| FIRST * (0.25 * f64::from(step)).exp2());
@@ -203,7 +198,7 @@ mod tests {
     #[test]
     fn noise_of_one_level_keeps_it() {
         let changed = (0..200).filter(|&seed| {
-            let modulation = Modulation::of_pieces(&drawn(&[3.0; 120], seed));
+            let modulation = Modulation::of_pieces(&drawn(&[3.0; 120], seed), &Default::default());
             !modulation.is_none()
         });
         assert!(changed.count() <= 2);
@@ -213,7 +208,7 @@ mod tests {
     fn a_record_that_is_thirty_times_louder_at_first_has_both_levels() {
         let level = |second: u32| if second < 20 { 30.0 } else { 1.0 };
         let levels: Vec<f64> = (0..60).map(level).collect();
-        let modulation = Modulation::of_pieces(&drawn(&levels, 7));
+        let modulation = Modulation::of_pieces(&drawn(&levels, 7), &Default::default());
         let rms = ((20.0 * 900.0 + 40.0) / 60.0_f64).sqrt();
         let mut square = 0.0;
         for second in 0..60_u32 {
@@ -236,7 +231,7 @@ mod tests {
             }
         };
         let levels: Vec<f64> = (0..128).map(level).collect();
-        let modulation = Modulation::of_pieces(&drawn(&levels, 3));
+        let modulation = Modulation::of_pieces(&drawn(&levels, 3), &Default::default());
         let count = modulation.nodes.len();
         assert!((6..=32).contains(&count), "{count}");
         let [least, largest] = modulation.range();

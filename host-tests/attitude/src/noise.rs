@@ -13,6 +13,7 @@ use std::f64::consts::PI;
 
 use rlg_findings::excess::excess_square;
 use rlg_model::Model;
+use rlg_plan::AttitudeNoisePlan;
 
 use crate::modulation::Modulation;
 use crate::octaves::Octaves;
@@ -23,17 +24,11 @@ const RETURN_TIMES_S: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
 /// Time constant of the single Ornstein-Uhlenbeck term of the reduced model, in the first passes \[s\].
 const PLAIN_TIME_S: f64 = 1.0;
 
-/// Width of a bin, relative to its frequency.
-const BIN_WIDTH: f64 = 0.08;
-
 /// Exponent of the update factor in the over-relaxed step.
 const LONG_STEP: f64 = 3.0;
 
 /// Most iterations of a fit; each is a few thousand multiplications.
 const MOST_STEPS: usize = 400;
-
-/// Weight of a declared random walk, in coefficients of three records: its level may be half or twice the declared one.
-const DECLARED_COUNT: f64 = 1.5;
 
 /// Noise groups: axes whose records share one spectrum.
 pub type Alike = &'static [&'static [usize]];
@@ -150,13 +145,21 @@ pub struct NoiseTerms {
     least_walk_rad2: [f64; 3],
     /// Declared power of the random walk \[rad²\].
     declared: Option<f64>,
+    /// Weight of that power, in coefficients of three records.
+    declared_weight: f64,
 }
 
 impl NoiseTerms {
     /// # Inputs
     /// `rows`, `period_s`: of the records; `cut`: number of analysed coefficients; `is_plain`: reduced model of few terms,
     /// so that a large misalignment is not fitted as correlated noise.
-    pub fn new(rows: usize, period_s: f64, cut: usize, is_plain: bool) -> Self {
+    pub fn new(
+        rows: usize,
+        period_s: f64,
+        cut: usize,
+        is_plain: bool,
+        plan: &AttitudeNoisePlan,
+    ) -> Self {
         let lambda: Vec<f64> = (0..rows)
             .map(|k| {
                 // The constant is placed at half the first frequency, as each coefficient's band begins half a step lower.
@@ -167,7 +170,7 @@ impl NoiseTerms {
         let mut edges = vec![0];
         while *edges.last().expect("never empty") < cut {
             let begin = edges[edges.len() - 1];
-            let wide = (begin as f64 * (1.0 + BIN_WIDTH)) as usize;
+            let wide = (begin as f64 * (1.0 + plan.bin)) as usize;
             edges.push(wide.max(begin + 1).min(cut));
         }
         let return_rows = RETURN_TIMES_S
@@ -188,6 +191,7 @@ impl NoiseTerms {
             alike: ALL_ALIKE,
             least_walk_rad2: [0.0; 3],
             declared: None,
+            declared_weight: plan.declared_weight,
         };
         let mean = |term: usize, bin: &[usize]| {
             let sum: f64 = (bin[0]..bin[1])
@@ -375,7 +379,7 @@ impl NoiseTerms {
         let walk = self
             .declared
             .iter()
-            .map(|walk| (walk, &levels[0], &DECLARED_COUNT));
+            .map(|walk| (walk, &levels[0], &self.declared_weight));
         of_bins
             .chain(walk)
             .map(|(density, power, count)| 0.5 * records * count * (power.ln() + density / power))
@@ -390,8 +394,8 @@ impl NoiseTerms {
             .map(|(place, term)| {
                 let (mut above, mut below) = match (place, self.declared) {
                     (0, Some(walk)) => (
-                        DECLARED_COUNT * walk / levels[0].powi(2),
-                        DECLARED_COUNT / levels[0],
+                        self.declared_weight * walk / levels[0].powi(2),
+                        self.declared_weight / levels[0],
                     ),
                     _ => (0.0, 0.0),
                 };
@@ -418,9 +422,14 @@ impl NoiseTerms {
 mod tests {
     use super::{EACH_ITS_OWN, Levels, NoiseTerms};
 
+    /// Terms of the reduced model, at a hundred rows a second.
+    fn plain_terms() -> NoiseTerms {
+        NoiseTerms::new(4000, 0.01, 4000, true, &Default::default())
+    }
+
     #[test]
     fn levels_are_found_from_their_own_spectrum() {
-        let terms = NoiseTerms::new(4000, 0.01, 4000, true);
+        let terms = plain_terms();
         let truth = [2e-9, 5e-8, 3e-6];
         let truth = Levels::of_all(truth.to_vec());
         let powers = terms.expected(&terms.of_bins(&truth));
@@ -432,7 +441,7 @@ mod tests {
 
     #[test]
     fn records_that_are_not_alike_have_levels_of_their_own() {
-        let terms = NoiseTerms::new(4000, 0.01, 4000, true).with_alike(EACH_ITS_OWN);
+        let terms = plain_terms().with_alike(EACH_ITS_OWN);
         // An encoder about z, and axes about which a table does not turn.
         let truth = Levels::new(vec![
             vec![2e-9, 1e-13, 1e-13],
@@ -450,8 +459,8 @@ mod tests {
     /// Fits the random-walk level to rows with the mean spectrum of `truth`, given the value `declared` by the model.
     fn walk_beside(truth: [f64; 3], declared: f64) -> f64 {
         let period_s: f64 = 0.01;
-        let terms = NoiseTerms::new(4000, period_s, 4000, true)
-            .with_walk((Some((declared / period_s).sqrt()), [0.0; 3]), period_s);
+        let terms =
+            plain_terms().with_walk((Some((declared / period_s).sqrt()), [0.0; 3]), period_s);
         let powers = terms.expected(&terms.of_bins(&Levels::of_all(truth.to_vec())));
         terms.fit(&powers, &terms.start(&powers)).of(0)[0]
     }

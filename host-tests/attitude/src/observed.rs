@@ -186,7 +186,7 @@ pub(crate) fn observe<'a>(
     }
     let white_noise_rad2 = |axis: usize| {
         let values: Vec<f64> = sensed_rad.iter().map(|row| row[axis]).collect();
-        conditioned::white_noise_rad2(&values)
+        conditioned::white_noise_rad2(&values, &plan.attitude.conditioning)
     };
     let mut gyros = Gyros {
         start_s: streams.start_s,

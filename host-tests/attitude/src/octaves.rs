@@ -7,14 +7,9 @@
 use std::ops::Range;
 
 use rlg_inference::Dct;
+use rlg_plan::AttitudeBandPlan;
 
 use crate::modulation::Modulation;
-
-/// Least number of coefficients in the lowest band.
-const LEAST: usize = 8;
-
-/// Most octaves above the lowest band.
-const MOST: usize = 12;
 
 /// Octave bands; the lowest reaches down to the constant, and a few of the highest coefficients are in none.
 #[derive(Clone)]
@@ -49,9 +44,9 @@ impl Octave {
 
 impl Octaves {
     /// Divides the first `cut` coefficients into octaves.
-    pub fn new(cut: usize) -> Self {
+    pub fn new(cut: usize, plan: &AttitudeBandPlan) -> Self {
         let mut halvings = 0;
-        while (cut - 1) >> (halvings + 1) >= LEAST && halvings < MOST {
+        while (cut - 1) >> (halvings + 1) >= plan.least_of_octave && halvings < plan.most_octaves {
             halvings += 1;
         }
         let lowest = (cut - 1) >> halvings;
@@ -138,7 +133,7 @@ mod tests {
         }
         let mut spectrum = values.clone();
         Dct::new(rows).forward(&mut spectrum);
-        let octaves = Octaves::new(rows);
+        let octaves = Octaves::new(rows, &Default::default());
         let mut same = spectrum.clone();
         let ones: Vec<_> = octaves
             .counts()

@@ -5,6 +5,7 @@ use std::collections::BTreeMap;
 use nalgebra::Vector3;
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, ModelEffect};
+use rlg_plan::ReferenceFaultPlan;
 use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::AXES;
 
@@ -17,9 +18,6 @@ pub(crate) struct Span {
     end_s: f64,
     stamps: usize,
 }
-
-/// Most stamps of a spike.
-const SPIKE_STAMPS: usize = 3;
 
 /// Finds contiguous stamps left out of the fit as faulty, not as held out.
 ///
@@ -48,8 +46,8 @@ pub(crate) fn spans(samples: &[SlowSample], known: &Stamps, found: &Stamps) -> V
 }
 
 impl Span {
-    fn kind(&self) -> &'static str {
-        if self.stamps <= SPIKE_STAMPS {
+    fn kind(&self, plan: &ReferenceFaultPlan) -> &'static str {
+        if self.stamps <= plan.spike_stamps {
             "reference_spike"
         } else {
             "reference_dropout"
@@ -68,7 +66,7 @@ impl Span {
         }
     }
 
-    pub(crate) fn entry(&self) -> EffectEntry {
+    pub(crate) fn entry(&self, plan: &ReferenceFaultPlan) -> EffectEntry {
         let number = |name: &str, value: f64| ParameterEntry::Number {
             name: name.to_string(),
             value,
@@ -79,7 +77,7 @@ impl Span {
             parameters: vec![number("start_s", self.start_s), number("end_s", self.end_s)],
             covariance: vec![vec![0.0; 2]; 2],
             ..fault(
-                self.kind(),
+                self.kind(plan),
                 format!(
                     "The reference is wrong from {:.3} to {:.3} s ({} stamps): it leaves its own neighbours by far more than its noise, or is far rougher than elsewhere. Those stamps were left out of everything else.",
                     self.start_s, self.end_s, self.stamps

@@ -2,6 +2,7 @@
 //!
 //! Twenty parameters in groups, by forward selection from none, each linearised about its last value until convergence.
 
+use rlg_plan::RegistrationPlan;
 use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::{Triad, add_triad};
 
@@ -61,7 +62,8 @@ pub(crate) fn fitted(
     let own = all.into_iter().enumerate();
     let own = own.filter(|(place, _)| kept.contains(place));
     let columns = own.map(|(_, column)| column).collect();
-    let fitting = Fitting::new(&about.increments, columns, is_plain, levels);
+    let noise = &gyros.plan.noise;
+    let fitting = Fitting::new(&about.increments, columns, is_plain, levels, noise);
     Some((about, fitting))
 }
 
@@ -108,7 +110,8 @@ impl Registration {
         columns.extend(physics);
         let mut rows_rad = about.increments.rows_rad.clone();
         add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
-        let mut fitting = Fitting::new(&about.increments, columns, false, Some(self.levels));
+        let (levels, noise) = (Some(self.levels), &gyros.plan.noise);
+        let mut fitting = Fitting::new(&about.increments, columns, false, levels, noise);
         fitting.fit_to(&rows_rad);
         // Alternates the levels of the terms and of the record's pieces.
         for _ in 0..2 {
@@ -120,24 +123,21 @@ impl Registration {
         }
     }
 
-    /// True if no time constant of a low pass is negative beyond its standard deviation.
-    pub(crate) fn is_possible(&self) -> bool {
-        /// Standard deviations of a time constant.
-        const BEYOND: f64 = 3.0;
+    /// True if no time constant of a low pass is significantly negative.
+    pub(crate) fn is_possible(&self, plan: &RegistrationPlan) -> bool {
         let mut each = (0..3).map(|axis| (axis, self.smoothing_s2[axis].1));
-        self.alignment
-            .low_pass_s
-            .is_none_or(|time_s| each.all(|(axis, std)| time_s[axis] > -BEYOND * std))
+        self.alignment.low_pass_s.is_none_or(|time_s| {
+            each.all(|(axis, std)| time_s[axis] > -plan.low_pass_negative * std)
+        })
     }
 
     /// True if the gyros are late, and not less smooth than the reference.
-    pub(crate) fn may_be_low_pass(&self, model: &Alignment) -> bool {
-        /// Threshold of significance, in standard deviations.
-        const SEEN: f64 = 5.0;
+    pub(crate) fn may_be_low_pass(&self, model: &Alignment, plan: &RegistrationPlan) -> bool {
+        let seen = plan.low_pass_seen;
         let mut smoothing = self.smoothing_s2.iter();
-        let is_of_reference = smoothing.any(|(variance, std)| -variance > SEEN * std);
+        let is_of_reference = smoothing.any(|(variance, std)| -variance > seen * std);
         // A low pass is late, too: a filter that would need an opposite delay is no low pass.
-        let is_late = model.delay_s - self.alignment.delay_s > SEEN * self.delay_std_s;
+        let is_late = model.delay_s - self.alignment.delay_s > seen * self.delay_std_s;
         self.alignment.low_pass_s.is_none() && is_late && !is_of_reference
     }
 }
@@ -327,11 +327,11 @@ impl Steps {
             .fold(0.0, f64::max)
     }
 
-    /// True if the alignment reached is within three standard deviations of another.
-    pub(crate) fn lead_to(&self, led: &Alignment, place: &Alignment) -> bool {
+    /// True if the alignment reached is within some standard deviations of another.
+    pub(crate) fn lead_to(&self, led: &Alignment, place: &Alignment, within: f64) -> bool {
         let away = led.beyond(place);
         let mut each = away.iter().zip(&self.std);
-        each.all(|(away, std)| away.abs() <= 3.0 * std)
+        each.all(|(away, std)| away.abs() <= within * std)
     }
 
     fn smoothing_s2(&self) -> [(f64, f64); 3] {

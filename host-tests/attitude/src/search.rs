@@ -4,7 +4,7 @@ use rlg_catalogue::Pool;
 use rlg_catalogue::entries::{CATALOGUE, PULL, STEP};
 use rlg_diagnosis::self_test::Trials;
 use rlg_findings::result::Tested;
-use rlg_plan::Plan;
+use rlg_plan::{AttitudeNoisePlan, Plan};
 use rlg_signal::axes::{Triad, add_triad};
 
 use crate::about::{About, Gyros};
@@ -74,7 +74,7 @@ pub(crate) fn called_for(
     plan: &Plan,
 ) -> Called {
     let none = Candidates::new(Vec::new());
-    let basis = basis(of.1);
+    let basis = basis(of.1, &plan.attitude.noise);
     let about = (of_model, beyond);
     let search = Search::new(of, about, &basis, &none, std::iter::empty(), plan);
     let (chosen, nearly) = search.choice().chosen(&[]);
@@ -92,11 +92,11 @@ pub(crate) fn called_for(
 }
 
 /// Band and noise terms of a registration's rows.
-fn basis(registered: &Registration) -> (Band, NoiseTerms) {
+fn basis(registered: &Registration, plan: &AttitudeNoisePlan) -> (Band, NoiseTerms) {
     let increments = &registered.about.increments;
-    let band = Band::new(increments.rows(), increments.period_s);
-    let terms = NoiseTerms::new(increments.rows(), increments.period_s, band.cut, false)
-        .with_alike(increments.alike);
+    let (rows, period_s) = (increments.rows(), increments.period_s);
+    let band = Band::new(rows, period_s, &plan.band);
+    let terms = NoiseTerms::new(rows, period_s, band.cut, false, plan).with_alike(increments.alike);
     (band, terms)
 }
 
@@ -110,7 +110,7 @@ pub fn search(
     let about = &of.1.about;
     let effects = candidates.effects.iter();
     let columns = effects.flat_map(|(candidate, _)| gyro.columns(pool, candidate, about));
-    let basis = basis(of.1);
+    let basis = basis(of.1, &plan.attitude.noise);
     let mut search = Search::new(of, (of_model, beyond), &basis, candidates, columns, plan);
     let mut set: Vec<usize> = (0..COUNT).collect();
     let mut physics: Vec<Named> = Vec::new();
@@ -146,7 +146,7 @@ pub fn search(
     named_set.extend(registration.iter().flat_map(|named| named.places.clone()));
     let estimates = search.blocks.sums.estimates(&set);
     let mut of_named = search.blocks.sums.estimates(&named_set);
-    earth::on_its_length(&named_set, &mut of_named);
+    earth::on_its_length(&named_set, &mut of_named, &plan.attitude.earth);
     for named in &mut registration {
         named.of_reference(&estimates, &of.1.alignment);
         let rivals = of.1.rivals.iter();
@@ -212,6 +212,7 @@ impl<'a> Search<'a> {
             &rows_rad,
             &mut of_registration.chain(of_effects),
             (&precisions, &moved),
+            &plan.attitude.blocks,
         );
         Self {
             blocks,
@@ -237,16 +238,17 @@ impl<'a> Search<'a> {
         set: &[usize],
         known: &[Step],
     ) -> Option<Named> {
-        let sought = steps::seek(&self.blocks, about, beyond, set)?;
-        let gain = sought.statistic.gain(sought.places, true);
+        let plan = &self.plan.attitude;
+        let sought = steps::seek(&self.blocks, about, beyond, set, &plan.blocks)?;
+        let gain = sought.statistic.gain(sought.places, true, &plan.blocks);
         self.tried += sought.places;
-        if gain <= self.plan.attitude.least_gain || known.contains(&sought.step) {
+        if gain <= plan.least_gain || known.contains(&sought.step) {
             return None;
         }
         let place = self.blocks.sums.parameters();
         let blocks = self.blocks.with(std::iter::once(sought.column), beyond);
         let predicted = blocks.sums.predicted(set, &[place]);
-        if predicted.log_likelihood <= self.plan.attitude.least_predicted {
+        if predicted.log_likelihood <= plan.least_predicted {
             return None;
         }
         self.blocks = blocks;

@@ -209,6 +209,7 @@ impl Trials for OnBlocks<'_> {
     }
 
     fn theory(&self, planted: &Planted, rho: f64) -> f64 {
+        let plan = &self.choice.plan.attitude;
         let count = planted.places.len();
         chance_of_name(count, rho, |squared_size| {
             let statistic = Statistic {
@@ -217,7 +218,7 @@ impl Trials for OnBlocks<'_> {
                 degrees: planted.degrees,
                 count,
             };
-            statistic.gain(planted.among, true) >= self.choice.plan.attitude.least_gain
+            statistic.gain(planted.among, true, &plan.blocks) >= plan.least_gain
         })
     }
 

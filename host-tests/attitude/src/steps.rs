@@ -1,5 +1,6 @@
 //! Change point of a gyro's bias: the instant of the step of largest statistic, over all gyros.
 
+use rlg_plan::AttitudeBlockPlan;
 use rlg_signal::axes::Triad;
 
 use crate::about::About;
@@ -40,15 +41,13 @@ pub struct Sought {
 const FIRST: usize = 40;
 const AROUND: usize = 4;
 
-/// Number of cosine terms of a smooth drift over the record.
-const WAVES: usize = 6;
-
 /// Finds the step of largest statistic given a set; `None` if a smooth drift of that gyro explains as much.
 pub fn seek(
     blocks: &Blocks,
     (about, gyro): (&About, &Gyro),
     beyond: &[f64; COUNT],
     set: &[usize],
+    plan: &AttitudeBlockPlan,
 ) -> Option<Sought> {
     let times = &about.increments.places();
     let (first, last) = (times[0].row, times[times.len() - 1].row);
@@ -85,19 +84,19 @@ pub fn seek(
             .collect();
         found = best(statistics(&around))?;
     }
-    let waves = (1..=WAVES).map(|wave| {
+    let waves = (1..=plan.drift_waves).map(|wave| {
         let of_row = |row: usize| {
             let share = (row.clamp(first, last) - first) as f64 / (last - first) as f64;
             (std::f64::consts::PI * wave as f64 * share).cos()
         };
         about.carried(|row| gyro.sensed_along(found.0.axis, of_row(row)))
     });
-    let places: Vec<usize> = (0..WAVES)
+    let places: Vec<usize> = (0..plan.drift_waves)
         .map(|wave| blocks.sums.parameters() + wave)
         .collect();
     let drift = blocks.with(waves, beyond).sums.statistic(set, &places);
     let instants = 3 * about.increments.rows();
-    let is_step = found.1.compared(instants) > drift.compared(1);
+    let is_step = found.1.compared(instants, plan) > drift.compared(1, plan);
     is_step.then(|| Sought {
         column: column(found.0),
         step: found.0,

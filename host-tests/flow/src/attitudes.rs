@@ -33,7 +33,9 @@ pub(super) fn diagnose(
         recording,
         model,
         &settings.plan.signal.lost_rows,
-        rlg_attitude::beside_gyros,
+        |recording, model| {
+            rlg_attitude::beside_gyros(recording, model, &settings.plan.attitude.rows)
+        },
     )?;
     let diagnosed = rlg_attitude::diagnose(settings, &whole.recording, of, progress)?;
     let Some(Diagnosed {

@@ -30,6 +30,26 @@ section! {
         unwatched_s: f64 = 2.0, "s", [0.0, 1000.0];
         /// Longest interval between the attitudes of a proposed experiment: a tenth of its turns.
         proposed_every_s: f64 = 0.1, "s", [0.01, 10.0];
+        /// Least delay of a single gyro, beyond the median of all, for which its rows are moved.
+        late_gyro: f64 = 3.0, "σ", [0.0, 100.0];
+        /// Wiener filter of the gyros' motion.
+        conditioning: ConditioningPlan;
+        /// Rows of the likelihood, between stamps.
+        rows: AttitudeRowsPlan;
+        /// Noise of the rows.
+        noise: AttitudeNoisePlan;
+        /// Alternatives of the registration.
+        registration: RegistrationPlan;
+        /// Statistics of the record's blocks.
+        blocks: AttitudeBlockPlan;
+        /// Rotation of the Earth in the gyros.
+        earth: EarthPlan;
+        /// Attitudes too few for an estimate of their noise.
+        few: FewAttitudesPlan;
+        /// Validation on held-out stamps.
+        held_out: HeldOutPlan;
+        /// Rates sampled at instants.
+        instants: InstantPlan;
         /// Initial delay and rotation.
         coarse: CoarseAttitudePlan;
         /// Faulty stamps of the reference.
@@ -151,6 +171,8 @@ section! {
         /// Least rate of a stretch of similar motion, relative to that of the compared one: an error that grows with the
         /// rate is no fault.
         similar_rate: f64 = 0.5, "1", [0.0, 1.0];
+        /// Most consecutive stamps of a spike; a longer span is a dropout.
+        spike_stamps: usize = 3, "1", [0.0, 1e6];
     }
 }
 
@@ -215,5 +237,166 @@ section! {
     AttitudeOutlierPlan {
         /// Least size of an outlier in standard deviations; the excess is subtracted.
         beyond: f64 = 4.0, "1", [1.0, 1000.0];
+    }
+}
+
+section! {
+    /// Thresholds of the Wiener filter of the gyros' motion, and of the estimate of their white noise.
+    ConditioningPlan {
+        /// Longest segment of the averaged periodogram, and longest extension of the record at its ends.
+        piece_rows: usize = 4096, "rows", [64.0, 1e6];
+        /// Ratio of the edges of a bin, in which the lines of the periodogram are averaged.
+        bin_ratio: f64 = 1.12, "1", [1.001, 10.0];
+        /// Duration of the linear predictor that extends the record.
+        predicted_by_s: f64 = 0.25, "s", [1e-3, 60.0];
+        /// Least and largest order of that predictor.
+        predictor_orders: [usize; 2] = [16, 256], "1", [1.0, 10000.0];
+        /// Largest relative standard deviation of a bin's power for the estimate of white noise.
+        known: f64 = 0.25, "1", [1e-3, 10.0];
+        /// Frequency above which white noise of angle is determined: motion masks it below.
+        high_per_row: f64 = 0.25, "1/row", [0.0, 0.49];
+        /// Allowance for the scatter of a bin of noise about its mean: a bin of few lines lies below it by chance.
+        scatter: f64 = 4.0, "σ", [0.0, 100.0];
+        /// Factor of the noise above its estimate, as the least of many averaged powers lies below their mean.
+        margin: f64 = 1.5, "1", [1.0, 100.0];
+    }
+}
+
+section! {
+    /// Criteria for gaps and ends of the rows between stamps.
+    AttitudeRowsPlan {
+        /// Least duration of a gap, in typical periods of the stamps.
+        gap_periods: f64 = 3.5, "1", [1.0, 1000.0];
+        /// Most gaps with free rows, the longest first: each costs three unknowns.
+        most_gaps: usize = 24, "1", [0.0, 10000.0];
+        /// Gyro rows at each end of the record that lack neighbours; stamps in them are dropped if stamps are many.
+        end_rows: usize = 2, "rows", [0.0, 1000.0];
+        /// Largest number of stamps, and of rows between them, of which none is dropped.
+        short: usize = 128, "1", [2.0, 1e6];
+        /// Number of steps between stamps per longest step that is excluded from their mean as a gap.
+        gap_among: usize = 50, "1", [2.0, 1e6];
+        /// Ratio of median to mean step below which stamps come in bursts, with the mean as typical period.
+        burst: f64 = 0.5, "1", [0.0, 1.0];
+        /// Most lost gyro rows bridged by linear interpolation; stamps in a longer gap have no motion to compare with.
+        bridged_rows: usize = 2, "rows", [0.0, 1000.0];
+        /// Least difference between the angles of gyros and reference from one attitude to the next for doubtful rows, as a
+        /// multiple of the differences' 90th percentile.
+        doubtful: f64 = 6.0, "1", [1.0, 1e6];
+    }
+}
+
+section! {
+    /// Thresholds of the noise of rows.
+    AttitudeNoisePlan {
+        /// Analysed band.
+        band: AttitudeBandPlan;
+        /// Width of a bin, relative to its frequency.
+        bin: f64 = 0.08, "1", [1e-3, 1.0];
+        /// Weight of a declared random walk, in coefficients of three records: its level may be half or twice the declared
+        /// one.
+        declared_weight: f64 = 1.5, "1", [0.0, 1e6];
+        /// Modulation of the levels along the record.
+        modulation: ModulationPlan;
+    }
+}
+
+section! {
+    /// Limits of the analysed band and of its octaves.
+    AttitudeBandPlan {
+        /// Highest analysed frequency: hands, vehicles and shakers of attitudes move below.
+        highest_hz: f64 = 10.0, "Hz", [0.01, 1e5];
+        /// Least number of analysed coefficients, for a record too short for that frequency.
+        least: usize = 64, "1", [2.0, 1e6];
+        /// Least number of coefficients in the lowest octave.
+        least_of_octave: usize = 8, "1", [2.0, 1e6];
+        /// Most octaves above the lowest one.
+        most_octaves: usize = 12, "1", [0.0, 40.0];
+    }
+}
+
+section! {
+    /// Criteria for a modulation of the noise along the record.
+    ModulationPlan {
+        /// Least gain in log evidence over a single level: two more parameters, the prior's width and the pieces' length.
+        least_gain: f64 = 4.0, "nat", [0.0, 1000.0];
+        /// Least number of pieces for an estimate of the prior.
+        least_pieces: usize = 6, "1", [2.0, 1e6];
+        /// Least number of values in the shortest pieces.
+        least_values: usize = 6, "1", [1.0, 1e6];
+    }
+}
+
+section! {
+    /// Criteria for alternatives of the registration.
+    RegistrationPlan {
+        /// Least delay of the gyros for a low pass, and least smoothing variance of the reference against one.
+        low_pass_seen: f64 = 5.0, "σ", [0.0, 100.0];
+        /// Largest negative time constant of a possible low pass.
+        low_pass_negative: f64 = 3.0, "σ", [0.0, 100.0];
+        /// Largest difference of any parameter between coinciding alignments, to which two starts lead.
+        same_alignment: f64 = 3.0, "σ", [0.0, 100.0];
+    }
+}
+
+section! {
+    /// Thresholds of the statistics of a record's blocks.
+    AttitudeBlockPlan {
+        /// Duration of a block.
+        length_s: f64 = 6.0, "s", [1e-3, 1e5];
+        /// Least number of blocks, however short.
+        least: usize = 15, "1", [2.0, 100000.0];
+        /// Least number of whitened rows in a block.
+        least_rows: usize = 4, "rows", [1.0, 1e6];
+        /// Prior degrees of freedom of a design effect: in the registration of two real recordings (docs/real-recordings.md)
+        /// it lies from 1.3 to 2.1, within a factor of 1.4 about the mean, √(2/20) of the logarithm.
+        believed_degrees: f64 = 20.0, "1", [0.0, 1e6];
+        /// Prior probability of any of the groups or effects of a search, shared equally among them.
+        any_chance: f64 = 0.3, "1", [1e-6, 1.0];
+        /// Number of cosine terms over the record of a smooth drift, the rival of a step of a bias.
+        drift_waves: usize = 6, "1", [1.0, 1000.0];
+    }
+}
+
+section! {
+    /// Criteria for the Earth's rotation in the gyros.
+    EarthPlan {
+        /// Largest deviation of a row from the median of its axis for the slow rates: a jump is further off.
+        outlier: f64 = 6.0, "σ", [1.0, 1000.0];
+        /// Tolerance of a rate longer than the Earth's rotation.
+        possible: f64 = 3.0, "σ", [0.0, 100.0];
+        /// Largest standard deviation of the rotation, as a share of its length, at which the known length is not used.
+        known: f64 = 0.1, "1", [0.0, 10.0];
+    }
+}
+
+section! {
+    /// Thresholds for attitudes too few for an estimate of their noise.
+    FewAttitudesPlan {
+        /// Least number of sums of gyro rows for the quartile from which the random walk is estimated.
+        least_sums: usize = 64, "1", [4.0, 1e6];
+        /// Prior standard deviation of a constant rate of the case during the assumed rest, as of a table.
+        turning_std_rad_s: f64 = 1.0, "rad/s", [1e-6, 1000.0];
+    }
+}
+
+section! {
+    /// Thresholds of the validation on held-out stamps.
+    HeldOutPlan {
+        /// Least number of held-out rows for a spectrum.
+        least_rows: usize = 16, "rows", [4.0, 1e6];
+        /// Smallest and largest ratio of held-out to fitted noise power for one level of both.
+        same_level: [f64; 2] = [0.5, 2.0], "1", [1e-3, 1000.0];
+        /// Smallest and largest ratio of the squared drift after the diagnosis to that before for an unchanged drift.
+        same_drift: [f64; 2] = [0.9, 1.1], "1", [1e-3, 1000.0];
+    }
+}
+
+section! {
+    /// Criteria for rates sampled at the end of each row and read as means over it.
+    InstantPlan {
+        /// Tolerance of the delay about half a row: an instant is half a row late only if the motion is slow.
+        delay_rows: f64 = 0.03, "rows", [0.0, 0.5];
+        /// Tolerance of the smoothing about that of a row.
+        smoothing: f64 = 3.0, "σ", [0.0, 100.0];
     }
 }
