@@ -105,18 +105,61 @@ pub fn diagnose_under(
         return Ok(outcome);
     }
     progress("aligning the channels");
-    let whole = lost_rows::put_back(
-        recording,
-        model,
-        &settings.plan.signal.lost_rows,
-        Streams::align,
-    )?;
-    let mut outcome = diagnose_streams(settings, whole.streams, of, progress)?;
-    outcome.diagnosis.say_first(whole.said);
-    Ok(outcome)
+    let aligned = align(settings, recording, model)?;
+    diagnose_aligned(settings, aligned, of, progress)
+}
+
+/// Channels of a recording on the gyros' rows.
+pub struct Aligned {
+    /// The channels.
+    pub streams: Streams,
+    /// Sentences on rows that were lost without a stamp and are restored as unmeasured.
+    pub restored: Vec<String>,
+}
+
+impl From<Streams> for Aligned {
+    /// Takes channels whose rows are whole.
+    fn from(streams: Streams) -> Self {
+        Self {
+            streams,
+            restored: Vec::new(),
+        }
+    }
+}
+
+/// Aligns the channels of a recording with a reference on its gyros' rows, or at rest, and restores lost rows.
+///
+/// # Errors
+/// A channel is missing or of another unit.
+pub fn align(
+    settings: &Settings,
+    recording: &Recording,
+    model: &Model,
+) -> Result<Aligned, InputError> {
+    let plan = &settings.plan.signal.lost_rows;
+    let whole = lost_rows::put_back(recording, model, plan, Streams::align)?;
+    Ok(Aligned {
+        streams: whole.streams,
+        restored: whole.said,
+    })
 }
 
 /// Diagnoses aligned channels, so that the recording's own tables need not stay in memory.
+///
+/// # Errors
+/// As of [`diagnose_under`].
+pub fn diagnose_aligned(
+    settings: &Settings,
+    aligned: Aligned,
+    of: (&Model, &Path),
+    progress: &dyn Fn(&str),
+) -> Result<Outcome, InputError> {
+    let mut outcome = diagnose_streams(settings, aligned.streams, of, progress)?;
+    outcome.diagnosis.say_first(aligned.restored);
+    Ok(outcome)
+}
+
+/// Diagnoses channels without lost rows.
 ///
 /// # Errors
 /// As of [`diagnose_under`].

@@ -6,6 +6,7 @@ use std::path::Path;
 use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::long::{self, Long};
 use rlg_diagnosis::search::Found;
+use rlg_findings::absolute::NoiseBounds;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;
 use rlg_model::{Model, MotionSource};
@@ -102,6 +103,7 @@ impl<'a> LongRecording<'a> {
             read_by_gyros: None,
         });
         accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
+        outcome.diagnosis.judge_noise(&NoiseBounds::default());
         Ok(outcome)
     }
 }

@@ -6,6 +6,7 @@ use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::put_right::put_right;
 use rlg_diagnosis::search::Found;
 use rlg_diagnosis::{data_words, several};
+use rlg_findings::absolute::NoiseBounds;
 use rlg_findings::result::ParameterEntry;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;
@@ -14,7 +15,7 @@ use rlg_recording::error::InputError;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 
-use crate::{Outcome, Settings, accelerometers, unusable};
+use crate::{Aligned, Outcome, Settings, accelerometers, unusable};
 
 /// Diagnoses aligned recordings of one unit together; recordings with a held-out piece serve validation only.
 ///
@@ -23,10 +24,14 @@ use crate::{Outcome, Settings, accelerometers, unusable};
 /// an effect that cannot be predicted here.
 pub fn diagnose_together(
     settings: &Settings,
-    mut aligned: Vec<Streams>,
+    aligned: Vec<Aligned>,
     (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
+    let (mut aligned, restored): (Vec<Streams>, Vec<Vec<String>>) = aligned
+        .into_iter()
+        .map(|one| (one.streams, one.restored))
+        .unzip();
     distinct(&aligned)?;
     is_predictable(model, model_file)?;
     for streams in &aligned {
@@ -68,6 +73,12 @@ pub fn diagnose_together(
         read_by_gyros: None,
     });
     accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
+    outcome.diagnosis.judge_noise(&NoiseBounds::default());
+    let named = names.iter().zip(restored).flat_map(|(name, sentences)| {
+        let of_this = sentences.into_iter();
+        of_this.map(move |sentence| format!("{name}: {sentence}"))
+    });
+    outcome.diagnosis.say_first(named.collect());
     for (name, lines) in names.iter().zip(lines) {
         let of_this = lines.into_iter().map(|line| format!("{name}: {line}"));
         outcome.diagnosis.summary.extend(of_this);

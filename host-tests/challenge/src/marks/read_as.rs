@@ -2,8 +2,9 @@
 
 use std::path::Path;
 
-use rlg_flow::streams::Streams;
-use rlg_flow::{LongRecording, Outcome, Settings, diagnose_together, diagnose_under};
+use rlg_flow::{
+    Aligned, LongRecording, Outcome, Settings, align, diagnose_together, diagnose_under,
+};
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Recording, Table};
@@ -51,8 +52,8 @@ impl ReadAs {
                 let [first, second] = halves(recording);
                 let aligned = [first, second]
                     .iter()
-                    .map(|half| Streams::align(half, model))
-                    .collect::<Result<Vec<Streams>, InputError>>()?;
+                    .map(|half| align(settings, half, model))
+                    .collect::<Result<Vec<Aligned>, InputError>>()?;
                 diagnose_together(settings, aligned, of, &|_| {})
             }
         }

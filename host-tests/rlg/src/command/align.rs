@@ -6,8 +6,8 @@ use clap::Args;
 use rlg_attitude::serves as is_slow;
 use rlg_diagnosis::{Outcome, put_right};
 use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, RegistrationEntry};
+use rlg_flow::Aligned;
 use rlg_signal::qualify;
-use rlg_signal::streams::Streams;
 use serde::Serialize;
 
 use super::diagnose::{rows, work};
@@ -171,8 +171,11 @@ impl Align {
     ) -> Result<Option<Outcome>, InputError> {
         let of = (model, model_file);
         progress("aligning the channels");
-        let mut streams = Streams::align(recording, model)?;
         let settings = self.settings();
+        let Aligned {
+            mut streams,
+            restored,
+        } = rlg_flow::align(&settings, recording, model)?;
         let put_right = put_right::put_right(&settings, &mut streams, model, model_file)?;
         rlg_diagnosis::data::is_predictable(model, model_file)?;
         let faults =
@@ -182,6 +185,7 @@ impl Align {
             if let Some(put_right) = put_right {
                 put_right.report(&mut outcome);
             }
+            outcome.diagnosis.say_first(restored);
             outcome
         }))
     }

@@ -380,6 +380,7 @@ fn together(effects: &str, seeds: RangeInclusive<u64>) -> Diagnosis {
     all.last_mut().expect("a recording").piece.held_out = true;
     let model = model.expect("a recording");
     let of = (&model, Path::new("model.toml"));
+    let all = all.into_iter().map(Into::into).collect();
     let outcome = diagnose_together(&Settings::default(), all, of, &|_| {});
     outcome.expect("a diagnosis").diagnosis
 }

@@ -53,7 +53,7 @@ impl Case<'_> {
         let proposed = proposed.unwrap_or_else(|| panic!("{}", before.next_experiment));
         let (again, _) = self.streams(&motion, 11);
         let (experiment, _) = self.streams(&format!("{STILL}{}{STILL}", moves(proposed)), 12);
-        let both = vec![again, experiment];
+        let both = vec![again.into(), experiment.into()];
         let after = diagnose_together(&settings, both, (&model, file), &|_| {});
         (before, after.expect("a diagnosis").diagnosis)
     }

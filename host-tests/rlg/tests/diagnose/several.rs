@@ -64,7 +64,8 @@ fn together(recordings: Vec<(Streams, Model)>) -> Diagnosis {
 
 fn diagnosed(streams: Vec<Streams>, model: &Model) -> Result<Outcome, InputError> {
     let of = (model, Path::new("model.toml"));
-    diagnose_together(&Settings::default(), streams, of, &|_| {})
+    let aligned = streams.into_iter().map(Into::into).collect();
+    diagnose_together(&Settings::default(), aligned, of, &|_| {})
 }
 
 /// One recording on the same engine.
