@@ -9,6 +9,8 @@ use std::sync::{Arc, Mutex, PoisonError};
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
 
+use crate::work::count_transform;
+
 /// Transforms of one length.
 #[derive(Clone)]
 pub struct Dct {
@@ -124,6 +126,7 @@ impl Plan {
             spectrum,
             scratch,
         } = buffers;
+        count_transform();
         self.fourier
             .process_with_scratch(reordered, spectrum, scratch)
             .expect("lengths as planned");

@@ -13,6 +13,7 @@ use crate::hypothesis::Hypothesis;
 use crate::likelihood::Likelihood;
 use crate::linear::{LEAST_INFORMATION, invert, sub_matrix};
 use crate::noise::{NoiseLevels, TERMS};
+use crate::work::count_evaluation;
 
 /// Drift term of one record.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -175,6 +176,7 @@ pub(crate) fn evaluate_assembled(
     drift: &[Drift],
     effort: Effort,
 ) -> Fit {
+    count_evaluation();
     let mut levels: Vec<NoiseLevels> = start
         .iter()
         .zip(drift)

@@ -12,7 +12,9 @@
 //! [`sums`] of rows where there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for
 //! lines, and [`periodogram`] with [`phase_course`] for lines between the coefficients with a wandering phase, and
 //! [`line_fit`] with their exact columns; [`block_validation`] cross-validates an effect over blocks of rows. [`laws`] are those that
-//! every likelihood keeps, for tests.
+//! every likelihood keeps, for tests; [`work`] counts transforms, columns and fits.
+
+pub mod work;
 
 pub mod block_validation;
 

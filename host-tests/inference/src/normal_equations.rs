@@ -13,6 +13,7 @@ use crate::hypothesis::{Hypothesis, Term};
 use crate::linear::{dot, pseudo_inverse};
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::observations::{Observations, Span};
+use crate::work::count_columns;
 
 /// Source of columns: they are formed one after the other and not stored.
 pub trait Columns: Sync {
@@ -457,6 +458,7 @@ fn constant_on(constants: &[Vec<f64>]) -> Hypothesis {
 
 /// Columns at unit power, each with its scale.
 fn spectra_of(columns: &impl Columns, transform: &Transform) -> Vec<(Vec<f32>, f64)> {
+    count_columns(columns.count());
     (0..columns.count())
         .into_par_iter()
         .map(|place| scaled(&transform.spectrum(&columns.column(place))))
