@@ -18,6 +18,8 @@ pub struct Beside {
     pub declared: Declared,
     /// Rates as recorded, one a gyro.
     pub rates: Vec<Rate>,
+    /// Lines of a table of what each stage took, equally spaced.
+    pub timings: Vec<String>,
 }
 
 /// Noise declared by a model, x, y, z; `None`: unknown.

@@ -72,6 +72,7 @@ pub fn page_beside(diagnosis: &Diagnosis, pictures: Option<&Pictures>, beside: &
             (facts::facts(diagnosis))
         }
         (facts::everything(diagnosis))
+        @if !beside.timings.is_empty() { section { h2 { "Timings" } pre { (beside.timings.join("\n")) } } }
     };
     let charts: Vec<&Chart> = [&angles, &spectra, &allan, &rates]
         .into_iter()

@@ -5,7 +5,7 @@
 
 use std::fmt::{Display, Write};
 use std::io::{self, Write as _};
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
 use console::style;
@@ -28,6 +28,8 @@ const LONG: Duration = Duration::from_secs(15);
 pub struct Terminal {
     results: Results,
     quiet: bool,
+    /// Reason for which a line of the result could not be printed.
+    lost: Arc<OnceLock<String>>,
 }
 
 /// Destination of results.
@@ -84,23 +86,32 @@ impl Terminal {
     /// `json`: results are JSON, not words; `quiet`: only errors go to standard error.
     pub fn new(json: bool, quiet: bool) -> Self {
         let results = if json { Results::Json } else { Results::Words };
-        Self { results, quiet }
+        Self::of(results, quiet)
     }
 
     /// Prints nothing but errors: for a command run by another one.
     pub fn silent() -> Self {
-        Self {
-            results: Results::None,
-            quiet: true,
-        }
+        Self::of(Results::None, true)
     }
 
     /// Sends everything to `listener`, nothing to the process's own streams.
     pub fn heard_by(listener: Arc<Listener>) -> Self {
+        Self::of(Results::Listener(listener), true)
+    }
+
+    fn of(results: Results, quiet: bool) -> Self {
         Self {
-            results: Results::Listener(listener),
-            quiet: true,
+            results,
+            quiet,
+            lost: Arc::default(),
         }
+    }
+
+    /// Returns an error if a line of the result could not be printed, as on a full device.
+    pub fn whole(&self) -> Result<(), InputError> {
+        self.lost.get().map_or(Ok(()), |reason| {
+            Err(InputError::new("standard output", reason.clone()))
+        })
     }
 
     /// Shows a step of the work on `bar`, and to a listening program.
@@ -116,8 +127,12 @@ impl Terminal {
     pub fn say(&self, text: impl Display) {
         match self.results {
             Results::Json | Results::None | Results::Listener(_) => self.note(text),
-            // If standard output is closed, nothing can be reported either.
-            Results::Words => drop(to_standard_output(&text)),
+            Results::Words => {
+                if let Err(error) = to_standard_output(&text) {
+                    // The first reason is kept; the caller asks for it at the end.
+                    let _ = self.lost.set(format!("cannot be written ({error})"));
+                }
+            }
         }
     }
 

@@ -8,14 +8,14 @@ use clap::{Args, ValueEnum};
 use rlg_attitude::serves as is_slow;
 use rlg_diagnosis::Outcome;
 use rlg_findings::result::Verdict;
-use rlg_signal::streams::Streams;
 
 use super::inputs::{IDEAL, check_plausible, given_or_ideal, results_folder};
 use super::page_beside::gather;
 use super::plan;
 use super::steps::{Steps, Work};
+use super::timings::Timings;
 use crate::diagnose::{
-    LongRecording, MOST_ROWS, Settings, diagnose_streams, diagnose_together, diagnose_under,
+    LongRecording, MOST_ROWS, Settings, align, diagnose_aligned, diagnose_together, diagnose_under,
     stands_in_positions,
 };
 use crate::error::InputError;
@@ -101,6 +101,9 @@ pub struct Diagnose {
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
+    /// Print, and write on the page, what each stage took: seconds, processor seconds, columns, transforms, fits
+    #[arg(long)]
+    timings: bool,
 }
 
 /// Diagnosis with its inputs.
@@ -114,6 +117,8 @@ pub struct Diagnosed {
     model_file: PathBuf,
     /// Rates as recorded, if the rows were in memory.
     recorded: Vec<Rate>,
+    /// Lines about the stages, if asked for.
+    timings: Vec<String>,
 }
 
 impl Diagnosed {
@@ -133,6 +138,7 @@ impl Diagnosed {
         let beside = gather(&self.recordings, of, self.assumed.as_deref())?;
         Ok(Beside {
             rates: self.recorded.clone(),
+            timings: self.timings.clone(),
             ..beside
         })
     }
@@ -146,6 +152,8 @@ impl Diagnosed {
 /// Which verdicts are a failure, each with all that are worse.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 enum FailOn {
+    /// Nothing can be said of the recording
+    Unusable,
     /// Something differs and nothing explains it
     Unexplained,
     /// Something differs that is not explained as a whole
@@ -160,7 +168,8 @@ impl FailOn {
             Verdict::Matches => false,
             Verdict::Explained => matches!(self, Self::Any),
             Verdict::PartlyExplained => matches!(self, Self::Any | Self::Partly),
-            Verdict::Unexplained | Verdict::Unusable => true,
+            Verdict::Unexplained => !matches!(self, Self::Unusable),
+            Verdict::Unusable => true,
         }
     }
 }
@@ -213,6 +222,9 @@ impl Diagnose {
         for line in diagnosed.lines() {
             terminal.say(line);
         }
+        for line in &diagnosed.timings {
+            terminal.say(line);
+        }
         terminal.say(match &self.out {
             Some(out) => format!("To read: {}", out.join("report.html").display()),
             None => "To read: --out DIR writes the page with the plots and the model with what was found.".to_owned(),
@@ -254,7 +266,13 @@ impl Diagnose {
         };
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
-        let progress = |stage: &str| steps.show(stage);
+        let timings = self.timings.then(|| Timings::new("reading"));
+        let progress = |stage: &str| {
+            steps.show(stage);
+            if let Some(timings) = &timings {
+                timings.begin(stage);
+            }
+        };
         let expect = |work: Work, rows: usize| steps.expect(work, rows);
         let mut recorded = Vec::new();
         let check = |folder: &Path, recording: &Recording| {
@@ -289,6 +307,7 @@ impl Diagnose {
             model,
             model_file,
             recorded,
+            timings: timings.map_or_else(Vec::new, |timings| timings.lines()),
         })
     }
 
@@ -321,10 +340,10 @@ impl Diagnose {
             return diagnose_under(settings, &recording, model, model_file, progress);
         }
         progress("aligning the channels");
-        let streams = Streams::align(&recording, model)?;
+        let aligned = align(settings, &recording, model)?;
         // The recording's own tables are dropped; the rows are in the streams.
         drop(recording);
-        diagnose_streams(settings, streams, of, progress)
+        diagnose_aligned(settings, aligned, of, progress)
     }
 
     /// Reads and diagnoses several recordings by one model.
@@ -358,9 +377,9 @@ impl Diagnose {
                 )
                 .expected("one such recording at a time"));
             }
-            let mut streams = Streams::align(&recording, model)?;
-            streams.piece.held_out = *held_out;
-            aligned.push(streams);
+            let mut one = align(settings, &recording, model)?;
+            one.streams.piece.held_out = *held_out;
+            aligned.push(one);
         }
         expect(Work::Dithered, all_rows);
         diagnose_together(settings, aligned, (model, model_file), progress)
@@ -428,4 +447,30 @@ fn write(
         RunFile::diagnosed(about).write_into(&mut out)?;
     }
     out.commit()
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{FailOn, Verdict};
+
+    #[test]
+    fn a_verdict_fails_where_it_or_a_better_one_is_named() {
+        let worse = [
+            Verdict::Matches,
+            Verdict::Explained,
+            Verdict::PartlyExplained,
+            Verdict::Unexplained,
+            Verdict::Unusable,
+        ];
+        let first_failures = [
+            (FailOn::Any, 1),
+            (FailOn::Partly, 2),
+            (FailOn::Unexplained, 3),
+            (FailOn::Unusable, 4),
+        ];
+        for (on, first) in first_failures {
+            let fails = worse.map(|verdict| on.names(verdict));
+            assert_eq!(fails, [0, 1, 2, 3, 4].map(|place| place >= first), "{on:?}");
+        }
+    }
 }

@@ -25,6 +25,7 @@ mod close_loop;
 mod companions;
 mod demo;
 mod diagnose;
+mod doctor;
 mod export;
 mod golden;
 mod import;
@@ -45,6 +46,7 @@ mod replay;
 mod simulate;
 mod steps;
 mod summarize;
+mod timings;
 mod upload;
 
 pub use diagnose::Diagnosed;
@@ -80,6 +82,7 @@ enum Command {
     Completions(companions::Completions),
     Demo(demo::DemoCommand),
     Diagnose(diagnose::Diagnose),
+    Doctor(doctor::Doctor),
     Export(export::Export),
     Import(Box<import::Import>),
     Inspect(inspect::Inspect),
@@ -106,6 +109,7 @@ impl Command {
             Self::Completions(command) => command.run(CommandLine::command())?,
             Self::Demo(command) => command.run(terminal)?,
             Self::Diagnose(command) => return command.run(terminal),
+            Self::Doctor(command) => command.run(terminal)?,
             Self::Export(command) => command.run(terminal)?,
             Self::Import(command) => command.run(terminal)?,
             Self::Inspect(command) => command.run(terminal)?,
@@ -176,7 +180,8 @@ pub fn run() -> ExitCode {
     let line = CommandLine::parse();
     let terminal = Terminal::new(line.output.json, line.output.quiet);
     interrupt::leave_nothing_behind();
-    match line.command.run(&terminal) {
+    let done = line.command.run(&terminal);
+    match done.and_then(|code| terminal.whole().map(|()| code)) {
         Ok(code) => code,
         Err(error) => {
             terminal.error(&error);

@@ -54,6 +54,7 @@ pub(super) fn gather(
         note: note.map(str::to_owned),
         declared: declared(model),
         rates: Vec::new(),
+        timings: Vec::new(),
     })
 }
 

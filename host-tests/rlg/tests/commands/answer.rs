@@ -184,14 +184,31 @@ fn a_verdict_ends_the_command_with_code_1_where_it_is_asked_for() {
         );
         output.status.code()
     };
-    for (fail_on, explained, matches) in [
-        (&[][..], 0, 0),
-        (&["--fail-on", "unexplained"][..], 0, 0),
-        (&["--fail-on", "partly"][..], 0, 0),
-        (&["--fail-on", "any"][..], 1, 0),
-    ] {
-        assert_eq!(code(fail_on, &scaled), Some(explained), "{fail_on:?}");
-        assert_eq!(code(fail_on, &ideal), Some(matches), "{fail_on:?}");
+    // The table of options and verdicts is a unit test of the command.
+    assert_eq!(code(&[], &scaled), Some(0));
+    assert_eq!(code(&["--fail-on", "any"], &scaled), Some(1));
+    assert_eq!(code(&["--fail-on", "any"], &ideal), Some(0));
+}
+
+#[cfg(target_os = "linux")]
+#[test]
+fn a_full_device_ends_the_command_with_code_2_and_a_sentence() {
+    for arguments in [&["plan"][..], &["plan", "--json"], &["man", "plan"]] {
+        let full = fs::OpenOptions::new().write(true).open("/dev/full");
+        let output = Command::new(env!("CARGO_BIN_EXE_rlg"))
+            .args(arguments)
+            .arg("-q")
+            .stdout(full.expect("Linux has it"))
+            .stderr(Stdio::piped())
+            .output()
+            .expect("it runs");
+        let words = text(&output.stderr);
+        assert_eq!(output.status.code(), Some(2), "{arguments:?}: {words}");
+        assert!(
+            words.contains("standard output: cannot be written"),
+            "{words}"
+        );
+        assert_eq!(words.lines().count(), 1, "{words}");
     }
 }
 
@@ -329,4 +346,88 @@ fn companions_name_every_command() {
         "{own}"
     );
     assert_eq!(rlg(&["man", "nothing"], &[]).status.code(), Some(2));
+}
+
+#[test]
+fn timings_are_printed_and_stand_on_the_page_where_they_are_asked_for() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bench = recording(folder.path(), 2e-3);
+    let out = folder.path().join("out");
+    let output = rlg(&["diagnose", "--timings", "--out"], &[&out, &bench]);
+    assert!(output.status.success(), "{}", text(&output.stderr));
+    let answer = text(&output.stdout);
+    let table: Vec<&str> = answer
+        .lines()
+        .skip_while(|line| !line.starts_with("Timings"))
+        .collect();
+    let counts = |stage: &str| -> Vec<f64> {
+        let line = table.iter().find(|line| line.trim().starts_with(stage));
+        let line = line.unwrap_or_else(|| panic!("no {stage} in {answer}"));
+        let fields = line.split_whitespace().rev().take(5);
+        fields.filter_map(|field| field.parse().ok()).collect()
+    };
+    let [fits, transforms, columns, .., seconds] = counts("together")[..] else {
+        panic!("{answer}");
+    };
+    let [of_passes, ..] = counts("pass")[..] else {
+        panic!("{answer}");
+    };
+    assert!(of_passes > 0.0 && fits >= of_passes, "{answer}");
+    assert!(
+        transforms > columns && columns > 0.0 && seconds > 0.0,
+        "{answer}"
+    );
+    let page = fs::read_to_string(out.join("report.html")).expect("a page");
+    assert!(page.contains("<h2>Timings</h2>"));
+    // The result itself is the same on any machine.
+    let json = fs::read_to_string(out.join("diagnosis.json")).expect("a result");
+    assert!(!json.contains("imings"));
+    let without = rlg(&["diagnose"], &[&bench]);
+    assert!(!text(&without.stdout).contains("Timings"));
+}
+
+/// 60 s of a motion of many tones; from row `lost.0` on the gyros are `lost.1` rows ahead of the reference.
+fn with_lost_rows(folder: &Path, lost: (u32, u32)) -> PathBuf {
+    let bench = recording(folder, 0.0);
+    let mut rows = String::from("gx,gy,gz,rx,ry,rz\n");
+    let rate = |row: u32, axis: u32| -> f64 {
+        let time_s = (f64::from(row) + 0.5) / RATE_HZ;
+        let tone = |k: u32| {
+            // Square roots: no two tones have a common period.
+            let hz = 0.4 * f64::from(k + 25 * axis + 2).sqrt();
+            0.1 * (6.3 * hz * time_s + f64::from(k * k)).sin()
+        };
+        (0..25).map(tone).sum()
+    };
+    for row in 0..6000 {
+        let read = row + if row < lost.0 { 0 } else { lost.1 };
+        // The gyros' last digit, alone, is noise.
+        let gyros = (0..3).map(|axis| format!("{:.4}", rate(read, axis)));
+        let reference = (0..3).map(|axis| format!("{:.9e}", rate(row, axis) / RATE_HZ));
+        let fields: Vec<String> = gyros.chain(reference).collect();
+        let _ = writeln!(rows, "{}", fields.join(","));
+    }
+    fs::write(bench.join("rows.csv"), rows).expect("written");
+    bench
+}
+
+#[test]
+fn rows_lost_without_stamps_are_found_and_restored_beside_rates() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let bench = with_lost_rows(folder.path(), (1500, 50));
+    let output = rlg(&["diagnose"], &[&bench]);
+    let answer = text(&output.stdout);
+    assert!(
+        answer.contains("50 rows") && answer.contains("before row 1500"),
+        "{answer}"
+    );
+    for wrong in ["early", "late", "scale", "not explained"] {
+        assert!(!answer.contains(&format!("  gyro {wrong}")), "{answer}");
+    }
+    let output = rlg(&["diagnose", "--json", "-q"], &[&bench]);
+    let found: Value = serde_json::from_slice(&output.stdout).expect("JSON");
+    let share = found["residual"]["share_of_motion"]
+        .as_f64()
+        .expect("a share");
+    assert!(share < 0.01, "{share}: {answer}");
 }

@@ -6,6 +6,7 @@ mod browser;
 mod challenge;
 mod close_loop;
 mod demo;
+mod doctor;
 mod golden;
 mod interrupted;
 mod navigate;
