@@ -4,7 +4,7 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rlg_model::catalogue::NINE;
 use rlg_model::{Model, ModelEffect};
-use rlg_plan::AttitudeRowsPlan;
+use rlg_plan::{AttitudeRowsPlan, Plan};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::{SlowSample, slow_samples};
@@ -87,11 +87,11 @@ pub(crate) fn readings_hz(samples: &[SlowSample]) -> Option<f64> {
 pub fn beside_gyros(
     recording: &Recording,
     model: &Model,
-    plan: &AttitudeRowsPlan,
+    plan: &Plan,
 ) -> Result<Streams, InputError> {
-    let samples = slow_samples(recording)?;
-    let mut streams = Streams::align_without_reference(recording, model)?;
-    streams.case_rad = reference_rows(&samples, &streams, plan).increments_rad;
+    let samples = slow_samples(recording, &plan.signal.attitude_samples)?;
+    let mut streams = Streams::align_without_reference(recording, model, &plan.signal.align)?;
+    streams.case_rad = reference_rows(&samples, &streams, &plan.attitude.rows).increments_rad;
     Ok(streams)
 }
 

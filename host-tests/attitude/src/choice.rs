@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use rlg_catalogue::Candidate;
-use rlg_inference::{BY_CHANCE, Bound};
+use rlg_inference::Bound;
 use rlg_plan::Plan;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -324,9 +324,10 @@ impl Choice<'_> {
         }
         let set: Vec<usize> = beside.iter().chain(own).copied().collect();
         let found = self.sums.estimates(&set);
+        let by_chance = self.plan.inference.search.by_chance;
         bounds.iter().zip(beside.len()..).all(|(bound, k)| {
             let std = found.covariance[(k, k)].max(0.0).sqrt();
-            !bound.excludes(found.values[k], std, BY_CHANCE)
+            !bound.excludes(found.values[k], std, by_chance)
         })
     }
 }

@@ -48,6 +48,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     let tested = held_out(said);
     let spans = reference_spans::spans(&observed.samples, &observed.known, &registered.known);
     let jumps = reference_spans::jumps(said);
+    let combinations = &said.plan.findings.combinations;
     let named: Vec<(&Named, Numbers)> = found
         .registration
         .iter()
@@ -56,7 +57,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
             let of = (&found.named_set[..], &found.of_named);
             (
                 one,
-                numbers(said, one.kind, &one.places, of).written(one.kind),
+                numbers(said, one.kind, &one.places, of).written(one.kind, combinations),
             )
         })
         .collect();
@@ -193,7 +194,11 @@ fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
         equation: card.equation.to_string(),
         parameters,
         covariance,
-        identifiable: identifiable(&numbers.known(one.kind), &numbers.covariance),
+        identifiable: identifiable(
+            &numbers.known(one.kind),
+            &numbers.covariance,
+            &said.plan.findings.combinations,
+        ),
         log_evidence_gain: one.gain,
         p_value: one.p_value,
         what_was_left_out: meaning(one.kind, numbers),

@@ -7,7 +7,7 @@ use rlg_diagnosis::pictures::Pictures;
 use rlg_diagnosis::relative_residual::{self, Rows};
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
-use rlg_plan::{AttitudeNoisePlan, HeldOutPlan};
+use rlg_plan::{AttitudeHeldOutPlan, AttitudeNoisePlan, CoherencePlan, InStepPlan};
 use rlg_signal::axes::{Triad, add};
 use rlg_signal::in_step::{self, Block, InStep};
 use rlg_signal::transforms::mean_periodogram;
@@ -38,7 +38,7 @@ pub(crate) struct HeldOut {
 
 impl HeldOut {
     /// Returns one sentence on the drift before and after.
-    pub(crate) fn sentence(&self, plan: &HeldOutPlan) -> String {
+    pub(crate) fn sentence(&self, plan: &AttitudeHeldOutPlan) -> String {
         let of = |figures: &[FiguresEntry; 3]| {
             let each: Vec<String> = figures
                 .iter()
@@ -70,7 +70,7 @@ impl HeldOut {
     }
 
     /// Level of the noise on held-out time, where it is another than on the fitted.
-    fn level(&self, plan: &HeldOutPlan) -> Option<String> {
+    fn level(&self, plan: &AttitudeHeldOutPlan) -> Option<String> {
         let power = self.power_after;
         let words = match power {
             power if power < plan.same_level[0] => "quieter",
@@ -156,21 +156,22 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     let all_before = residual(said, &sound, said.of_model, false)?;
     let all_after = residual(said, &sound, now, true)?;
     let span_s = [times[0], times[times.len() - 1]];
-    let left = blocks(&all_after);
+    let plan = &said.plan.signal;
+    let left = blocks(&all_after, &plan.in_step);
     Some(HeldOut {
         span_s,
         band_hz: [0.0, 0.5 / period_s],
         before: before_figures,
         after: after_figures,
         power_after,
-        in_step: in_step::in_step(&left, &said.plan.signal.in_step),
-        residual: residual_entry(&all_after, &left),
+        in_step: in_step::in_step(&left, &plan.in_step),
+        residual: residual_entry(&all_after, &left, &plan.coherence),
         pictures: pictures(said, &all_before, &all_after, span_s),
     })
 }
 
 /// Powers of residual and motion, by blocks of time.
-fn blocks(one: &Residual) -> Vec<Block> {
+fn blocks(one: &Residual, plan: &InStepPlan) -> Vec<Block> {
     let increments = &one.about.increments;
     let is_used = |row: usize| !increments.is_free(row);
     in_step::blocks(
@@ -178,11 +179,12 @@ fn blocks(one: &Residual) -> Vec<Block> {
         &turned_rad(one),
         is_used,
         increments.period_s,
+        plan,
     )
 }
 
 /// Residual relative to the motion, in the axes of the gyros.
-fn residual_entry(one: &Residual, blocks: &[Block]) -> Option<ResidualEntry> {
+fn residual_entry(one: &Residual, blocks: &[Block], plan: &CoherencePlan) -> Option<ResidualEntry> {
     let increments = &one.about.increments;
     let rows = Rows {
         residual_rad: &body_rows(one),
@@ -190,7 +192,7 @@ fn residual_entry(one: &Residual, blocks: &[Block]) -> Option<ResidualEntry> {
         is_used: &|row| !increments.is_free(row),
         period_s: increments.period_s,
     };
-    relative_residual::entry(&rows, blocks)
+    relative_residual::entry(&rows, blocks, plan)
 }
 
 /// Turn between stamps, of the motion without noise common to the residual \[rad\].
@@ -331,6 +333,7 @@ fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 
         frequency_hz,
         tiles_before: Vec::new(),
         tiles_after: Vec::new(),
+        significance: said.plan.judgement.tiles.significance,
         held_out_s: vec![held_out_s],
         rate_hz: streams.rate_hz,
         start_s: streams.start_s,

@@ -4,6 +4,7 @@ use nalgebra::{DMatrix, DVector, Matrix3};
 use rlg_catalogue::entries::{self, STEP};
 use rlg_findings::combinations::{Number, identifiable, written};
 use rlg_findings::result::ParameterEntry;
+use rlg_plan::CombinationPlan;
 use rlg_signal::axes::AXES;
 
 use crate::alignment::{Group, group_at};
@@ -23,9 +24,9 @@ pub(crate) struct Numbers {
 
 impl Numbers {
     /// Replaces the values by the expectation of their prior given the combinations determined by the record.
-    pub(crate) fn written(mut self, kind: &str) -> Self {
+    pub(crate) fn written(mut self, kind: &str, plan: &CombinationPlan) -> Self {
         let known = self.known(kind);
-        let written = written(&known, &identifiable(&known, &self.covariance));
+        let written = written(&known, &identifiable(&known, &self.covariance, plan));
         self.values = written.values;
         self.choice = written.choice;
         self

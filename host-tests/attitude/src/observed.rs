@@ -1,6 +1,6 @@
 //! Data of the registration: gyros, attitudes, and the stamps held out for validation.
 
-use rlg_plan::Plan;
+use rlg_plan::{CataloguePlan, Plan};
 use std::path::Path;
 use std::sync::Arc;
 
@@ -60,6 +60,8 @@ pub(crate) struct Observed<'a> {
     pub(crate) late: Late,
     /// Lines that were taken out of them.
     pub(crate) lines: Vec<OwnLine>,
+    /// Thresholds of the effects.
+    pub(crate) catalogue: CataloguePlan,
 }
 
 impl Observed<'_> {
@@ -137,7 +139,8 @@ impl Observed<'_> {
     pub(crate) fn gyro(&self, about: &About, model_file: &Path) -> Result<Gyro, InputError> {
         let off_vertical = vertical::off_vertical(&self.samples, &self.streams);
         let motion = (&about.conditioned_rad, off_vertical.as_ref());
-        Gyro::new(&self.streams, self.model, motion).ok_or_else(|| no_inverse(model_file))
+        let gyro = Gyro::new(&self.streams, self.model, motion, &self.catalogue);
+        gyro.ok_or_else(|| no_inverse(model_file))
     }
 
     /// Subtracts known effects from the sensed increments \[rad\]; true if there are any.
@@ -160,12 +163,12 @@ pub(crate) fn observe<'a>(
     (model, model_file): (&'a Model, &Path),
     plan: &Plan,
 ) -> Result<Option<Observed<'a>>, InputError> {
-    let mut samples = slow_samples(recording)?;
+    let mut samples = slow_samples(recording, &plan.signal.attitude_samples)?;
     let is_few = samples.len() < plan.attitude.least_stamps;
     if samples.len() < 2 {
         return Ok(None);
     }
-    let mut streams = Streams::align_without_reference(recording, model)?;
+    let mut streams = Streams::align_without_reference(recording, model, &plan.signal.align)?;
     let from_sensing = body_from_sensing(&model.gyro.installation_rad);
     if from_sensing.try_inverse().is_none() {
         return Err(no_inverse(model_file));
@@ -220,6 +223,7 @@ pub(crate) fn observe<'a>(
         late: Late::default(),
         is_without_known: false,
         lines: Vec::new(),
+        catalogue: plan.catalogue,
     };
     observed.flag_stamps(plan);
     zeroing::undo(&mut observed.gyros, zeroing::of_model(model));

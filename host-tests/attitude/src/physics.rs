@@ -11,6 +11,7 @@ use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_diagnosis::data::event_row;
 use rlg_inference::Term;
 use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_plan::CataloguePlan;
 use rlg_signal::axes::Triad;
 use rlg_signal::residual::body_from_sensing;
 use rlg_signal::streams::Streams;
@@ -42,6 +43,7 @@ impl Gyro {
         streams: &Streams,
         model: &Model,
         (case_rad, off_vertical): (&Triad, Option<&Triad>),
+        plan: &CataloguePlan,
     ) -> Option<Self> {
         let from_sensing = body_from_sensing(&model.gyro.installation_rad);
         let sensing_from_body = from_sensing.try_inverse()?;
@@ -65,6 +67,7 @@ impl Gyro {
                 Path::default(),
                 scale,
                 sensing,
+                plan,
             ),
             case_from_sensed: from_sensing
                 * Matrix3::from_diagonal(&Vector3::from(scale.map(|scale| 1.0 - scale))),

@@ -174,7 +174,7 @@ impl Spins {
         let case_rad = increments_rad(&spins.moves, rate_hz);
         let rows = case_rad[0].len();
         let streams = Streams::of_motion(rate_hz, case_rad.clone());
-        let gyro = Gyro::new(&streams, &model, (&case_rad, None))?;
+        let gyro = Gyro::new(&streams, &model, (&case_rad, None), &said.plan.catalogue)?;
         let gyros = Gyros {
             start_s: 0.0,
             rate_hz,

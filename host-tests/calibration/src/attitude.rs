@@ -18,7 +18,7 @@
 //! frame rotates with the Earth at a constant rate, which is estimated. Out of scope: gaps (steps across one are left out),
 //! lever arms, a travelling frame.
 
-use rlg_plan::{FaultPlan, GatePlan};
+use rlg_plan::{CataloguePlan, GatePlan, SignalPlan};
 use std::path::Path;
 
 use nalgebra::{DVector, Matrix3, Vector3};
@@ -67,16 +67,17 @@ impl AttitudeRecord {
         model_file: &Path,
     ) -> Result<Self, InputError> {
         expect_linear(model, model_file)?;
-        let read = attitude_samples(recording)?;
+        let plan = SignalPlan::default();
+        let read = attitude_samples(recording, &plan.attitude_samples)?;
         let noise = declared_noise(model, model_file)?;
         let body_from_sensing = body_from_sensing(&model.gyro.installation_rad);
         let sensing_from_body = body_from_sensing.try_inverse().ok_or_else(|| {
             InputError::new(model_file, "the installation matrix has no inverse")
                 .channel("gyro.installation_rad")
         })?;
-        let mut streams = Streams::align_without_reference(recording, model)?;
+        let mut streams = Streams::align_without_reference(recording, model, &plan.align)?;
         take_own_motion(&mut streams, model, &body_from_sensing);
-        qualify::qualify(&mut streams, &FaultPlan::default());
+        qualify::qualify(&mut streams, &plan.faults);
         if read.len() < 2 {
             return Err(too_short(recording, 0.0));
         }
@@ -90,7 +91,7 @@ impl AttitudeRecord {
             .filter(|sample| (0.0..=streams.rows as f64).contains(&sample.place))
             .collect();
         let scale_error = model.gyro.scale_error;
-        let signals = signals(&streams, &noise, scale_error, sensing_from_body);
+        let signals = signals(&streams, &noise, scale_error, sensing_from_body, &plan.gate);
         let mut kinds = Unknowns::fitted_kinds(false);
         kinds.push(RIVAL);
         Ok(Self {
@@ -254,6 +255,7 @@ fn signals(
     noise: &StepNoise,
     scale_error: [f64; 3],
     sensing_from_body: Matrix3<f64>,
+    gate: &GatePlan,
 ) -> Signals {
     let rate_hz = streams.rate_hz;
     let all = vec![true; streams.rows];
@@ -271,14 +273,22 @@ fn signals(
             residual: &own,
         };
         let case_rad = &streams.case_rad[axis];
-        shrink(case_rad, &powers, &all, rate_hz, &GatePlan::default()).values
+        shrink(case_rad, &powers, &all, rate_hz, gate).values
     });
     let inputs = Inputs {
         others: &[],
         ..Inputs::of(streams)
     };
     let motion = (case_rad, streams.dither_rad());
-    Signals::of_known(motion, inputs, rate_hz, scale_error, sensing_from_body)
+    let plan = CataloguePlan::default();
+    Signals::of_known(
+        motion,
+        inputs,
+        rate_hz,
+        scale_error,
+        sensing_from_body,
+        &plan,
+    )
 }
 
 /// Checks that every effect of the model can be corrected in attitudes: it is linear, or adds nothing to the gyros.

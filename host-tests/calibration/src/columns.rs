@@ -119,6 +119,7 @@ mod tests {
     use nalgebra::Matrix3;
     use rlg_catalogue::Signals;
     use rlg_catalogue::signals::Inputs;
+    use rlg_plan::CataloguePlan;
 
     use super::DesignColumns;
     use crate::unknowns::{EARTH, FLEXURE, Unknowns};
@@ -140,7 +141,8 @@ mod tests {
                 .collect::<Vec<f64>>()
         });
         let (motion, inputs) = ((case_rad, None), Inputs::default());
-        Signals::of_known(motion, inputs, RATE_HZ, [0.0; 3], Matrix3::identity())
+        let (axes, plan) = (Matrix3::identity(), CataloguePlan::default());
+        Signals::of_known(motion, inputs, RATE_HZ, [0.0; 3], axes, &plan)
     }
 
     #[test]

@@ -38,8 +38,8 @@ pub fn record_information(
     model_file: &Path,
 ) -> Result<RecordInformation, InputError> {
     is_predictable(model, model_file)?;
-    let mut streams = Streams::align(recording, model)?;
     let plan = Plan::default();
+    let mut streams = Streams::align(recording, model, &plan.signal.align)?;
     qualify::qualify(&mut streams, &plan.signal.faults);
     let rate_hz = streams.rate_hz;
     let seconds = seconds_of(&streams.usable, rate_hz);

@@ -91,14 +91,6 @@ impl Columns for PoolColumns<'_> {
     }
 }
 
-/// Prior odds against a variant, whose logarithm is its price: a single gyro is one of six forms of a misfit; all three
-/// have a common cause half the time, and so do the nine and their diagonal; everyday errors are three times likelier.
-pub const ONE_AXIS: f64 = 6.0;
-/// Price factor of all three axes, of the nine, or of their diagonal.
-pub const SHARED: f64 = 2.0;
-const COMMON: f64 = 1.1;
-const EVERYDAY: f64 = 1.0 / 3.0;
-
 /// Kinds with one value for all three gyros: a coincidence except for a cause in front of all of them.
 const COMMON_KINDS: [&str; 1] = ["gyro_delay"];
 
@@ -143,7 +135,8 @@ impl Pool {
         is_moving: [bool; 3],
     ) -> Vec<Candidate> {
         let whole = self.terms(entry, signals, is_moving);
-        let everyday = if entry.everyday { EVERYDAY } else { 1.0 };
+        let odds = &signals.plan.odds;
+        let everyday = if entry.everyday { odds.everyday } else { 1.0 };
         let largest = stiffness::largest(entry.kind, signals);
         let candidate = |variant, keep: &dyn Fn(usize, &Named) -> bool, places: f64| {
             let kept: Vec<&Named> = whole
@@ -184,26 +177,26 @@ impl Pool {
                     found.extend(candidate(
                         Variant::Axis(axis),
                         &|place, _| place == axis,
-                        ONE_AXIS,
+                        odds.one_axis,
                     ));
                 }
                 let shown = whole.iter().filter(|named| !named.terms.is_empty()).count();
                 if shown > 1 {
-                    found.extend(candidate(Variant::Whole, &all, SHARED));
+                    found.extend(candidate(Variant::Whole, &all, odds.shared));
                 }
                 if shown == 3 && COMMON_KINDS.contains(&entry.kind) {
-                    found.push(common(entry, &whole, (COMMON * everyday).ln()));
+                    found.push(common(entry, &whole, (odds.common * everyday).ln()));
                 }
             }
             Law::Nine(_) => {
                 let is_diagonal = |place: usize, _: &Named| place / 3 == place % 3;
-                found.extend(candidate(Variant::Diagonal, &is_diagonal, SHARED));
-                found.extend(candidate(Variant::Whole, &all, SHARED));
+                found.extend(candidate(Variant::Diagonal, &is_diagonal, odds.shared));
+                found.extend(candidate(Variant::Whole, &all, odds.shared));
             }
             Law::Body(_)
                 if entry.kind != "reference_misalignment" && entry.kind != "earth_rate" =>
             {
-                found.extend(candidate(Variant::Whole, &all, 1.2));
+                found.extend(candidate(Variant::Whole, &all, odds.of_reference));
             }
             Law::Body(_) | Law::Common(_) | Law::Tilts(..) | Law::Across(_) => {
                 found.extend(candidate(Variant::Whole, &all, 1.0));

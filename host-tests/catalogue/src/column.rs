@@ -96,16 +96,13 @@ pub struct Sensed {
     pub of: Estimate,
 }
 
-/// Limit of the share of an axis sensed by a gyro, times the root of the number of rows, below which that axis' noise
-/// in the gyro's residual is negligible: the score of an absent effect is biased by some tenths of it.
-const NO_SHARE: f64 = 2.0;
-
 impl Sensed {
     /// Column of a candidate effect on a gyro.
     pub fn tried(column: Column, gyro: usize, signals: &Signals) -> Self {
         let root = (signals.rows as f64).sqrt();
+        let negligible = signals.plan.negligible_share;
         let is_shared =
-            |axis: usize| axis == gyro || signals.shared[(gyro, axis)].abs() * root > NO_SHARE;
+            |axis: usize| axis == gyro || signals.shared[(gyro, axis)].abs() * root > negligible;
         let of = match column.axes() {
             Some(axes) if !axes.into_iter().flatten().any(is_shared) => Estimate::Likeliest,
             _ => Estimate::Independent,

@@ -10,6 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Matrix3;
 use rlg_inference::{Hypothesis, Information, NoiseLevels, NormalEquations, Observations};
+use rlg_plan::CataloguePlan;
 use rlg_signal::axes::Triad;
 
 use crate::candidates::PoolColumns;
@@ -234,11 +235,22 @@ impl Experiment {
     ///
     /// # Inputs
     /// `scale_error`, `sensing_from_body`: of the model.
-    pub fn signals(&self, scale_error: [f64; 3], sensing_from_body: Matrix3<f64>) -> Signals {
+    pub fn signals(
+        &self,
+        scale_error: [f64; 3],
+        sensing_from_body: Matrix3<f64>,
+        plan: &CataloguePlan,
+    ) -> Signals {
         let motion = (increments_rad(&self.moves, self.rows_hz), None);
         let inputs = Inputs::default();
-        let mut signals =
-            Signals::of_known(motion, inputs, self.rows_hz, scale_error, sensing_from_body);
+        let mut signals = Signals::of_known(
+            motion,
+            inputs,
+            self.rows_hz,
+            scale_error,
+            sensing_from_body,
+            plan,
+        );
         let force = |axis: usize| -> Vec<f64> {
             let vertical = signals.space_vector(2, axis).into_iter();
             vertical.map(|along| GRAVITY_M_S2 * along).collect()
@@ -282,6 +294,7 @@ pub fn information(
 mod tests {
     use nalgebra::Matrix3;
     use rlg_inference::{Hypothesis, NoiseLevels};
+    use rlg_plan::CataloguePlan;
 
     use super::{Experiment, GRAVITY_M_S2, information};
     use crate::candidates::Pool;
@@ -289,7 +302,8 @@ mod tests {
 
     #[test]
     fn a_tumble_shows_gravity_along_both_senses_of_each_axis() {
-        let signals = Experiment::tumble().signals([0.0; 3], Matrix3::identity());
+        let plan = CataloguePlan::default();
+        let signals = Experiment::tumble().signals([0.0; 3], Matrix3::identity(), &plan);
         let force = signals.force_m_s2.as_ref().expect("gravity");
         for axis in force {
             let most = axis.iter().copied().fold(f64::MIN, f64::max);
@@ -311,7 +325,8 @@ mod tests {
     #[test]
     fn a_bias_at_rest_is_known_to_the_noise_over_the_root_of_time() {
         let one = Experiment::tumble();
-        let signals = one.signals([0.0; 3], Matrix3::identity());
+        let plan = CataloguePlan::default();
+        let signals = one.signals([0.0; 3], Matrix3::identity(), &plan);
         let mut pool = Pool::default();
         let bias = pool.whole(entries::find("gyro_bias").expect("listed"), &signals);
         let bias = Hypothesis::of_terms(1, bias[0].1.clone());

@@ -135,11 +135,8 @@ impl Channel {
     }
 
     /// True if the channel varies enough to be identifiable.
-    ///
-    /// A variation below 0.05 K is converter noise; a rate that is the Earth's alone multiplies like a constant.
     fn moves(self, signals: &Signals, is_moving: [bool; 3]) -> bool {
-        const LEAST_SPAN_K: f64 = 0.05;
-        const LEAST_RATE_RAD_S: f64 = 3e-5;
+        let plan = &signals.plan.excitation;
         if let Self::Rate(axis) | Self::Acceleration(axis) = self
             && !is_moving[axis]
         {
@@ -156,8 +153,8 @@ impl Channel {
             |(least, most), value| (least.min(*value), most.max(*value)),
         );
         match self {
-            Self::Rate(_) => rms_about_mean(&values) > LEAST_RATE_RAD_S,
-            Self::Warming(_) => most - least > LEAST_SPAN_K,
+            Self::Rate(_) => rms_about_mean(&values) > plan.least_rate_rad_s,
+            Self::Warming(_) => most - least > plan.least_span_k,
             _ => most > least,
         }
     }
@@ -258,13 +255,18 @@ impl Factor {
             }
             Some(values)
         };
+        let hysteresis = signals.plan.excitation.hysteresis;
         match self {
             Self::Channel(channel) => channel.values(signals, motion),
             Self::Size(channel) => channel
                 .values(signals, motion)
                 .map(|values| values.iter().map(|value| value.abs()).collect()),
-            Self::Side(channel) => channel.values(signals, motion).map(|values| side(&values)),
-            Self::Way(channel) => channel.values(signals, motion).map(|values| way(&values)),
+            Self::Side(channel) => channel
+                .values(signals, motion)
+                .map(|values| side(&values, hysteresis)),
+            Self::Way(channel) => channel
+                .values(signals, motion)
+                .map(|values| way(&values, hysteresis)),
             Self::Deviation(channel) => channel.values(signals, motion).map(|values| {
                 let mean = mean(&values);
                 values.iter().map(|value| value - mean).collect()
@@ -534,10 +536,6 @@ pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
     all
 }
 
-/// Hysteresis of [`Factor::Side`] and [`Factor::Way`], as a share of the channel's rms about its mean: noise stays
-/// below.
-const CLEARLY: f64 = 0.1;
-
 fn mean(values: &[f64]) -> f64 {
     values.iter().sum::<f64>() / values.len() as f64
 }
@@ -555,8 +553,8 @@ fn multiply(product: &mut [f64], values: &[f64]) {
 }
 
 /// Sign of a channel with hysteresis about zero; before the first value off zero, the sign of that value.
-fn side(values: &[f64]) -> Vec<f64> {
-    let least = CLEARLY * rms_about_mean(values);
+fn side(values: &[f64], hysteresis: f64) -> Vec<f64> {
+    let least = hysteresis * rms_about_mean(values);
     let first = values.iter().find(|value| value.abs() > least);
     let mut now = first.map_or(0.0, |value| value.signum());
     let follow = |value: &f64| {
@@ -569,8 +567,8 @@ fn side(values: &[f64]) -> Vec<f64> {
 }
 
 /// Direction of a channel, up (1) or down (−1), since its last turning point; 0 before the first motion.
-fn way(values: &[f64]) -> Vec<f64> {
-    let least = CLEARLY * rms_about_mean(values);
+fn way(values: &[f64], hysteresis: f64) -> Vec<f64> {
+    let least = hysteresis * rms_about_mean(values);
     let Some(&first) = values.first() else {
         return Vec::new();
     };

@@ -27,7 +27,7 @@ pub struct Family {
 /// some dozens.
 const HIGHEST_ORDER: u32 = 72;
 
-/// Every order of every axis about which the table's angle spans a radian or more of that order.
+/// Every order of every axis about which the table's angle spans enough of that order.
 pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
     let mut pool = Pool::default();
     let mut groups = Vec::new();
@@ -39,7 +39,9 @@ pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
             angle += increment;
             (least, most) = (least.min(angle), most.max(angle));
         }
-        let orders = (1..=HIGHEST_ORDER).filter(|order| f64::from(*order) * (most - least) > 1.0);
+        let least_rad = signals.plan.excitation.least_angle_rad;
+        let is_spanned = |order: &u32| f64::from(*order) * (most - least) > least_rad;
+        let orders = (1..=HIGHEST_ORDER).filter(is_spanned);
         for order in orders {
             groups.push(vec![pool.harmonic(axis, order, places, signals)]);
         }

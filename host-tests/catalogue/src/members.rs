@@ -2,6 +2,7 @@
 //! threshold), linearised about a first value and relinearised at an estimate.
 
 use rlg_inference::{Bound, Fixed, Hypothesis, Term};
+use rlg_plan::SizePlan;
 
 use crate::candidates::{Candidate, Pool, Variant, along, of_one_term};
 use crate::column::{Column, Sensed};
@@ -43,9 +44,8 @@ fn about_values(
 }
 
 /// Bounds of a resonance's parameters at a row rate: at most critical damping and half the row rate.
-fn of_resonance(rate_hz: f64) -> impl Fn(&str) -> Bound {
-    /// Prior standard deviation of a static flexure at resonance \[s²\]; a typical one is 7e-8 s².
-    const LARGEST_FLEXURE_S2: f64 = 1e-4;
+fn of_resonance(signals: &Signals) -> impl Fn(&str) -> Bound {
+    let (rate_hz, flexure_std_s2) = (signals.rate_hz, signals.plan.sizes.flexure_std_s2);
     move |name| {
         if name.ends_with("frequency_hz") {
             Bound {
@@ -59,7 +59,7 @@ fn of_resonance(rate_hz: f64) -> impl Fn(&str) -> Bound {
             }
         } else {
             Bound {
-                std: LARGEST_FLEXURE_S2,
+                std: flexure_std_s2,
                 ..Bound::NONE
             }
         }
@@ -72,11 +72,13 @@ fn moved(value: f64, step: f64) -> f64 {
     (value + step).clamp(value / MOST_RATIO, value * MOST_RATIO)
 }
 
-/// Bound of an encoder's error of one order \[rad\]: eccentricity of a cheap one is a degree, and none reaches six.
-const OF_HARMONIC: Bound = Bound {
-    std: 0.02,
-    range: [-0.1, 0.1],
-};
+/// Bound of an encoder's error of one order \[rad\].
+fn of_harmonic(plan: &SizePlan) -> Bound {
+    Bound {
+        std: plan.harmonic_std_rad,
+        range: [-plan.harmonic_most_rad, plan.harmonic_most_rad],
+    }
+}
 
 /// Nonlinear parameter of one gyro and its columns, linearised about a value.
 struct AboutValue {
@@ -120,7 +122,7 @@ impl Pool {
                 parameters: 2,
                 terms: terms.filter(|term| term.coefficient != 0.0).collect(),
                 fixed: Vec::new(),
-                bounds: vec![OF_HARMONIC; 2],
+                bounds: vec![of_harmonic(&signals.plan.sizes); 2],
                 requires: None,
                 price: places.ln(),
             },
@@ -185,7 +187,7 @@ impl Pool {
         base.extend([resonance.hz, resonance.damping]);
         terms.retain(|term| term.coefficient != 0.0);
         let largest = stiffness::largest_of_mode(resonance, signals);
-        let of_resonance = of_resonance(signals.rate_hz);
+        let of_resonance = of_resonance(signals);
         let of_parameter = |name: &str| match name.len() {
             2 => stiffness::within(of_resonance(name), name, Some(largest)),
             _ => of_resonance(name),
@@ -242,7 +244,7 @@ impl Pool {
             MOUNT,
             (names, base),
             (terms, fixed),
-            of_resonance(signals.rate_hz),
+            of_resonance(signals),
             places,
         )
     }

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
+use rlg_plan::CataloguePlan;
 use rlg_signal::axes::add;
 use rlg_signal::derivatives::Spectrum;
 use rlg_signal::piece::Origin;
@@ -18,9 +19,6 @@ pub const AXES: [&str; 3] = ["x", "y", "z"];
 
 /// A channel on the three body axes, `[axis][row]`.
 pub type Triad = [Vec<f64>; 3];
-
-/// Upper edge of the band of a block's temperature \[Hz\]; faster variation is noise of the converter.
-const THERMAL_EDGE_HZ: f64 = 0.5;
 
 /// Measured inputs.
 #[derive(Debug, Clone, Copy, Default)]
@@ -179,6 +177,8 @@ pub struct Signals {
     pub sensing_from_body: Matrix3<f64>,
     /// The same with all effects found so far: determines the axes whose noise is in a gyro's residual.
     pub shared: Matrix3<f64>,
+    /// Thresholds of the effects.
+    pub plan: CataloguePlan,
     /// Rotation from the start frame to the body frame in the middle of each row; single precision, as the columns in
     /// the sums.
     attitude: Vec<UnitQuaternion<f32>>,
@@ -193,6 +193,7 @@ impl Signals {
         path: Path,
         scale_error: [f64; 3],
         (sensing_from_body, shared): (Matrix3<f64>, Matrix3<f64>),
+        plan: &CataloguePlan,
     ) -> Self {
         let Motions {
             measured_rad,
@@ -205,7 +206,7 @@ impl Signals {
                 let start_k = inputs.origin.and_then(|origin| origin.temperature_k);
                 std::array::from_fn(|axis| {
                     let start_k = start_k.map(|start_k| start_k[axis]);
-                    warming(&triad[axis], start_k, rate_hz)
+                    warming(&triad[axis], start_k, rate_hz, plan)
                 })
             }),
             pickoff_rad: inputs
@@ -235,6 +236,7 @@ impl Signals {
             scale_error,
             sensing_from_body,
             shared,
+            plan: *plan,
         }
     }
 
@@ -249,6 +251,7 @@ impl Signals {
         rate_hz: f64,
         scale_error: [f64; 3],
         sensing_from_body: Matrix3<f64>,
+        plan: &CataloguePlan,
     ) -> Self {
         let motions = Motions::of_one(Arc::new(case_rad), dither_rad, rate_hz);
         let sensing = (sensing_from_body, sensing_from_body);
@@ -259,6 +262,7 @@ impl Signals {
             Path::default(),
             scale_error,
             sensing,
+            plan,
         )
     }
 
@@ -350,21 +354,26 @@ pub fn late(delay_s: f64, hz: f64) -> Complex64 {
 ///
 /// # Inputs
 /// `temperature_k`: from the recording's beginning on, two seconds at least.
-pub fn start_temperature_k(temperature_k: &Triad, rate_hz: f64) -> [f64; 3] {
+pub fn start_temperature_k(temperature_k: &Triad, rate_hz: f64, plan: &CataloguePlan) -> [f64; 3] {
     std::array::from_fn(|axis| {
         let first_k = temperature_k[axis][0];
-        first_k + warming(&temperature_k[axis], Some(first_k), rate_hz)[0]
+        first_k + warming(&temperature_k[axis], Some(first_k), rate_hz, plan)[0]
     })
 }
 
 /// Temperature rise above `start_k`, or above the first row, low-passed to the thermal band \[K\].
-fn warming(temperature_k: &[f64], start_k: Option<f64>, rate_hz: f64) -> Vec<f64> {
+fn warming(
+    temperature_k: &[f64],
+    start_k: Option<f64>,
+    rate_hz: f64,
+    plan: &CataloguePlan,
+) -> Vec<f64> {
     let first_k = temperature_k[0];
     let values: Vec<f64> = temperature_k.iter().map(|value| value - first_k).collect();
     let slow = match values.iter().all(|value| *value == 0.0) {
         true => values,
         false => Spectrum::new(&values, rate_hz).through(|hz| {
-            let fourth = (hz / THERMAL_EDGE_HZ).powi(4);
+            let fourth = (hz / plan.thermal_edge_hz).powi(4);
             Complex64::new(1.0 / (1.0 + fourth), 0.0)
         }),
     };

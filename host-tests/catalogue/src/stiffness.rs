@@ -65,6 +65,7 @@ mod tests {
 
     use nalgebra::Matrix3;
     use rlg_inference::Bound;
+    use rlg_plan::CataloguePlan;
 
     use super::{largest, within};
     use crate::signals::{Inputs, Signals};
@@ -79,7 +80,9 @@ mod tests {
         };
         let case = [sine(hz), sine(0.5 * hz), sine(0.5 * hz)];
         let inputs = Inputs::default();
-        Signals::of_known((case, None), inputs, RATE_HZ, [0.0; 3], Matrix3::identity())
+        let (still, plan) = ((case, None), CataloguePlan::default());
+        let axes = Matrix3::identity();
+        Signals::of_known(still, inputs, RATE_HZ, [0.0; 3], axes, &plan)
     }
 
     #[test]

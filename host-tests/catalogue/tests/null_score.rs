@@ -1,6 +1,6 @@
 //! Columns made from a noisy reference fit nothing where nothing is left out (errors in variables).
 
-use rlg_plan::GatePlan;
+use rlg_plan::{CataloguePlan, GatePlan, ReferenceNoisePlan};
 use std::f64::consts::TAU;
 
 use nalgebra::Matrix3;
@@ -126,14 +126,15 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
     let shrunk: [Shrunk; 3] = std::array::from_fn(|axis| {
         let of_residual = basis.by_coefficient(fitted[axis]);
         let seen = [true; ROWS];
+        let gate = GatePlan::default();
         let shares = measure(
-            &reference[axis],
-            &residual[axis],
+            (&reference[axis], &residual[axis]),
             &terms,
             &of_residual,
             &seen,
             RATE_HZ,
             1.0,
+            (&ReferenceNoisePlan::default(), &gate.frames),
         );
         let sum = |of: &dyn Fn(usize) -> f64| -> Vec<f64> {
             (0..ROWS)
@@ -159,15 +160,15 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
             .zip(&filtered)
             .map(|(m, e)| m + e)
             .collect();
-        let left = noise_left(&of_reference, &uncertain, &toward, &of_residual);
+        let left = noise_left(&of_reference, &uncertain, &toward, &of_residual, &gate);
         let powers = Powers {
             left: &left,
-            expected: &noise_expected(&of_reference, &toward, &of_residual),
+            expected: &noise_expected(&of_reference, &toward, &of_residual, &gate),
             before: &of_reference,
             uncertain: &uncertain,
             residual: &of_residual,
         };
-        shrink(&conditioned, &powers, &seen, RATE_HZ, &GatePlan::default())
+        shrink(&conditioned, &powers, &seen, RATE_HZ, &gate)
     });
     let [x, y, z] = shrunk;
     let motions = Motions {
@@ -183,6 +184,7 @@ fn scores(motion: Motion, noise: &Noise, declared_over_true: f64, seed: u64) -> 
         rlg_catalogue::signals::Path::default(),
         [0.0; 3],
         (Matrix3::identity(), Matrix3::identity()),
+        &CataloguePlan::default(),
     );
     let noise = basis.by_coefficient(fitted[0]);
     let (transform, _) = Transform::with_basis(observations, fitted[0]);

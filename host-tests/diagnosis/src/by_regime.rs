@@ -1,17 +1,11 @@
 //! Size of a finding in each regime of motion: the same in all if its name is right.
 
 use rlg_findings::result::RegimeEntry;
+use rlg_plan::RegimePlan;
 
 use super::regimes::Regime;
 use super::whitened::Whitener;
 use rlg_signal::streams::Triad;
-
-/// Smallest size of an effect in a regime that determines its amplitude \[σ\].
-const LEAST_SNR: f64 = 3.0;
-
-/// Smallest information on an effect per row of a regime, as a share of the strongest regime's: below it, noise of the
-/// reference dominates its columns.
-const LEAST_SHARE: f64 = 1e-2;
 
 /// Estimates the amplitude of an effect, relative to its fitted size, in each of `regimes` that determines it, the rest of
 /// the set held fixed.
@@ -23,6 +17,7 @@ pub(super) fn sizes(
     effect_rad: &Triad,
     left_sigma: &Triad,
     regimes: &[Regime],
+    plan: &RegimePlan,
 ) -> Vec<RegimeEntry> {
     let acts = (0..3).filter(|&gyro| effect_rad[gyro].iter().any(|value| *value != 0.0));
     let columns: Vec<(usize, Vec<f64>)> = acts
@@ -40,7 +35,7 @@ pub(super) fn sizes(
             }
             let seen = whitener.seen[regime.rows.clone()].iter();
             let seen = seen.filter(|seen| **seen).count();
-            (own > LEAST_SNR * LEAST_SNR).then(|| {
+            (own > plan.least_snr * plan.least_snr).then(|| {
                 let entry = RegimeEntry {
                     name: regime.name.clone(),
                     amplitude: 1.0 + rest / own,
@@ -54,7 +49,7 @@ pub(super) fn sizes(
     let strongest = densities.fold(0.0, f64::max);
     measured
         .into_iter()
-        .filter(|(density, _)| *density > LEAST_SHARE * strongest)
+        .filter(|(density, _)| *density > plan.least_share * strongest)
         .map(|(_, entry)| entry)
         .collect()
 }

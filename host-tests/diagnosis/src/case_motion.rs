@@ -1,6 +1,6 @@
 //! Estimates the motion from which columns are computed, independent of the residual's noise.
 
-use rlg_plan::Plan;
+use rlg_plan::{CataloguePlan, Plan};
 use std::sync::Arc;
 
 use nalgebra::Matrix3;
@@ -80,7 +80,7 @@ pub fn estimate_from(
 ) -> Motion {
     let streams = data.streams;
     if streams.at_rest.is_some() {
-        return of_the_earth(data, measured, path);
+        return of_the_earth(data, measured, path, &plan.catalogue);
     }
     let rows = streams.rows;
     let rate_hz = streams.rate_hz;
@@ -99,6 +99,7 @@ pub fn estimate_from(
     // three.
     let reading_from_sensed = data.shared().try_inverse();
     let reading_from_sensed = reading_from_sensed.unwrap_or_else(Matrix3::identity);
+    let gate = &plan.signal.gate;
     let of_axis = |axis: usize| {
         let weights_of = [0, 1, 2].map(|gyro| reading_from_sensed[(axis, gyro)]);
         let clean_on_axis_rad = weighted_sum(weights_of, clean_rad);
@@ -138,13 +139,13 @@ pub fn estimate_from(
         ];
         let m = path.along(axis, &measured.reference_rad[axis], rate_hz);
         let shares = measure(
-            &m,
-            &clean_on_axis_rad,
+            (&m, &clean_on_axis_rad),
             &terms,
             &noise,
             seen,
             rate_hz,
             plan.judgement.reference_std,
+            (&plan.signal.reference_noise, &gate.frames),
         );
         let mut of_reference = vec![0.0; rows];
         let mut uncertain = vec![0.0; rows];
@@ -175,8 +176,8 @@ pub fn estimate_from(
         let toward = weights(&of_reference, &own);
         let conditioned = add_filtered(&m, &clean_on_axis_rad, &toward, &dct);
         drop(m);
-        let left = noise_left(&of_reference, &uncertain, &toward, &own);
-        let expected = noise_expected(&of_reference, &toward, &own);
+        let left = noise_left(&of_reference, &uncertain, &toward, &own, gate);
+        let expected = noise_expected(&of_reference, &toward, &own, gate);
         drop((toward, own));
         let powers = Powers {
             left: &left,
@@ -185,7 +186,7 @@ pub fn estimate_from(
             uncertain: &uncertain,
             residual: &noise,
         };
-        let shrunk = shrink(&conditioned, &powers, seen, rate_hz, &plan.signal.gate);
+        let shrunk = shrink(&conditioned, &powers, seen, rate_hz, gate);
         drop((conditioned, left, expected, of_reference, uncertain));
         let level = |term: usize, power: f64, own: f64| Level {
             value: (shares[term].share * power).min(own),
@@ -234,12 +235,12 @@ pub fn estimate_from(
         rate_noise_rad_s,
         reference_walk,
         reference_angle,
-        signals: signals(data, motions, path),
+        signals: signals(data, motions, path, &plan.catalogue),
     }
 }
 
 /// Signals from which columns are computed, of the estimated motion.
-pub(crate) fn signals(data: &Data, motions: Motions, path: Path) -> Signals {
+pub(crate) fn signals(data: &Data, motions: Motions, path: Path, plan: &CataloguePlan) -> Signals {
     Signals::new(
         data.streams.rate_hz,
         motions,
@@ -247,11 +248,12 @@ pub(crate) fn signals(data: &Data, motions: Motions, path: Path) -> Signals {
         path,
         data.model.gyro.scale_error,
         (data.sensing_from_body, data.shared()),
+        plan,
     )
 }
 
 /// Motion of a unit at rest: the Earth's rotation, noise-free, with no moving axis.
-fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
+fn of_the_earth(data: &Data, measured: Measured, path: Path, plan: &CataloguePlan) -> Motion {
     let rate_hz = data.streams.rate_hz;
     let dither_rad = measured.dither_rad.cloned();
     let motions = Motions::of_one(measured.reference_rad, dither_rad, rate_hz);
@@ -260,7 +262,7 @@ fn of_the_earth(data: &Data, measured: Measured, path: Path) -> Motion {
         rate_noise_rad_s: [0.0; 3],
         reference_walk: [Level::default(); 3],
         reference_angle: [Level::default(); 3],
-        signals: signals(data, motions, path),
+        signals: signals(data, motions, path, plan),
     }
 }
 

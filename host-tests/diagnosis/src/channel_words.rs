@@ -1,5 +1,6 @@
 //! Sentences on gyros that follow the reference, or their pickoffs, in other axes, with another sign or in another unit.
 
+use rlg_plan::ChannelCausePlan;
 use rlg_signal::channel_check::Crossing;
 use rlg_signal::channel_map::Lead;
 use rlg_signal::same_motion::Apart;
@@ -14,10 +15,9 @@ fn name(lead: Lead) -> &'static str {
 }
 
 /// Sentence on gyros and reference with two different motions.
-pub fn apart(found: &Apart) -> String {
-    /// Explained share from which on another piece of the same motion is likely \[1\].
-    const FOLLOWS: f64 = 0.8;
-    let elsewhere = match found.by_chance >= FOLLOWS && found.share < 0.5 * found.by_chance {
+pub fn apart(found: &Apart, plan: &ChannelCausePlan) -> String {
+    let most_here = plan.here_over_there * found.by_chance;
+    let elsewhere = match found.by_chance >= plan.other_piece && found.share < most_here {
         true => format!(
             "; it follows them where its stamps are put {:.2} s later: do the two begin at different times?",
             found.at_lag_s
@@ -62,11 +62,9 @@ const CAUSES: [(f64, &str); 12] = [
 ///
 /// # Inputs
 /// `rate_hz`: row rate \[Hz\], the factor of increments read as rates; NaN to leave that cause out.
-pub fn cause(factor: f64, rate_hz: f64) -> Option<(f64, &'static str)> {
-    /// Largest relative difference between a factor and its cause, by scale errors \[1\].
-    const NEAR: f64 = 0.02;
+pub fn cause(factor: f64, rate_hz: f64, plan: &ChannelCausePlan) -> Option<(f64, &'static str)> {
     let size = factor.abs();
-    let is_near = |wanted: f64| (size / wanted - 1.0).abs() < NEAR;
+    let is_near = |wanted: f64| (size / wanted - 1.0).abs() < plan.near_cause;
     let listed = CAUSES
         .iter()
         .flat_map(|(one, words)| [(*one, *words), (1.0 / one, *words)]);
@@ -78,10 +76,10 @@ pub fn cause(factor: f64, rate_hz: f64) -> Option<(f64, &'static str)> {
 }
 
 /// True if a factor is that between two units: small powers of two are settings of a sensor.
-pub fn is_unit(factor: f64) -> bool {
+pub fn is_unit(factor: f64, plan: &ChannelCausePlan) -> bool {
     const SETTINGS: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
     let is_setting = |one: f64| SETTINGS.contains(&one) || SETTINGS.contains(&(1.0 / one));
-    cause(factor, f64::NAN).is_some_and(|(one, _)| !is_setting(one.abs()))
+    cause(factor, f64::NAN, plan).is_some_and(|(one, _)| !is_setting(one.abs()))
 }
 
 /// Formats a number with three decimals, in exponential form with four where it is large or small.
@@ -93,8 +91,8 @@ fn times(factor: f64) -> String {
 }
 
 /// Sentence on a crossing of axes, signs or units.
-pub fn sentence(lead: Lead, crossing: &Crossing) -> String {
-    let what = said(lead, crossing, f64::NAN);
+pub fn sentence(lead: Lead, crossing: &Crossing, plan: &ChannelCausePlan) -> String {
+    let what = said(lead, crossing, f64::NAN, plan);
     let done = match (crossing.is_registration(), lead) {
         (true, _) => {
             "this is how the unit is mounted, and the reference was turned into the gyros' axes"
@@ -110,13 +108,13 @@ pub fn sentence(lead: Lead, crossing: &Crossing) -> String {
 }
 
 /// Describes the axes, signs and factors in which the gyros follow a channel.
-fn said(lead: Lead, crossing: &Crossing, rate_hz: f64) -> String {
+fn said(lead: Lead, crossing: &Crossing, rate_hz: f64, plan: &ChannelCausePlan) -> String {
     let mut parts = Vec::new();
     if crossing.is_turned() {
         parts.push(axes(lead, crossing));
     }
     if crossing.has_factor() {
-        parts.push(factors(lead, crossing, rate_hz));
+        parts.push(factors(lead, crossing, rate_hz, plan));
     }
     let still: Vec<&str> = (0..3)
         .filter(|&axis| !crossing.measured.moves[axis])
@@ -205,16 +203,17 @@ fn who(gyros: &[usize]) -> String {
 }
 
 /// Describes the gross factors, gyros of one factor together.
-fn factors(lead: Lead, crossing: &Crossing, rate_hz: f64) -> String {
-    /// Largest relative difference between factors of one cause \[1\].
-    const ALIKE: f64 = 0.05;
+fn factors(lead: Lead, crossing: &Crossing, rate_hz: f64, plan: &ChannelCausePlan) -> String {
     let mut left: Vec<usize> = (0..3)
         .filter(|&gyro| crossing.factors[gyro] != 1.0)
         .collect();
     let mut parts = Vec::new();
     while let Some(&first) = left.first() {
         let factor = crossing.factors[first];
-        let alike = |gyro: &usize| (crossing.factors[*gyro] / factor - 1.0).abs() < ALIKE;
+        let alike = |gyro: &usize| {
+            let relative = crossing.factors[*gyro] / factor - 1.0;
+            relative.abs() < plan.one_cause
+        };
         let (together, rest): (Vec<usize>, Vec<usize>) = left.iter().copied().partition(alike);
         left = rest;
         let mean = together
@@ -222,7 +221,8 @@ fn factors(lead: Lead, crossing: &Crossing, rate_hz: f64) -> String {
             .map(|&gyro| crossing.factors[gyro])
             .sum::<f64>()
             / together.len() as f64;
-        let why = cause(mean, rate_hz).map_or(String::new(), |(_, words)| format!(": {words}"));
+        let why =
+            cause(mean, rate_hz, plan).map_or(String::new(), |(_, words)| format!(": {words}"));
         parts.push(format!(
             "{} {} times {}{why}",
             who(&together),
@@ -234,10 +234,15 @@ fn factors(lead: Lead, crossing: &Crossing, rate_hz: f64) -> String {
 }
 
 /// Reason for the refusal of a recording.
-pub fn refusal(crossings: &[(Lead, Crossing)], recording: &str, rate_hz: f64) -> String {
+pub fn refusal(
+    crossings: &[(Lead, Crossing)],
+    recording: &str,
+    rate_hz: f64,
+    plan: &ChannelCausePlan,
+) -> String {
     let each: Vec<String> = crossings
         .iter()
-        .map(|(lead, crossing)| said(*lead, crossing, rate_hz))
+        .map(|(lead, crossing)| said(*lead, crossing, rate_hz, plan))
         .collect();
     format!(
         "does not say the same axes as recording {recording}: {}; most likely {}",

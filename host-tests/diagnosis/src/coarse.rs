@@ -218,7 +218,7 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
     };
     let compared = |path: Path, other: Path| {
         let inner = away_from_ends(most_away_s(&path).max(most_away_s(&other)));
-        let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &inner);
+        let by = |path: Path| Explained::by_rows(&sensed, &behind(path, &case), &inner, plan);
         (by(path), by(other))
     };
     let late = lags.best(&[0, 1, 2], plan.tie);
@@ -243,8 +243,8 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
     let spectra = |triad: &Triad| each_axis(|axis| Spectrum::new(&triad[axis], rate_hz));
     let (of_sensed, of_case) = (spectra(&sensed), spectra(&case));
     let gain = |low_pass: LowPass| -> Option<f64> {
-        const SETTLED: f64 = 5.0;
-        let inner = away_from_ends(most_away_s(&late) + SETTLED * low_pass.time_s);
+        let settled_s = plan.settled_time_constants * low_pass.time_s;
+        let inner = away_from_ends(most_away_s(&late) + settled_s);
         // A low pass also removes noise of the reference. After four more low passes on gyros and reference alike, it
         // removes an eighth of white noise and three eighths of white angle noise: less than half.
         let smooth = |hz: f64| low_pass.whole(hz).powi(4);
@@ -252,7 +252,7 @@ fn path_between(data: &Data, sensed_rad: &Triad, seen: &[bool], plan: &CoarsePla
             each_axis(|axis| of[axis].through(|hz| smooth(hz) * path.response(axis, hz)))
         };
         let sensed = through(&of_sensed, Path::default());
-        let by = |path: Path| Explained::by_rows(&sensed, &through(&of_case, path), &inner);
+        let by = |path: Path| Explained::by_rows(&sensed, &through(&of_case, path), &inner, plan);
         let (filtered, late) = (by(of_low_pass(low_pass)), by(late));
         let is_better = filtered.log_likelihood > late.log_likelihood + plan.tie
             && filtered.halves(&by(Path::default()), plan);
@@ -289,17 +289,14 @@ fn of_low_pass(low_pass: LowPass) -> Path {
 struct Explained {
     /// Mean square residual of each gyro.
     left: [f64; 3],
-    /// Sums of squared residuals in each of [`BLOCKS`] blocks of rows, by gyro.
+    /// Sums of squared residuals in each block of rows, by gyro.
     by_block: Vec<[f64; 3]>,
     /// Log-likelihood of white noise, up to a constant.
     log_likelihood: f64,
 }
 
-/// Number of blocks of rows in which a gross departure is tested.
-const BLOCKS: usize = 16;
-
 impl Explained {
-    fn by_rows(sensed: &Triad, behind: &Triad, rows: &[bool]) -> Self {
+    fn by_rows(sensed: &Triad, behind: &Triad, rows: &[bool], plan: &CoarsePlan) -> Self {
         let regressions: [Regression; 3] =
             std::array::from_fn(|gyro| Regression::new(&sensed[gyro], behind, rows));
         let count = rows.iter().filter(|&&row| row).count();
@@ -308,7 +305,7 @@ impl Explained {
             let left = |row: &usize| regressions[gyro].left_of(sensed[gyro][*row], behind, *row);
             rows.iter().map(|row| left(row).powi(2)).sum::<f64>()
         };
-        let blocks = used.chunks(used.len().div_ceil(BLOCKS).max(1));
+        let blocks = used.chunks(used.len().div_ceil(plan.blocks).max(1));
         Self {
             left: std::array::from_fn(|gyro| regressions[gyro].left),
             by_block: blocks

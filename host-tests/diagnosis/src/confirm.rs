@@ -169,7 +169,13 @@ pub(super) fn of_event(
     let fit = &found.fit;
     let (transform, basis) = (&whitener.transform, &whitener.basis);
     let spectrum = transform.spectrum(&left_rad[axis]);
-    let largest = largest_impulse(transform, basis, &spectrum, fit.levels[axis]);
+    let largest = largest_impulse(
+        transform,
+        basis,
+        &spectrum,
+        fit.levels[axis],
+        &plan.inference.events,
+    );
     let rows = transform.observations().rows() as f64;
     let is_step = found.candidates[fit.members[place]].kind == STEP;
     Prediction {
@@ -547,7 +553,7 @@ fn refit(data: &Data, found: &Found, members: &[usize], plan: &Plan) -> Option<F
     let mut fit = search.fit(&all, None);
     let misfits = misfits_of(data, &equations, (&fit, &candidates), plan);
     let set: Vec<_> = hypotheses.iter().zip(&candidates).collect();
-    let told = told(&equations, &set, &fit, plan.judgement.class_within);
+    let told = told(&equations, &set, &fit, plan);
     let stops = Stops {
         data,
         signals: &found.motion.signals,

@@ -129,7 +129,7 @@ impl<'a> Data<'a> {
             &plan.signal.partition,
         );
         let seen = partition.rows_of(&[Use::Fit], &streams.usable);
-        let lattice = Lattice::of(streams, model, &|row| seen[row]);
+        let lattice = Lattice::of(streams, model, &|row| seen[row], plan);
         let counted_rad = std::array::from_fn(|axis| {
             (lattice.counted_rad[axis] > 0.0).then(|| {
                 let (sensed_rad, residual_rad) = (&streams.sensed_rad[axis], &residual_rad[axis]);

@@ -98,7 +98,7 @@ pub(crate) fn entry(
         equation: card.equation.to_string(),
         parameters,
         covariance,
-        identifiable: fixed(&numbers, &of_numbers),
+        identifiable: fixed(&numbers, &of_numbers, &one.combinations),
         log_evidence_gain: one.cost_without,
         p_value: (tail * one.candidate.hypothesis.price.exp().max(1.0)).min(1.0),
         what_was_left_out,

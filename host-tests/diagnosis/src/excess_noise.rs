@@ -41,7 +41,7 @@ pub fn excess(
     let of_pulses = |axis: usize| data.lattice.unknown_rad2(axis) / 12.0;
     let is_counted = |axis: usize| match data.streams.at_rest {
         Some(_) => is_bounded(&data.residual_rad[axis], &observations, &plan.rest),
-        None => fit.levels[axis].angle > 0.25 * of_pulses(axis),
+        None => fit.levels[axis].angle > plan.judgement.lattice.counted_share * of_pulses(axis),
     };
     let coarse = [0, 1, 2].map(|axis| data.lattice.pulse_rad[axis] > 0.0 && is_counted(axis));
     let is_coarse = |axis: usize| coarse[axis] || data.lattice.is_rare[axis];

@@ -1,7 +1,7 @@
 //! Scans the families of the catalogue by score tests, and selects the strongest members of each for the search.
 
 use nalgebra::{DMatrix, DVector};
-use rlg_catalogue::candidates::{ONE_AXIS, SHARED, Variant};
+use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{HARMONIC, HIGH_PASS, LOCK_IN, MODE, UNLISTED};
 use rlg_catalogue::families::{
     Basis, ExactHighPass, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, OfOneGyro,
@@ -14,15 +14,13 @@ use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
 use rlg_inference::lines::strongest as strongest_line;
 use rlg_inference::score_test::{Gain, Projected, ScoreTest, spectra};
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Term};
+use rlg_plan::{FamilyPlan, OddsPlan};
 use rlg_signal::streams::each_axis;
 
 use super::lock_in::lock_in;
 use super::pass::{Begin, Pass, left_on};
 use super::scores::{Coarse, Found, follow, most_at, size_price, tests, worth};
 use super::windows;
-
-/// Largest number of members of a family passed to the search.
-const STRONGEST: usize = 3;
 
 /// Kinds similar to a resonant suspension well below its resonance.
 const LIKE_A_MODE: [&str; 4] = [
@@ -42,7 +40,8 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     let mut found = Vec::new();
     let levels = &fits[0].levels;
     let all = tests(pass, fits, &|_| true);
-    found.extend(mount(&all, signals, is_moving, levels));
+    let plan = &begin.plan.rates.families;
+    found.extend(mount(&all, signals, is_moving, levels, plan));
     let longest_s = begin.plan.rates.coarse.longest_low_pass_s;
     found.extend(low_pass(&all, signals, is_moving, longest_s));
     if begin.seeks(HIGH_PASS) {
@@ -51,7 +50,12 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     drop(all);
     let unbent = |kind: &str| !LIKE_A_MODE.contains(&kind);
     if begin.seeks(MODE) {
-        found.extend(suspension(&tests(pass, fits, &unbent), signals, levels));
+        found.extend(suspension(
+            &tests(pass, fits, &unbent),
+            signals,
+            levels,
+            plan,
+        ));
     }
     if ![HARMONIC, LOCK_IN, UNLISTED]
         .iter()
@@ -59,13 +63,13 @@ pub(super) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     {
         return likely(pass, found, begin);
     }
-    let coarse = Coarse::new(pass);
+    let coarse = Coarse::new(pass, plan);
     let tests = coarse.tests(pass, fits);
     for family in [
         harmonics(signals, is_moving),
         expressions(signals, is_moving, &pass.candidates, &pass.pool),
     ] {
-        found.extend(ranked(&tests, family, &coarse, signals));
+        found.extend(ranked(&tests, family, &coarse, signals, plan));
     }
     found.extend(windows::strongest(
         pass,
@@ -89,8 +93,9 @@ pub(super) fn strongest_filters(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Al
     let tests = tests(pass, &[fit], &|_| true);
     let motion = &pass.motion;
     let (signals, is_moving) = (&motion.signals, motion.is_moving);
-    let found = mount(&tests, signals, is_moving, &fit.levels).into_iter();
-    let longest_s = begin.plan.rates.coarse.longest_low_pass_s;
+    let plan = &begin.plan.rates;
+    let found = mount(&tests, signals, is_moving, &fit.levels, &plan.families).into_iter();
+    let longest_s = plan.coarse.longest_low_pass_s;
     let found = found.chain(low_pass(&tests, signals, is_moving, longest_s));
     likely(pass, found.collect(), begin)
 }
@@ -111,10 +116,16 @@ fn likely(pass: &Pass, found: Vec<Found>, begin: &Begin) -> Vec<Alone> {
 }
 
 /// Members of a family, the strongest first, their time constants refined.
-fn ranked(tests: &[ScoreTest], family: Family, coarse: &Coarse, signals: &Signals) -> Vec<Found> {
+fn ranked(
+    tests: &[ScoreTest],
+    family: Family,
+    coarse: &Coarse,
+    signals: &Signals,
+    plan: &FamilyPlan,
+) -> Vec<Found> {
     let mut all = measured(tests, &family, coarse, signals);
     all.sort_by(|a, b| b.surplus.total_cmp(&a.surplus));
-    all.truncate(STRONGEST);
+    all.truncate(plan.strongest);
     for one in &mut all {
         let Variant::Expression { axis, expression } = one.candidate.variant else {
             continue;
@@ -164,10 +175,12 @@ fn measured(
         .collect()
 }
 
-/// Grid of resonances from 5 Hz to most of half the row rate.
-fn resonances(signals: &Signals) -> Vec<Resonance> {
-    const LEAST_HZ: f64 = 5.0;
-    grid(LEAST_HZ, 0.45 * signals.rate_hz)
+/// Grid of resonances.
+fn resonances(signals: &Signals, plan: &FamilyPlan) -> Vec<Resonance> {
+    grid(
+        plan.resonance_from_hz,
+        plan.resonance_of_rate * signals.rate_hz,
+    )
 }
 
 /// Selects the mount about each axis with the largest gain in log-likelihood at its full response.
@@ -176,8 +189,9 @@ fn mount(
     signals: &Signals,
     is_moving: [bool; 3],
     levels: &[NoiseLevels],
+    plan: &FamilyPlan,
 ) -> Option<Found> {
-    let grid = resonances(signals);
+    let grid = resonances(signals, plan);
     if grid.is_empty() {
         return None;
     }
@@ -246,7 +260,8 @@ fn low_pass(
         signals,
         gyro,
     };
-    let (best, of) = filters(tests, &grid, is_moving, exact)?;
+    let odds = &signals.plan.odds;
+    let (best, of) = filters(tests, &grid, is_moving, exact, odds)?;
     let mut pool = Pool::default();
     let best = best.map(|one| one.map(|time_s| LowPass { time_s }));
     let candidate = pool.low_pass(best, of.price.exp(), signals);
@@ -262,7 +277,8 @@ fn high_pass(tests: &[ScoreTest], signals: &Signals, is_moving: [bool; 3]) -> Op
         signals,
         gyro,
     };
-    let (best, of) = filters(tests, &grid, is_moving, exact)?;
+    let odds = &signals.plan.odds;
+    let (best, of) = filters(tests, &grid, is_moving, exact, odds)?;
     let mut pool = Pool::default();
     let best = best.map(|one| one.map(|time_s| HighPass { time_s }));
     let candidate = pool.high_pass(best, of.price.exp(), signals);
@@ -291,6 +307,7 @@ fn filters<T: OfOneGyro>(
     grid: &[f64],
     is_moving: [bool; 3],
     exact: impl Fn(usize, f64) -> T + Sync,
+    odds: &OddsPlan,
 ) -> Option<([Option<f64>; 3], Priced)> {
     let places = (grid.len() as f64).ln();
     let on = |gyro: usize| -> Option<(f64, f64)> {
@@ -341,8 +358,8 @@ fn filters<T: OfOneGyro>(
     }
     of_all.price += match best.iter().flatten().count() {
         0 => return None,
-        3 => SHARED.ln(),
-        _ => ONE_AXIS.ln(),
+        3 => odds.shared.ln(),
+        _ => odds.one_axis.ln(),
     };
     Some((best, of_all))
 }
@@ -359,7 +376,7 @@ fn line(
     let signals = &pass.motion.signals;
     let residual = left_on(&pass.equations, fit, &pass.candidates, gyro);
     let rows = pass.equations.transform.observations().spans[0].rows.len();
-    let Some(line) = strongest_line(&residual, rows) else {
+    let Some(line) = strongest_line(&residual, rows, &begin.plan.inference.lines) else {
         return Vec::new();
     };
     // Relative to the neighbouring power, not the fitted noise: coloured noise is no line. The median of a pair is 2 ln 2.
@@ -424,8 +441,13 @@ fn polish(
 }
 
 /// Selects the resonance of the suspensions with the largest gain, six flexures fitted with it.
-fn suspension(tests: &[ScoreTest], signals: &Signals, levels: &[NoiseLevels]) -> Option<Found> {
-    let grid = resonances(signals);
+fn suspension(
+    tests: &[ScoreTest],
+    signals: &Signals,
+    levels: &[NoiseLevels],
+    plan: &FamilyPlan,
+) -> Option<Found> {
+    let grid = resonances(signals, plan);
     if grid.is_empty() {
         return None;
     }

@@ -1,6 +1,6 @@
 //! A finding: a named member of the set with its place in the final fit, its class and its numbers.
 
-use rlg_plan::Plan;
+use rlg_plan::{CombinationPlan, Plan};
 use std::collections::BTreeSet;
 
 use nalgebra::DMatrix;
@@ -24,6 +24,8 @@ use super::whitened::Whitener;
 
 /// One finding.
 pub(crate) struct Finding<'a> {
+    /// Criteria for its estimable combinations.
+    pub(crate) combinations: CombinationPlan,
     pub(crate) candidate: &'a Candidate,
     /// Its parameters in the final fit.
     pub(crate) block: std::ops::Range<usize>,
@@ -65,7 +67,13 @@ pub(crate) fn findings<'a>(
         let effect_rad = effect_rad(found, fit, place);
         let mut one = finding((data, found), confirmed, (place, &effect_rad), plan);
         if let (Some(whitener), Some(left_sigma)) = (&whitener, &left_sigma) {
-            one.regimes = by_regime::sizes(whitener, &effect_rad, left_sigma, regimes);
+            one.regimes = by_regime::sizes(
+                whitener,
+                &effect_rad,
+                left_sigma,
+                regimes,
+                &plan.judgement.regimes,
+            );
         }
         one
     };
@@ -93,6 +101,7 @@ fn finding<'a>(
         .collect();
     let share = share(data, found, &confirmed.last, effect_rad);
     Finding {
+        combinations: plan.findings.combinations,
         candidate,
         recording: confirmed.recordings[place].as_deref(),
         block: fit.blocks[place].clone(),
@@ -160,8 +169,12 @@ pub(crate) fn unit_of(kind: &str, name: &str) -> &'static str {
 }
 
 /// Identifiable parameters and combinations of parameters.
-pub(crate) fn fixed(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
-    identifiable(&known(numbers), covariance)
+pub(crate) fn fixed(
+    numbers: &[Number],
+    covariance: &DMatrix<f64>,
+    plan: &CombinationPlan,
+) -> Vec<Identifiable> {
+    identifiable(&known(numbers), covariance, plan)
 }
 
 fn known(numbers: &[Number]) -> Vec<Known> {
@@ -184,7 +197,10 @@ pub(crate) struct Numbers {
 pub(crate) fn numbers(one: &Finding, fit: &Fit) -> Numbers {
     let (mut each, covariance) = estimated(one, fit);
     let known = known(&each);
-    let written = written(&known, &identifiable(&known, &covariance));
+    let written = written(
+        &known,
+        &identifiable(&known, &covariance, &one.combinations),
+    );
     for (number, value) in each.iter_mut().zip(written.values) {
         number.value = value;
     }

@@ -77,10 +77,10 @@ pub(super) fn written(
         noise: std::array::from_fn(|axis| {
             reported(fit.levels[axis], streams.rows, streams.rate_hz)
         }),
-        regimes: regimes_of(streams),
+        regimes: regimes_of(streams, &plan.judgement.regimes),
     };
     let findings = findings((data, found), confirmed, &seen.regimes, plan);
-    let places = seen.places(data, &findings);
+    let places = seen.places(data, &findings, plan);
     // No noise level is defined where the residual is not noise.
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
     let locks_in = lock_ins(&findings, data, found);
@@ -133,9 +133,15 @@ pub(super) fn written(
     // A unit at rest has no motion.
     let beside_motion = match streams.at_rest {
         Some(_) => Vec::new(),
-        None => in_step::blocks(rows.residual_rad, motion_rad, rows.is_used, rows.period_s),
+        None => in_step::blocks(
+            rows.residual_rad,
+            motion_rad,
+            rows.is_used,
+            rows.period_s,
+            &plan.signal.in_step,
+        ),
     };
-    let relative_residual = relative_residual::entry(&rows, &beside_motion);
+    let relative_residual = relative_residual::entry(&rows, &beside_motion, &plan.signal.coherence);
     let mut diagnosis = Diagnosis {
         format: 1,
         recording: streams.piece.recording.clone(),
@@ -205,7 +211,7 @@ pub(super) fn written(
         &seen.before_rad,
         &seen.after_rad,
         &seen.noise,
-        places.tiles,
+        (places.tiles, &plan.judgement.tiles),
         &places.test_rows,
     );
     let outcome = Outcome {
@@ -238,20 +244,21 @@ struct Places {
 }
 
 impl Seen {
-    fn places(&self, data: &Data, findings: &[Finding]) -> Places {
+    fn places(&self, data: &Data, findings: &[Finding], plan: &Plan) -> Places {
         let streams = data.streams;
+        let tile_plan = &plan.judgement.tiles;
         let (noise, regimes) = (&self.noise, &self.regimes);
         let all_rows = data.ranges_of(&[Use::Fit, Use::Test]);
         let fitted_rows = data.ranges_of(&[Use::Fit]);
         let test_rows = data.ranges_of(&[Use::Test]);
         let tiles_of = |residual_rad: &Triad, rows: &[Range<usize>]| {
-            locate::tiles(streams, residual_rad, noise, regimes, rows)
+            locate::tiles(streams, residual_rad, noise, regimes, rows, tile_plan)
         };
         let before = tiles_of(&self.before_rad, &all_rows);
-        let mut locations = locate::join(&before, regimes, &all_rows);
+        let mut locations = locate::join(&before, regimes, &all_rows, tile_plan);
         // The residual is tested on the fitted rows: test rows change no finding.
         let after_fitted = tiles_of(&self.after_rad, &fitted_rows);
-        let mut left = locate::join(&after_fitted, regimes, &fitted_rows);
+        let mut left = locate::join(&after_fitted, regimes, &fitted_rows, tile_plan);
         left.retain(|one| !data.lattice.hides_location(one, streams.rate_hz));
         name_regimes(&mut locations, findings);
         Places {
@@ -260,9 +267,10 @@ impl Seen {
                 &self.before_rad,
                 &self.after_rad,
                 noise,
-                (&test_rows, streams.band_hz()),
+                (&test_rows, streams.band_hz(&plan.long)),
                 &locations,
                 streams.rate_hz,
+                &plan.judgement.held_out,
             ),
             fitted_rows,
             test_rows,
@@ -334,7 +342,13 @@ fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &Plan) -> bool {
     let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(&fit.levels));
     (0..3).any(|gyro| {
         let spectrum = transform.spectrum(&after_rad[gyro]);
-        let events = scan(&transform, &basis, &spectrum, fit.levels[gyro]);
+        let events = scan(
+            &transform,
+            &basis,
+            &spectrum,
+            fit.levels[gyro],
+            &plan.inference.events,
+        );
         events.iter().any(|event| {
             let places = 3.0 * data.streams.rows as f64;
             let chance = 2.0 * places * Normal::standard().sf(event.size.abs());

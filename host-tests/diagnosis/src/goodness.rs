@@ -31,14 +31,13 @@ pub fn misfits(
     gyro: usize,
     plan: &Plan,
 ) -> Vec<Misfit> {
-    /// Lower edge of the lowest octave with coefficients enough besides the fitted biases and slow shapes.
-    const LEAST: usize = 8;
+    let least = plan.judgement.misfit_first;
     let powers = basis.binned(levels);
     let rows = basis.coefficients();
     let mut octaves: Vec<(usize, f64, f64, f64)> = Vec::new();
     let levels = powers.iter().zip(&basis.power[1]);
     for ((bin, count), (power, lambda)) in basis.bins.iter().zip(&basis.counts).zip(levels) {
-        let Some(octave) = (bin.start / LEAST).checked_ilog2() else {
+        let Some(octave) = (bin.start / least).checked_ilog2() else {
             continue;
         };
         let octave = octave as usize;
@@ -52,7 +51,7 @@ pub fn misfits(
     }
     let tests = 6.0 * octaves.len() as f64;
     let share = |k: usize| 0.5 * k as f64 / rows as f64;
-    let mut begin = LEAST;
+    let mut begin = least;
     let mut found = Vec::new();
     for (end, sum, freedom, square) in octaves {
         let band = [share(begin), share(end)];

@@ -11,17 +11,8 @@ use super::noise_spectrum::Declared;
 use rlg_findings::excess::{self, Excess, excess_square};
 use rlg_inference::events::{Event, EventKind};
 use rlg_model::Model;
+use rlg_plan::{ChannelPulsePlan, LatticePlan, Plan};
 use rlg_signal::streams::Streams;
-
-/// Ratio to the declared pulse beyond which a pulse is another instrument's \[1\].
-const COARSER: f64 = 1.5;
-
-/// Largest distance of the values from their lattice, as a share of a pulse.
-const ON_LATTICE: f64 = 1e-3;
-
-/// Largest root mean square of an angle masked by quantisation \[pulses\]: an error of up to one pulse has half a pulse at
-/// most.
-const HIDDEN: f64 = 0.6;
 
 /// Quantisation of each gyro, see the module.
 #[derive(Debug, Clone, Copy, Default)]
@@ -34,6 +25,7 @@ pub struct Lattice {
     known_rad: [f64; 3],
     /// Pulses are so rare that the quantisation error persists for many rows: the angle noise is not white.
     pub is_rare: [bool; 3],
+    plan: LatticePlan,
 }
 
 impl Lattice {
@@ -41,23 +33,33 @@ impl Lattice {
     ///
     /// # Inputs
     /// `is_seen`: true if a row may be used.
-    pub fn of(streams: &Streams, model: &Model, is_seen: &dyn Fn(usize) -> bool) -> Self {
+    pub fn of(
+        streams: &Streams,
+        model: &Model,
+        is_seen: &dyn Fn(usize) -> bool,
+        plan: &Plan,
+    ) -> Self {
+        let pulses = &plan.signal.faults.pulses;
+        let plan = &plan.judgement.lattice;
         // Rounding of rates leaves an unbounded angle error; at rest the spectrum distinguishes it from counting.
         let may_count = !streams.reports_rates || streams.at_rest.is_some();
         if streams.pickoff_rad.is_some() || !may_count {
-            return Self::default();
+            return Self {
+                plan: *plan,
+                ..Self::default()
+            };
         }
         let is_coarser =
-            |axis: usize, seen: f64| seen > COARSER * model.gyro.pulse_weight_rad[axis];
+            |axis: usize, seen: f64| seen > plan.coarser * model.gyro.pulse_weight_rad[axis];
         let counted = |axis: usize| {
             let rows = streams.sensed_rad[axis].iter().enumerate();
             let seen = rows.filter(|(row, _)| is_seen(*row));
             let values: Vec<f64> = seen.map(|(_, value)| *value).collect();
-            let exact = pulse_rad(&values);
+            let exact = pulse_rad(&values, (plan, pulses));
             if is_coarser(axis, exact) {
                 exact
             } else {
-                written_pulse_rad(&values).max(exact)
+                written_pulse_rad(&values, plan).max(exact)
             }
         };
         let counted_rad = [0, 1, 2].map(counted);
@@ -67,7 +69,7 @@ impl Lattice {
                 .filter(|row| is_seen(*row))
                 .map(|row| values[row])
                 .collect();
-            counted_rad[axis] > 0.0 && stays(&seen)
+            counted_rad[axis] > 0.0 && stays(&seen, plan)
         };
         Self {
             is_rare: [0, 1, 2].map(is_rare),
@@ -79,6 +81,7 @@ impl Lattice {
                 }
             }),
             counted_rad,
+            plan: *plan,
             known_rad: [0, 1, 2].map(|axis| excess_square(model, excess::PULSES.kind, axis).sqrt()),
         }
     }
@@ -99,7 +102,8 @@ impl Lattice {
 
     /// True if the angle of a gyro's increments \[rad per row\], scaled by `size`, is masked by its quantisation.
     pub fn hides(&self, axis: usize, increments_rad: &[f64], size: f64) -> bool {
-        size.abs() * angle_rms_rad(increments_rad) <= HIDDEN * self.hiding_rad(axis)
+        size.abs() * angle_rms_rad(increments_rad)
+            <= self.plan.hidden_pulses * self.hiding_rad(axis)
     }
 
     /// True if a motion \[rad per row\] is within the quantisation error of a gyro with rare pulses: it is then its own
@@ -123,16 +127,14 @@ impl Lattice {
 
     /// True if an angle of this root mean square \[rad\] is within the quantisation error.
     pub fn hides_angle(&self, axis: usize, rms_rad: f64) -> bool {
-        rms_rad <= HIDDEN * self.counted_rad[axis]
+        rms_rad <= self.plan.hidden_pulses * self.counted_rad[axis]
     }
 
     /// True if an event is a jump within the quantisation error, not a slip: the error is up to a pulse, slips are whole
     /// pulses.
     pub fn hides_event(&self, axis: usize, event: &Event) -> bool {
-        /// Limit \[pulses\], nearer to one than to two.
-        const HIDDEN: f64 = 1.5;
         let jump_rad = (event.size * event.std).abs() * event.rows as f64;
-        event.kind != EventKind::Step && jump_rad < HIDDEN * self.counted_rad[axis]
+        event.kind != EventKind::Step && jump_rad < self.plan.slip_pulses * self.counted_rad[axis]
     }
 
     /// True if the angle of a rate over a stretch and band is masked by quantisation.
@@ -144,7 +146,7 @@ impl Lattice {
             true => (std::f64::consts::PI * (low_hz + high_hz)).recip(),
             false => seconds / f64::sqrt(12.0),
         };
-        location.size_rad_s * turn_s <= HIDDEN * self.hiding_rad(location.axis)
+        location.size_rad_s * turn_s <= self.plan.hidden_pulses * self.hiding_rad(location.axis)
     }
 
     /// Enters the pulses into the noise findings, in place of the spectral estimates for these gyros.
@@ -162,7 +164,8 @@ impl Lattice {
         }
         found.retain(|entry| entry.values != [0.0; 3]);
         let new = |axis: &usize| {
-            self.unknown_rad2(*axis) > 0.2 * self.pulse_rad[*axis].powi(2) && gain(*axis).is_some()
+            let least_rad2 = self.plan.unknown_share * self.pulse_rad[*axis].powi(2);
+            self.unknown_rad2(*axis) > least_rad2 && gain(*axis).is_some()
         };
         let unknown: Vec<usize> = (0..3).filter(new).collect();
         if unknown.is_empty() {
@@ -178,7 +181,7 @@ impl Lattice {
         let entry = &mut found[place];
         for axis in unknown {
             entry.values[axis] = self.unknown_rad2(axis).sqrt();
-            entry.stds[axis] = ON_LATTICE * entry.values[axis];
+            entry.stds[axis] = self.plan.off_share * entry.values[axis];
             entry.log_likelihood_gain += gain(axis).unwrap_or_default();
             // Thousands of values on multiples of one number are not due to chance.
             entry.p_value = 0.0;
@@ -198,27 +201,23 @@ fn angle_rms_rad(increments_rad: &[f64]) -> f64 {
     (square / count - (sum / count).powi(2)).max(0.0).sqrt()
 }
 
-/// True if runs of many equal values make up more than a tenth of the rows.
-fn stays(values: &[f64]) -> bool {
-    /// Shortest such run \[rows\].
-    const MANY: usize = 20;
+/// True if runs of many equal values make up more than the plan's share of the rows.
+fn stays(values: &[f64], plan: &LatticePlan) -> bool {
     let same = values.chunk_by(|a, b| a == b).map(<[f64]>::len);
-    10 * same.filter(|rows| *rows >= MANY).sum::<usize>() > values.len()
+    plan.rare_one_in * same.filter(|rows| *rows >= plan.rare_rows).sum::<usize>() > values.len()
 }
 
 /// Estimates the pulse: the smallest distance from the most frequent value if all differences of values are multiples of it;
 /// else 0.
-fn pulse_rad(values: &[f64]) -> f64 {
-    let pulse = rlg_signal::fault::pulse(values);
+fn pulse_rad(values: &[f64], (plan, pulses): (&LatticePlan, &ChannelPulsePlan)) -> f64 {
+    let pulse = rlg_signal::fault::pulse(values, pulses);
     let first = values.first().copied().unwrap_or_default();
     let off = |value: &f64| {
         let pulses = (value - first) / pulse;
-        (pulses - pulses.round()).abs() > ON_LATTICE
+        (pulses - pulses.round()).abs() > plan.off_share
     };
-    // Values bridged over gaps are not multiples.
-    const MOST_BETWEEN: f64 = 0.01;
     let between = || values.iter().filter(|value| off(value)).count() as f64;
-    if pulse > 0.0 && between() < MOST_BETWEEN * values.len() as f64 {
+    if pulse > 0.0 && between() < plan.bridged_share * values.len() as f64 {
         pulse
     } else {
         0.0
@@ -227,11 +226,7 @@ fn pulse_rad(values: &[f64]) -> f64 {
 
 /// Estimates the pulse of values rounded to a written unit: the number of which all are multiples within the rounding; 0 if
 /// none.
-fn written_pulse_rad(values: &[f64]) -> f64 {
-    /// Largest rounding error of a difference of two written values \[units\], with a margin.
-    const OFF: f64 = 1.5;
-    /// Smallest pulse \[units\]: a smaller one is not distinguishable from noise written in them.
-    const FEWEST_UNITS: f64 = 20.0;
+fn written_pulse_rad(values: &[f64], plan: &LatticePlan) -> f64 {
     let mut sorted: Vec<f64> = values.iter().copied().filter(|v| v.is_finite()).collect();
     sorted.sort_by(f64::total_cmp);
     let steps = sorted.windows(2).map(|pair| pair[1] - pair[0]);
@@ -242,8 +237,8 @@ fn written_pulse_rad(values: &[f64]) -> f64 {
     let largest = sorted.last().map_or(0.0, |last| last.max(-sorted[0]));
     // Steps below a billionth of the largest value are floating-point rounding.
     let unit = of_any(1e-9 * largest);
-    let mut pulse = of_any(2.5 * unit);
-    if !pulse.is_finite() || pulse < FEWEST_UNITS * unit {
+    let mut pulse = of_any(plan.written_step_units * unit);
+    if !pulse.is_finite() || pulse < plan.written_pulse_units * unit {
         return 0.0;
     }
     // Larger values determine the pulse better; doubling the range at a time, no count is wrong.
@@ -262,7 +257,8 @@ fn written_pulse_rad(values: &[f64]) -> f64 {
         }
         reach *= 2.0;
     }
-    let is_multiple = |value: &f64| (value - pulse * (value / pulse).round()).abs() <= OFF * unit;
+    let most_off = plan.written_off_units * unit;
+    let is_multiple = |value: &f64| (value - pulse * (value / pulse).round()).abs() <= most_off;
     if sorted.iter().all(is_multiple) {
         pulse
     } else {
@@ -273,6 +269,21 @@ fn written_pulse_rad(values: &[f64]) -> f64 {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    fn pulse_rad(values: &[f64]) -> f64 {
+        super::pulse_rad(
+            values,
+            (&LatticePlan::default(), &ChannelPulsePlan::default()),
+        )
+    }
+
+    fn written_pulse_rad(values: &[f64]) -> f64 {
+        super::written_pulse_rad(values, &LatticePlan::default())
+    }
+
+    fn stays(values: &[f64]) -> bool {
+        super::stays(values, &LatticePlan::default())
+    }
 
     #[test]
     fn counts_have_a_pulse_and_noise_has_none() {

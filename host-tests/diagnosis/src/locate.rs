@@ -17,27 +17,19 @@ use std::sync::Arc;
 use super::noise_spectrum::{LOWEST_SHARE, Noise};
 use super::regimes::{Regime, intersect};
 use rlg_inference::observations::runs;
+use rlg_plan::TilePlan;
 use rlg_signal::streams::{Streams, Triad};
 use rlg_signal::transforms;
 
-/// Probability of at least one falsely located tile per recording (family-wise error rate).
-pub const TILE_SIGNIFICANCE: f64 = 1e-4;
-
-/// Edges of the bands in which tiles are tested \[Hz\]: half decades, with the dither band on its own.
-pub const BAND_EDGES_HZ: [f64; 9] = [
-    0.0,
-    1.0,
-    3.0,
-    10.0,
-    30.0,
-    100.0,
-    300.0,
-    600.0,
-    f64::INFINITY,
-];
-
-/// Longest tile \[s\].
-pub const TILE_S: f64 = 6.0;
+/// Edges of the bands in which tiles are tested \[Hz\], from zero to infinity.
+pub fn band_edges_hz(plan: &TilePlan) -> Vec<f64> {
+    let inner = plan.edges_hz.into_iter();
+    [0.0]
+        .into_iter()
+        .chain(inner)
+        .chain([f64::INFINITY])
+        .collect()
+}
 
 /// Variance of a sum of Hann-windowed bins over that of independent ones: 1 + 2 (2/3)² + 2 (1/6)².
 const HANN_CORRELATION: f64 = 1.0 + 2.0 * (4.0 / 9.0) + 2.0 / 36.0;
@@ -96,12 +88,14 @@ pub struct Location {
 }
 
 /// Runs of usable rows inside `rows`, those too short to carry information left out.
-fn usable_runs(usable: &[bool], rows: Range<usize>) -> impl Iterator<Item = Range<usize>> {
-    /// Shortest run \[rows\]: a joint costs about as many rows of information at its free jump.
-    const SHORTEST_RUN: usize = 64;
+fn usable_runs(
+    usable: &[bool],
+    rows: Range<usize>,
+    least_rows: usize,
+) -> impl Iterator<Item = Range<usize>> {
     runs(&usable[rows.clone()], true)
         .into_iter()
-        .filter(|run| run.len() >= SHORTEST_RUN)
+        .filter(move |run| run.len() >= least_rows)
         .map(move |run| rows.start + run.start..rows.start + run.end)
 }
 
@@ -112,13 +106,14 @@ pub fn tiles(
     noise: &[Noise; 3],
     regimes: &[Regime],
     looked_at: &[Range<usize>],
+    plan: &TilePlan,
 ) -> Vec<Tile> {
     let mut pieces: Vec<Range<usize>> = Vec::new();
     for regime in regimes {
         for stretch in intersect(std::slice::from_ref(&regime.rows), looked_at) {
-            for stretch in usable_runs(&streams.usable, stretch) {
+            for stretch in usable_runs(&streams.usable, stretch, plan.least_run_rows) {
                 let seconds = stretch.len() as f64 / streams.rate_hz;
-                let count = (seconds / TILE_S).ceil().max(1.0) as usize;
+                let count = (seconds / plan.longest_s).ceil().max(1.0) as usize;
                 pieces.extend((0..count).map(|piece| {
                     stretch.start + stretch.len() * piece / count
                         ..stretch.start + stretch.len() * (piece + 1) / count
@@ -126,13 +121,13 @@ pub fn tiles(
             }
         }
     }
-    pieces.retain(|rows| rows.len() >= SHORTEST_ROWS);
+    pieces.retain(|rows| rows.len() >= plan.least_rows);
     let mut lengths: Vec<usize> = pieces.iter().map(even).collect();
     lengths.sort_unstable();
     lengths.dedup();
     let kinds: Vec<Kind> = lengths
         .into_par_iter()
-        .map(|count| Kind::new(count, (streams.rate_hz, streams.span_s()), noise))
+        .map(|count| Kind::new(count, (streams.rate_hz, streams.span_s()), noise, plan))
         .collect();
     pieces
         .into_par_iter()
@@ -149,9 +144,6 @@ pub fn tiles(
         .collect()
 }
 
-/// Shortest tile \[rows\]: fewer rows have no bands.
-const SHORTEST_ROWS: usize = 64;
-
 fn even(rows: &Range<usize>) -> usize {
     rows.len() & !1
 }
@@ -166,10 +158,16 @@ struct Kind {
     /// Expected noise power of each gyro in each bin after the window.
     levels: [Vec<f64>; 3],
     mean_std_rad_s: [f64; 3],
+    edges_hz: Vec<f64>,
 }
 
 impl Kind {
-    fn new(count: usize, (rate_hz, span_s): (f64, f64), noise: &[Noise; 3]) -> Self {
+    fn new(
+        count: usize,
+        (rate_hz, span_s): (f64, f64),
+        noise: &[Noise; 3],
+        plan: &TilePlan,
+    ) -> Self {
         let seconds = count as f64 / rate_hz;
         let window: Vec<f64> = (0..count)
             .map(|k| 0.5 - 0.5 * (TAU * (k as f64 + 0.5) / count as f64).cos())
@@ -191,6 +189,7 @@ impl Kind {
             window,
             forward: transforms::forward(count),
             levels,
+            edges_hz: band_edges_hz(plan),
             mean_std_rad_s: noise
                 .each_ref()
                 .map(|noise| noise.mean_rate_std_rad_s(seconds, span_s)),
@@ -211,7 +210,7 @@ impl Kind {
             .expect("lengths come from the plan");
         let mean_rad_s = values.iter().sum::<f64>() / values.len() as f64 * rate_hz;
         let mean_std_rad_s = self.mean_std_rad_s[axis];
-        BAND_EDGES_HZ
+        self.edges_hz
             .windows(2)
             .filter_map(|edges| {
                 let (low_hz, high_hz) = (edges[0], edges[1].min(rate_hz / 2.0));
@@ -255,11 +254,16 @@ impl Kind {
 
 /// Joins the significant tiles that touch in time on the same channel and band. A location that reaches the end of the
 /// tested rows in a regime is extended to the end of the regime.
-pub fn join(tiles: &[Tile], regimes: &[Regime], looked_at: &[Range<usize>]) -> Vec<Location> {
+pub fn join(
+    tiles: &[Tile],
+    regimes: &[Regime],
+    looked_at: &[Range<usize>],
+    plan: &TilePlan,
+) -> Vec<Location> {
     let trials = tiles.len().max(1) as f64;
     let mut found: Vec<&Tile> = tiles
         .iter()
-        .filter(|tile| is_significant(tile, tiles.len()))
+        .filter(|tile| is_significant(tile, tiles.len(), plan))
         .collect();
     found.sort_by(|a, b| {
         (a.axis, a.rows.start)
@@ -314,6 +318,6 @@ pub fn join(tiles: &[Tile], regimes: &[Regime], looked_at: &[Range<usize>]) -> V
 }
 
 /// True if a tile among `count` is significant (Bonferroni).
-pub fn is_significant(tile: &Tile, count: usize) -> bool {
-    tile.chance * (count.max(1) as f64) < TILE_SIGNIFICANCE
+pub fn is_significant(tile: &Tile, count: usize, plan: &TilePlan) -> bool {
+    tile.chance * (count.max(1) as f64) < plan.significance
 }

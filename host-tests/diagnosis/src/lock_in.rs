@@ -15,15 +15,6 @@ use super::scores::{Coarse, Found, follow, most_at, tests};
 use rlg_findings::sentences::DEG_H;
 use rlg_signal::streams::AXES;
 
-/// Range of lock-in thresholds of real lasers \[rad/s\]: 2 to 2000 °/h.
-const THRESHOLDS_RAD_S: [f64; 2] = [1e-5, 1e-2];
-
-/// Share of the angle noise of counting, below which values on multiples of a unit are rounded and not counted.
-const COUNTED: f64 = 0.25;
-
-/// Largest dead band attributed to rounding of single increments \[units\].
-const ROUNDED_UNITS: f64 = 2.0;
-
 /// Selects the threshold of each gyro with the largest gain, given the fits; none on dithered gyros, where lock-in is a
 /// random walk.
 ///
@@ -40,6 +31,8 @@ pub(super) fn lock_in(
     if signals.dither_rad.is_some() {
         return None;
     }
+    let counted = plan.judgement.lattice.counted_share;
+    let [smallest, largest] = plan.rates.lock_in.range_rad_s;
     let mut thresholds = [None; 3];
     let mut surplus = 0.0;
     let mut places: f64 = 1.0;
@@ -49,11 +42,11 @@ pub(super) fn lock_in(
         let clear = plan.signal.gate.ratio.sqrt() * pass.motion.rate_noise_rad_s[gyro];
         // Rounding of single increments alone makes a dead band of half a unit.
         let unit_rad = pass.lattice.counted_rad[gyro];
-        let is_rounded = fits[0].levels[gyro].angle < COUNTED * unit_rad * unit_rad / 12.0;
+        let is_rounded = fits[0].levels[gyro].angle < counted * unit_rad * unit_rad / 12.0;
         let unit_rad = if is_rounded { unit_rad } else { 0.0 };
-        let rounded = ROUNDED_UNITS * unit_rad * signals.rate_hz;
-        let least = THRESHOLDS_RAD_S[0].max(clear).max(rounded);
-        let grid = Threshold::grid(least, THRESHOLDS_RAD_S[1]);
+        let rounded = plan.rates.lock_in.rounded_units * unit_rad * signals.rate_hz;
+        let least = smallest.max(clear).max(rounded);
+        let grid = Threshold::grid(least, largest);
         if grid.is_empty() {
             continue;
         }
@@ -84,7 +77,7 @@ pub(super) fn lock_in(
             |threshold, step| Threshold {
                 rad_s: (threshold.rad_s + step[0])
                     .clamp(threshold.rad_s / 1.25, threshold.rad_s * 1.25)
-                    .clamp(least, THRESHOLDS_RAD_S[1]),
+                    .clamp(least, largest),
             },
         );
         // A threshold at the lower bound is not identifiable.

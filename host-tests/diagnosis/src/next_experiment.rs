@@ -4,7 +4,7 @@
 //! Finding, rivals and everyday errors → their Fisher information in this recording → joint information with each of the
 //! catalogue's experiments, under this recording's noise → selects the experiment that decides most, at the least trouble.
 
-use rlg_plan::Plan;
+use rlg_plan::{CataloguePlan, ExperimentPlan, Plan};
 use std::ops::Range;
 
 use nalgebra::Matrix3;
@@ -25,15 +25,6 @@ use super::search::Found;
 
 /// Errors of any gyro, nuisance parameters of a separation.
 const PLAIN: [&str; 3] = ["gyro_bias", "gyro_scale", "installation"];
-
-/// Longest duration of a repeated experiment \[s\]: an hour at the table.
-const MOST_S: f64 = 3600.0;
-
-/// Standard deviations of a log ratio allowed for chance.
-const CHANCE: f64 = 2.0;
-
-/// Ratio of standard deviations at which an experiment is worthwhile: it halves them at least.
-const WORTHWHILE: f64 = 0.5;
 
 /// Sentence for a recording without findings.
 pub const NONE_NEEDED: &str =
@@ -59,8 +50,8 @@ impl Next {
 
 /// Separation \[σ\] from which a rival loses more than `within` in log posterior, chance included: the log ratio is half the
 /// squared separation, with the separation as standard deviation.
-fn deciding_sigma(within: f64) -> f64 {
-    CHANCE + (CHANCE * CHANCE + 2.0 * within).sqrt()
+fn deciding_sigma(within: f64, plan: &ExperimentPlan) -> f64 {
+    plan.chance + (plan.chance * plan.chance + 2.0 * within).sqrt()
 }
 
 /// Returns the next experiment for the first finding that the recording confuses with a rival or drift, else for the first.
@@ -84,7 +75,7 @@ pub(crate) fn next_experiment(
         if is_confused(one) {
             question.separated(plan)
         } else {
-            question.known_better()
+            question.known_better(&plan.judgement.experiment)
         }
     });
     next.unwrap_or_else(|| Next::of_card(kind))
@@ -126,6 +117,8 @@ struct Question<'a> {
     rows: (f64, f64),
     /// Scale error and installation matrix of the model.
     gyros: ([f64; 3], Matrix3<f64>),
+    /// Thresholds of the effects.
+    plan: CataloguePlan,
     /// Information of this recording, zero for the everyday errors.
     here: Information,
 }
@@ -139,8 +132,8 @@ struct Said {
 }
 
 impl Said {
-    fn most_repeats(&self) -> u32 {
-        (MOST_S / self.experiment.duration_s()).max(1.0) as u32
+    fn most_repeats(&self, plan: &ExperimentPlan) -> u32 {
+        (plan.longest_s / self.experiment.duration_s()).max(1.0) as u32
     }
 }
 
@@ -171,6 +164,7 @@ impl<'a> Question<'a> {
             drift_levels: &found.judged[confirmed.named[place]].drift_levels,
             rows: (data.streams.rate_hz, data.streams.span_s()),
             gyros: (data.model.gyro.scale_error, data.sensing_from_body),
+            plan: found.motion.signals.plan,
             here,
         })
     }
@@ -178,7 +172,7 @@ impl<'a> Question<'a> {
     /// Computes the information of an experiment; `None` if it is too short to transform.
     fn said(&self, experiment: Experiment) -> Option<Said> {
         let (scale_error, sensing_from_body) = self.gyros;
-        let signals = experiment.signals(scale_error, sensing_from_body);
+        let signals = experiment.signals(scale_error, sensing_from_body, &self.plan);
         let set: Vec<&Hypothesis> = self.asked.iter().map(|one| &one.hypothesis).collect();
         let rows = (experiment.rows_hz, experiment.duration_s());
         let under = |levels: &[NoiseLevels]| {
@@ -292,14 +286,15 @@ impl<'a> Question<'a> {
 
     /// Selects the experiment that separates the finding from most rivals, with the fewest repeats.
     fn separated(&self, plan: &Plan) -> Option<Next> {
-        let needed = deciding_sigma(plan.judgement.class_within);
+        let own_plan = &plan.judgement.experiment;
+        let needed = deciding_sigma(plan.judgement.class_within, own_plan);
         let mut best: Option<(usize, u32, Said)> = None;
         for experiment in Experiment::all() {
             let Some(said) = self.said(experiment) else {
                 continue;
             };
             let count = |repeats: u32| self.told(&self.apart(&said, repeats), needed).0.len();
-            let most = said.most_repeats();
+            let most = said.most_repeats(own_plan);
             let at_most = count(most);
             let doubled = (0..u32::BITS).map(|k| 1_u32 << k);
             let mut doubled = doubled.take_while(|repeats| *repeats < most);
@@ -330,7 +325,7 @@ impl<'a> Question<'a> {
 
     /// Selects the experiment with the smallest standard deviations of the finding's parameters; `None` if none is
     /// worthwhile.
-    fn known_better(&self) -> Option<Next> {
+    fn known_better(&self, plan: &ExperimentPlan) -> Option<Next> {
         let here = self.deviations(&self.here);
         let worst = |said: &Said| {
             let there = self.deviations(&self.together(&said.information, 1));
@@ -341,7 +336,7 @@ impl<'a> Question<'a> {
         let said = all.filter_map(|experiment| self.said(experiment));
         let rated = said.map(|said| (worst(&said), said));
         let (ratio, said) = rated.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        if ratio.is_nan() || ratio > WORTHWHILE {
+        if ratio.is_nan() || ratio > plan.worthwhile {
             return None;
         }
         let entry = self.entry(&said, 1, Vec::new());

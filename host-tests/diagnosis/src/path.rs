@@ -5,21 +5,24 @@ use rlg_catalogue::candidates::{Variant, delay_sign, is_delay};
 use rlg_catalogue::entries::MOUNT;
 use rlg_catalogue::signals::Path;
 use rlg_inference::Fit;
+use rlg_plan::RatesPlan;
 
 /// Change of a parameter \[σ\] below which no further pass is made.
 pub(super) const SETTLED: f64 = 0.1;
 
-/// Significance \[σ\] from which a gyro's delay or low pass is used: a gyro that hardly turns fits one of any length.
-const SHOWN: f64 = 3.0;
-
 /// Estimate of a member's parameters beyond its base; minus the base for an insignificant low pass.
-pub(super) fn shown(fit: &Fit, candidate: &Candidate, block: &std::ops::Range<usize>) -> Vec<f64> {
+pub(super) fn shown(
+    fit: &Fit,
+    candidate: &Candidate,
+    block: &std::ops::Range<usize>,
+    plan: &RatesPlan,
+) -> Vec<f64> {
     block
         .clone()
         .zip(&candidate.base)
         .map(|(k, base)| {
             let std = fit.covariance[(k, k)].max(0.0).sqrt();
-            let is_shown = base + fit.estimate[k] > SHOWN * std;
+            let is_shown = base + fit.estimate[k] > plan.path_deviations * std;
             if candidate.variant == Variant::LowPass && !is_shown {
                 -base
             } else {
@@ -35,14 +38,14 @@ pub(super) fn is_of_path(one: &Candidate) -> bool {
 }
 
 /// Path of a set: its delays, mounts and low passes.
-pub(super) fn path_of(fit: &Fit, candidates: &[Candidate]) -> Path {
+pub(super) fn path_of(fit: &Fit, candidates: &[Candidate], plan: &RatesPlan) -> Path {
     let mut path = Path {
-        delay_s: shown_delays(fit, candidates).0,
+        delay_s: shown_delays(fit, candidates, plan).0,
         ..Path::default()
     };
     for (&place, block) in fit.members.iter().zip(&fit.blocks) {
         let candidate = &candidates[place];
-        let estimate = shown(fit, candidate, block);
+        let estimate = shown(fit, candidate, block, plan);
         if candidate.kind == MOUNT {
             path.mount = candidate.mounts(&estimate);
         } else if candidate.variant == Variant::LowPass {
@@ -78,10 +81,10 @@ pub(super) fn delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]
 }
 
 /// The same for significant delays, 0 for others: the linearisation point of the columns.
-fn shown_delays(fit: &Fit, candidates: &[Candidate]) -> ([f64; 3], [f64; 3]) {
+fn shown_delays(fit: &Fit, candidates: &[Candidate], plan: &RatesPlan) -> ([f64; 3], [f64; 3]) {
     let (mut delay_s, std_s) = delays(fit, candidates);
     for (delay_s, std_s) in delay_s.iter_mut().zip(&std_s) {
-        if std_s.is_finite() && delay_s.abs() < SHOWN * std_s {
+        if std_s.is_finite() && delay_s.abs() < plan.path_deviations * std_s {
             *delay_s = 0.0;
         }
     }
@@ -98,16 +101,21 @@ pub(super) fn is_alike(a: &Path, b: &Path) -> bool {
 }
 
 /// True if a set has parameters about which columns are linearised.
-pub(super) fn is_nonlinear(fit: &Fit, candidates: &[Candidate]) -> bool {
-    let (delay_s, _) = shown_delays(fit, candidates);
+pub(super) fn is_nonlinear(fit: &Fit, candidates: &[Candidate], plan: &RatesPlan) -> bool {
+    let (delay_s, _) = shown_delays(fit, candidates, plan);
     let mut members = fit.members.iter();
     delay_s != [0.0; 3]
         || members.any(|&place| candidates[place].base.iter().any(|base| *base != 0.0))
 }
 
 /// True if the linearisation point of the columns agrees with the estimates.
-pub(super) fn is_settled(fit: &Fit, candidates: &[Candidate], made_with_s: [f64; 3]) -> bool {
-    let (delay_s, std_s) = shown_delays(fit, candidates);
+pub(super) fn is_settled(
+    fit: &Fit,
+    candidates: &[Candidate],
+    made_with_s: [f64; 3],
+    plan: &RatesPlan,
+) -> bool {
+    let (delay_s, std_s) = shown_delays(fit, candidates, plan);
     let mut numbers = fit.members.iter().zip(&fit.blocks);
     let stands = numbers.all(|(&place, block)| {
         let base = candidates[place].base.iter().zip(block.clone());

@@ -6,6 +6,7 @@ use std::ops::Range;
 
 use super::locate::Tile;
 use super::noise_spectrum::Noise;
+use rlg_plan::TilePlan;
 use rlg_signal::streams::{Streams, Triad};
 use rlg_signal::transforms::{even_smooth_length, mean_periodogram};
 
@@ -38,6 +39,8 @@ pub struct Pictures {
     pub tiles_before: Vec<Tile>,
     /// Tiles after.
     pub tiles_after: Vec<Tile>,
+    /// p-value, tiles counted, below which a tile is significant.
+    pub significance: f64,
     /// Begin and end of held-out stretches \[s\].
     pub held_out_s: Vec<[f64; 2]>,
     /// Rows per second \[Hz\] and begin \[s\], to place tiles in time.
@@ -52,7 +55,7 @@ pub fn draw(
     before_rad: &Triad,
     after_rad: &Triad,
     noise: &[Noise; 3],
-    tiles: (Vec<Tile>, Vec<Tile>),
+    (tiles, plan): ((Vec<Tile>, Vec<Tile>), &TilePlan),
     held_out: &[Range<usize>],
 ) -> Pictures {
     let step = streams.rows.div_ceil(ANGLE_POINTS);
@@ -117,6 +120,7 @@ pub fn draw(
         frequency_hz,
         tiles_before: tiles.0,
         tiles_after: tiles.1,
+        significance: plan.significance,
         held_out_s: held_out
             .iter()
             .map(|rows| [rows.start, rows.end].map(|row| streams.start_s + row as f64 / rate_hz))

@@ -12,11 +12,8 @@ use realfft::{ComplexToReal, RealToComplex};
 use std::ops::Range;
 use std::sync::Arc;
 
+use rlg_plan::HeldOutPlan;
 use rlg_signal::transforms::{self, smooth_length};
-
-/// Largest number of stretches: each costs a free jump, and the work grows with the square of their number; of a recording
-/// with many gaps only the longest stretches are used.
-const MOST_STRETCHES: usize = 40;
 
 /// Bins of one series.
 pub type Bins = Vec<Complex64>;
@@ -52,18 +49,19 @@ pub fn differenced(frequency_hz: f64, rate_hz: f64) -> f64 {
 }
 
 impl Portion {
-    /// Joins `ranges`; shortens the last by less than a hundredth for a fast transform. `None` if nothing would be left.
-    pub fn new(mut ranges: Vec<Range<usize>>, rate_hz: f64) -> Option<Self> {
+    /// Joins `ranges`, the longest of too many; shortens the last by less than a hundredth for a fast transform. `None` if too
+    /// few rows would be left.
+    pub fn new(mut ranges: Vec<Range<usize>>, rate_hz: f64, plan: &HeldOutPlan) -> Option<Self> {
         ranges.retain(|range| !range.is_empty());
-        if ranges.len() > MOST_STRETCHES {
+        if ranges.len() > plan.most_stretches {
             let mut lengths: Vec<usize> = ranges.iter().map(ExactSizeIterator::len).collect();
             lengths.sort_unstable_by(|a, b| b.cmp(a));
-            let shortest = lengths[MOST_STRETCHES - 1];
+            let shortest = lengths[plan.most_stretches - 1];
             ranges.retain(|range| range.len() >= shortest);
-            ranges.truncate(MOST_STRETCHES);
+            ranges.truncate(plan.most_stretches);
         }
         let total: usize = ranges.iter().map(ExactSizeIterator::len).sum();
-        if total < 64 {
+        if total < plan.least_rows {
             return None;
         }
         let length = (0..total)

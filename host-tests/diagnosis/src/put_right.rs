@@ -12,6 +12,7 @@ use rlg_findings::result::{EffectEntry, ParameterEntry, Verdict};
 use rlg_findings::sentences::opening;
 use rlg_model::catalogue::NINE;
 use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_plan::ChannelCausePlan;
 use rlg_recording::error::InputError;
 use rlg_signal::channel_check::Crossing;
 use rlg_signal::channel_map::{Lead, crossings};
@@ -26,6 +27,7 @@ use super::settings::Settings;
 pub struct PutRight {
     /// Crossing of each channel that the gyros follow.
     crossings: Vec<(Lead, Crossing)>,
+    plan: ChannelCausePlan,
 }
 
 /// Reason for stopping without a diagnosis.
@@ -65,9 +67,10 @@ pub fn put_right(
     model: &Model,
     model_file: &Path,
 ) -> Result<Option<PutRight>, Stopped> {
+    let plan = settings.plan.judgement.channels;
     let crossings =
         crossings(streams, model, &settings.plan.signal, settings.anyway).map_err(|found| {
-            let why = apart(&found);
+            let why = apart(&found, &plan);
             let error = InputError::new(&streams.piece.recording, why.clone()).expected(
                 "gyros and reference of one recording; --anyway diagnoses them as they are",
             );
@@ -80,12 +83,12 @@ pub fn put_right(
         .iter()
         .all(|(lead, crossing)| *lead == Lead::Reference && crossing.is_registration());
     if !is_registration && !settings.anyway {
-        let problem = refusal(&crossings, &streams.piece.recording, streams.rate_hz);
+        let problem = refusal(&crossings, &streams.piece.recording, streams.rate_hz, &plan);
         return Err(Stopped::Refused(InputError::new(model_file, problem).expected(
             "each gyro to read once what the reference says of its own axis; --anyway puts it right and reports it",
         )));
     }
-    let found = PutRight { crossings };
+    let found = PutRight { crossings, plan };
     found.apply(streams);
     Ok(Some(found))
 }
@@ -94,7 +97,7 @@ impl PutRight {
     /// Rotates the channels that the gyros follow into the gyros' axes.
     pub fn apply(&self, streams: &mut Streams) {
         for (lead, crossing) in &self.crossings {
-            let effects = effects(*lead, crossing);
+            let effects = effects(*lead, crossing, &self.plan);
             known_channels::apply(&mut streams.case_rad, &mut streams.pickoff_rad, &effects);
         }
     }
@@ -111,7 +114,7 @@ impl PutRight {
     pub fn effects(&self) -> Vec<ModelEffect> {
         let crossings = self.crossings.iter();
         crossings
-            .flat_map(|(lead, crossing)| effects(*lead, crossing))
+            .flat_map(|(lead, crossing)| effects(*lead, crossing, &self.plan))
             .collect()
     }
 
@@ -126,13 +129,14 @@ impl PutRight {
         let words = self
             .crossings
             .iter()
-            .map(|(lead, crossing)| sentence(*lead, crossing));
+            .map(|(lead, crossing)| sentence(*lead, crossing, &self.plan));
         let said = std::iter::once(opening(diagnosis.verdict).to_string()).chain(words);
         let rest = diagnosis.summary.drain(..).skip(1).collect::<Vec<_>>();
         diagnosis.summary = said.chain(rest).collect();
         for (lead, crossing) in &self.crossings {
-            for effect in effects(*lead, crossing) {
-                diagnosis.effects.push(entry(*lead, crossing, &effect));
+            for effect in effects(*lead, crossing, &self.plan) {
+                let entry = entry(*lead, crossing, &effect, &self.plan);
+                diagnosis.effects.push(entry);
                 outcome.model.effects.push(effect);
             }
         }
@@ -140,7 +144,7 @@ impl PutRight {
 }
 
 /// Crossing as effects of the model: first the axes, then the factors.
-fn effects(lead: Lead, crossing: &Crossing) -> Vec<ModelEffect> {
+fn effects(lead: Lead, crossing: &Crossing, plan: &ChannelCausePlan) -> Vec<ModelEffect> {
     let effect = |kind: &str, map: &Matrix3<f64>| {
         let numbers = (0..9).map(|place| {
             let value = EffectValue::Number(map[(place / 3, place % 3)]);
@@ -167,23 +171,28 @@ fn effects(lead: Lead, crossing: &Crossing) -> Vec<ModelEffect> {
         all.push(effect(kind, &crossing.axes));
     }
     if crossing.has_factor() {
-        let factors = Vector3::from(crossing.factors.map(exact));
+        let factors = Vector3::from(crossing.factors.map(|factor| exact(factor, plan)));
         all.push(effect("channel_factor", &Matrix3::from_diagonal(&factors)));
     }
     all
 }
 
 /// Exact factor of its known cause, if there is one.
-fn exact(factor: f64) -> f64 {
-    cause(factor, f64::NAN).map_or(factor, |(exact, _)| exact)
+fn exact(factor: f64, plan: &ChannelCausePlan) -> f64 {
+    cause(factor, f64::NAN, plan).map_or(factor, |(exact, _)| exact)
 }
 
 /// Entry of `diagnosis.json`.
-fn entry(lead: Lead, crossing: &Crossing, effect: &ModelEffect) -> EffectEntry {
+fn entry(
+    lead: Lead,
+    crossing: &Crossing,
+    effect: &ModelEffect,
+    plan: &ChannelCausePlan,
+) -> EffectEntry {
     // A factor that no unit explains is a scale error, however large.
     let is_scale = effect.kind == "channel_factor"
         && lead == Lead::Reference
-        && !crossing.factors.iter().any(|factor| is_unit(*factor));
+        && !crossing.factors.iter().any(|factor| is_unit(*factor, plan));
     let std = |gyro: usize, axis: usize| crossing.measured.std[(gyro, axis)];
     let number = |name: &str, value: f64, std: f64| ParameterEntry::Number {
         name: name.to_string(),
@@ -195,7 +204,11 @@ fn entry(lead: Lead, crossing: &Crossing, effect: &ModelEffect) -> EffectEntry {
         let of = |gyro: usize| {
             let axis = crossing.axes.row(gyro).transpose().iamax();
             let name = AXES[gyro];
-            number(name, exact(crossing.factors[gyro]) - 1.0, std(gyro, axis))
+            number(
+                name,
+                exact(crossing.factors[gyro], plan) - 1.0,
+                std(gyro, axis),
+            )
         };
         (0..3).map(of).collect()
     } else {
@@ -232,7 +245,7 @@ fn entry(lead: Lead, crossing: &Crossing, effect: &ModelEffect) -> EffectEntry {
         identifiable: Vec::new(),
         log_evidence_gain: 0.0,
         p_value: 0.0,
-        what_was_left_out: sentence(lead, crossing),
+        what_was_left_out: sentence(lead, crossing, plan),
         expression: None,
         regimes: Vec::new(),
         evidence: None,

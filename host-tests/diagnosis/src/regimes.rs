@@ -2,10 +2,8 @@
 
 use std::ops::Range;
 
+use rlg_plan::RegimePlan;
 use rlg_signal::streams::Streams;
-
-/// Length of a stretch in a recording without named segments \[s\].
-const UNNAMED_STRETCH_S: f64 = 5.0;
 
 /// A stretch of like motion.
 #[derive(Debug, Clone)]
@@ -17,10 +15,10 @@ pub struct Regime {
 }
 
 /// Returns stretches of like motion that cover the rows: the named ones, or even ones.
-pub fn regimes_of(streams: &Streams) -> Vec<Regime> {
+pub fn regimes_of(streams: &Streams, plan: &RegimePlan) -> Vec<Regime> {
     let (segments, rate_hz) = (&streams.piece.segments, streams.rate_hz);
     if streams.at_rest.is_some() {
-        return at_rest(streams);
+        return at_rest(streams, plan);
     }
     let own_s = |row: f64| streams.start_s + row / rate_hz;
     let row_at = |time_s: f64| {
@@ -34,7 +32,7 @@ pub fn regimes_of(streams: &Streams) -> Vec<Regime> {
         .chain([0, streams.rows])
         .collect();
     if segments.is_empty() {
-        let stretch = (UNNAMED_STRETCH_S * rate_hz) as usize;
+        let stretch = (plan.unnamed_s * rate_hz) as usize;
         cuts.extend((0..streams.rows).step_by(stretch.max(1)));
     }
     cuts.sort_unstable();
@@ -60,11 +58,9 @@ pub fn regimes_of(streams: &Streams) -> Vec<Regime> {
 }
 
 /// Returns stretches for localisation only: a unit at rest has one motion.
-fn at_rest(streams: &Streams) -> Vec<Regime> {
-    /// Few, so that each holds many periods of a drift.
-    const STRETCHES: usize = 16;
-    let stretch = (UNNAMED_STRETCH_S * streams.rate_hz) as usize;
-    let stretch = stretch.max(streams.rows.div_ceil(STRETCHES)).max(1);
+fn at_rest(streams: &Streams, plan: &RegimePlan) -> Vec<Regime> {
+    let stretch = (plan.unnamed_s * streams.rate_hz) as usize;
+    let stretch = stretch.max(streams.rows.div_ceil(plan.most_at_rest)).max(1);
     (0..streams.rows)
         .step_by(stretch)
         .map(|start| {

@@ -1,6 +1,7 @@
 //! Residual relative to the motion, for `diagnosis.json`.
 
 use rlg_findings::result::{CoherenceEntry, ResidualEntry};
+use rlg_plan::CoherencePlan;
 use rlg_signal::coherence::by_octave;
 use rlg_signal::in_step::{Block, share_left};
 use rlg_signal::streams::Triad;
@@ -20,13 +21,14 @@ pub struct Rows<'a> {
 /// Returns the entry; `None` where the residual exceeds the motion.
 ///
 /// `blocks`: powers of both by blocks of time.
-pub fn entry(rows: &Rows, blocks: &[Block]) -> Option<ResidualEntry> {
+pub fn entry(rows: &Rows, blocks: &[Block], plan: &CoherencePlan) -> Option<ResidualEntry> {
     let share = share_left(blocks)?;
     let octaves = by_octave(
         rows.residual_rad,
         rows.motion_rad,
         rows.is_used,
         rows.period_s,
+        plan,
     );
     let coherence = octaves.iter().map(|octave| CoherenceEntry {
         low_hz: octave.band_hz[0],

@@ -6,6 +6,7 @@ use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
 use rlg_inference::score_test::{Gain, Projected, ScoreTest, gains, noises, spectra};
 use rlg_inference::sums::{Summed, sums};
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations};
+use rlg_plan::FamilyPlan;
 
 use super::pass::Pass;
 
@@ -23,13 +24,10 @@ pub(super) struct Coarse {
     pub(super) each: usize,
 }
 
-/// Number of rows above which long lists are tested over sums of rows; faster effects are left to the exact columns.
-const MANY_ROWS: usize = 20_000;
-
 impl Coarse {
-    pub(super) fn new(pass: &Pass) -> Self {
+    pub(super) fn new(pass: &Pass, plan: &FamilyPlan) -> Self {
         let observations = pass.equations.transform.observations();
-        let each = (observations.rows() / MANY_ROWS).max(1);
+        let each = (observations.rows() / plan.most_rows).max(1);
         let records: Vec<Vec<f64>> = pass
             .residual_rad
             .iter()

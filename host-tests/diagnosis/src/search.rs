@@ -1,10 +1,10 @@
 //! The structure search of one pass: columns, their candidates, and the best set of them.
 
-use rlg_plan::Plan;
+use rlg_plan::{Plan, RatesPlan};
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
-use rlg_catalogue::candidates::{PoolColumns, SHARED, Variant, is_delay};
+use rlg_catalogue::candidates::{PoolColumns, Variant, is_delay};
 use rlg_catalogue::entries::{LATE_PICKOFF, SLIP, STEP, UNLISTED};
 use rlg_catalogue::expression::Expression;
 use rlg_catalogue::signals::Path;
@@ -110,7 +110,7 @@ impl Pass {
     pub(super) fn new(
         data: &mut Data,
         motion: Motion,
-        left_out: &[&str],
+        (plan, left_out): (&RatesPlan, &[&str]),
         fitted: &Observations,
         levels: &[NoiseLevels],
         (before, turned): (&Before, &Turned),
@@ -127,12 +127,13 @@ impl Pass {
                     far.path.low_pass[gyro].filter(|_| motion.is_moving[gyro])
                 });
                 if moving != [None; 3] {
-                    candidates.push(pool.low_pass(moving, SHARED, &motion.signals));
+                    let odds = motion.signals.plan.odds.shared;
+                    candidates.push(pool.low_pass(moving, odds, &motion.signals));
                 }
             }
             Before::Pass(fit, members) => {
                 for (&place, block) in fit.members.iter().zip(&fit.blocks) {
-                    let estimate = shown(fit, &members[place], block);
+                    let estimate = shown(fit, &members[place], block, plan);
                     candidates.extend(pool.again(&members[place], &estimate, &motion.signals));
                 }
             }
@@ -313,7 +314,6 @@ impl Pass {
 
     /// Scans the residuals of `fits` for events; returns the places of the new candidates.
     fn add_events(&mut self, fits: &[&Fit], begin: &Begin) -> Vec<usize> {
-        const TRIED_EACH: usize = 3;
         let mut new: Vec<Candidate> = Vec::new();
         for fit in fits {
             let mut events: Vec<(usize, NoiseLevels, Event)> = Vec::new();
@@ -329,6 +329,7 @@ impl Pass {
                         &self.equations.basis,
                         &residual,
                         noise,
+                        &begin.plan.inference.events,
                     );
                     events.extend(found.into_iter().map(|event| (gyro, noise, event)));
                 }
@@ -341,9 +342,9 @@ impl Pass {
                     && !self.lattice.hides_event(*gyro, event)
             });
             events.sort_by(|a, b| b.2.size.abs().total_cmp(&a.2.size.abs()));
-            for (gyro, noise, event) in events.into_iter().take(TRIED_EACH) {
+            for (gyro, noise, event) in events.into_iter().take(begin.plan.judgement.events_tried) {
                 let together = match event.kind {
-                    EventKind::Impulse => self.swarm(fit, gyro, noise, event),
+                    EventKind::Impulse => self.swarm((fit, gyro), noise, event, begin.plan),
                     EventKind::Step | EventKind::Window => vec![event],
                 };
                 for event in together {
@@ -359,16 +360,28 @@ impl Pass {
     }
 
     /// Returns a slip with all other significant slips of its gyro: a counter that slips does so repeatedly.
-    fn swarm(&self, fit: &Fit, gyro: usize, noise: NoiseLevels, strongest: Event) -> Vec<Event> {
-        /// With more impulses than this another effect is unexplained.
-        const MOST: usize = 32;
+    fn swarm(
+        &self,
+        (fit, gyro): (&Fit, usize),
+        noise: NoiseLevels,
+        strongest: Event,
+        plan: &Plan,
+    ) -> Vec<Event> {
+        let most = plan.judgement.most_slips;
         let rows = self.motion.signals.rows as f64;
         let least = (2.0 * (3.0 * rows).ln()).sqrt();
         let residual = left_on(&self.equations, fit, &self.candidates, gyro);
         let (transform, basis) = (&self.equations.transform, &self.equations.basis);
-        let mut all = impulses(transform, basis, &residual, noise, (least, MOST));
+        let mut all = impulses(
+            transform,
+            basis,
+            &residual,
+            noise,
+            (least, most),
+            &plan.inference.events,
+        );
         all.retain(|event| !self.lattice.hides_event(gyro, event));
-        if all.is_empty() || all.len() == MOST {
+        if all.is_empty() || all.len() == most {
             return vec![strongest];
         }
         all

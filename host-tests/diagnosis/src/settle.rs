@@ -1,6 +1,6 @@
 //! Passes of motion estimation, linearisation and structure search, until the set and its delays converge.
 
-use rlg_plan::Plan;
+use rlg_plan::{Plan, RatesPlan};
 use std::cell::Cell;
 
 use nalgebra::Matrix3;
@@ -140,11 +140,11 @@ pub(super) fn settle(
         }
         pass += 1;
         if let Some(step) = begun.step.filter(|step| step.is_worse(done.odds)) {
-            begun = begun.nearer(step, data, &rows);
+            begun = begun.nearer(step, data, &rows, &plan.rates);
             continue;
         }
         let has_stood = done.stood;
-        let next = done.next(data, &rows, &begun);
+        let next = done.next(data, &rows, &begun, &plan.rates);
         let before = std::mem::replace(&mut begun, next);
         if has_stood {
             stood = Some(before);
@@ -213,12 +213,12 @@ impl Begun {
     }
 
     /// Halves the step; after the last halving all members of the set take part.
-    fn nearer(mut self, step: Step, data: &Data, rows: &Rows) -> Self {
+    fn nearer(mut self, step: Step, data: &Data, rows: &Rows, plan: &RatesPlan) -> Self {
         let Before::Pass(fit, candidates) = &mut self.before else {
             return self;
         };
         let step = step.halved(fit, candidates);
-        let path = path_of(fit, candidates);
+        let path = path_of(fit, candidates, plan);
         add_triad(&mut self.clean_rad, &data.passed_by(self.path), 1.0);
         add_triad(&mut self.clean_rad, &data.passed_by(path), -1.0);
         Self {
@@ -240,7 +240,7 @@ impl Begun {
         data.found_share = self.share;
         let motion = self.motion(data, rows, plan);
         let turned = Turned::said(data, &self.before);
-        self.over((motion, &turned), data, rows, left_out)
+        self.over((motion, &turned), data, rows, (plan, left_out))
     }
 
     fn motion(&self, data: &Data, rows: &Rows, plan: &Plan) -> Motion {
@@ -260,10 +260,11 @@ impl Begun {
         (motion, turned): (Motion, &Turned),
         data: &mut Data,
         rows: &Rows,
-        left_out: &[&str],
+        (plan, left_out): (&Plan, &[&str]),
     ) -> Pass {
         let before = (&self.before, turned);
-        Pass::new(data, motion, left_out, &rows.fitted, &self.levels, before)
+        let asked = (&plan.rates, left_out);
+        Pass::new(data, motion, asked, &rows.fitted, &self.levels, before)
     }
 
     /// Searches a pass; if a rotation of the reference would look like the found errors, searches once with it and once
@@ -283,7 +284,7 @@ impl Begun {
             return done;
         };
         let motion = self.motion(data, rows, plan);
-        let turned = self.over((motion, &tried), data, rows, left_out);
+        let turned = self.over((motion, &tried), data, rows, (plan, left_out));
         let turned = self.searched(turned, data, asks, (plan, left_out));
         let mut members = turned.fit.members.iter();
         let holds_it = members.any(|&place| turned.pass.candidates[place].kind == TURNED);
@@ -328,7 +329,7 @@ impl Begun {
         // After the last halving the parameters count as converged.
         let stand = self.step.is_some_and(|step| step.is_none());
         let is_settled = |fit: &Fit, candidates: &[Candidate]| {
-            stand || is_settled(fit, candidates, self.path.delay_s)
+            stand || is_settled(fit, candidates, self.path.delay_s, &plan.rates)
         };
         let stood = Cell::new(false);
         // The families need motion.
@@ -340,7 +341,8 @@ impl Begun {
             (plan, left_out),
             |fit, candidates| {
                 // A strong delay or mount is linearised to convergence before other members are added.
-                is_nonlinear(fit, candidates) && (is_first || !is_settled(fit, candidates))
+                is_nonlinear(fit, candidates, &plan.rates)
+                    && (is_first || !is_settled(fit, candidates))
             },
             |fit, candidates| {
                 stood.set(is_as_before(fit) && is_settled(fit, candidates));
@@ -370,8 +372,8 @@ impl Begun {
 
 impl Done {
     /// Starting point of the next pass.
-    fn next(self, data: &Data, rows: &Rows, begun: &Begun) -> Begun {
-        let path = path_of(&self.fit, &self.pass.candidates);
+    fn next(self, data: &Data, rows: &Rows, begun: &Begun, plan: &RatesPlan) -> Begun {
+        let path = path_of(&self.fit, &self.pass.candidates, plan);
         let of = (self.odds, &self.fit);
         let step = self
             .is_comparable

@@ -4,18 +4,20 @@ use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::Variant;
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_inference::{Fit, Hypothesis, Likelihood};
+use rlg_plan::Plan;
 
 /// Selects them for each member: a gyro that hardly moves would be reported with another's parameter and its uncertainty.
 ///
 /// # Inputs
-/// `set`: each member's hypothesis over records that are three to a recording, with its candidate; `fit`: of that set;
-/// `within`: difference in log likelihood that is not significant.
+/// `set`: each member's hypothesis over records that are three to a recording, with its candidate; `fit`: of that set.
 pub(super) fn told(
     data: &impl Likelihood,
     set: &[(&Hypothesis, &Candidate)],
     fit: &Fit,
-    within: f64,
+    plan: &Plan,
 ) -> Vec<[bool; 3]> {
+    // Difference in log likelihood that is not significant.
+    let within = plan.judgement.class_within;
     let of_member = |place: usize| {
         let (shared, candidate) = set[place];
         if candidate.variant != Variant::Common {
@@ -26,7 +28,14 @@ pub(super) fn told(
             .map(|other| if other == place { &apart } else { set[other].0 })
             .collect();
         let (levels, drift) = (&fit.levels, &fit.drift);
-        let each = evaluate(data, &hypotheses, levels, drift, Effort::QUICK);
+        let each = evaluate(
+            data,
+            &hypotheses,
+            levels,
+            drift,
+            Effort::QUICK,
+            &plan.inference.search,
+        );
         let value = candidate.base[0] + fit.estimate[fit.blocks[place].start];
         let first = each.blocks[place].start;
         let told = [0, 1, 2].map(|gyro: usize| {

@@ -16,10 +16,8 @@ use super::noise_spectrum::Noise;
 use super::portion::{Portion, inner};
 use super::regimes::intersect;
 use super::regressor::regressors;
+use rlg_plan::HeldOutPlan;
 use rlg_signal::streams::Triad;
-
-/// Number of bins that resolves a tenth of power by four standard deviations.
-const ENOUGH_BINS: usize = 1600;
 
 /// Figures of one gyro.
 #[derive(Debug, Clone, Copy)]
@@ -57,8 +55,9 @@ pub fn validate(
     (held_out, counts_hz): (&[Range<usize>], [f64; 2]),
     locations: &[Location],
     rate_hz: f64,
+    plan: &HeldOutPlan,
 ) -> Vec<Validation> {
-    let Some(everything) = Portion::new(held_out.to_vec(), rate_hz) else {
+    let Some(everything) = Portion::new(held_out.to_vec(), rate_hz, plan) else {
         return Vec::new();
     };
     let everything = everything.within(counts_hz);
@@ -72,7 +71,7 @@ pub fn validate(
             let times: Vec<Range<usize>> =
                 here.iter().map(|location| location.rows.clone()).collect();
             let located = (!times.is_empty())
-                .then(|| Portion::new(union(intersect(held_out, &times)), rate_hz))
+                .then(|| Portion::new(union(intersect(held_out, &times)), rate_hz, plan))
                 .flatten()
                 .map(|portion| portion.within(counts_hz));
             let low_hz = here
@@ -92,10 +91,10 @@ pub fn validate(
             let counted = judged.counted();
             let first = ((low_hz * judged.seconds()).floor() as usize).max(counted.start);
             let last = ((high_hz * judged.seconds()).ceil() as usize)
-                .max(first + ENOUGH_BINS)
+                .max(first + plan.least_bins)
                 .min(counted.end);
             let first = first
-                .min(last.saturating_sub(ENOUGH_BINS))
+                .min(last.saturating_sub(plan.least_bins))
                 .max(counted.start);
             let figures = |values: &[f64]| Figures {
                 normalised_power_all: power(

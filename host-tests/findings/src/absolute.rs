@@ -1,28 +1,11 @@
 //! Absolute test of a residual: a fitted noise level explains any residual, so the residual counts as noise only if its
 //! level is within an instrument's bounds and does not depend on the motion.
 
+use rlg_plan::InstrumentNoisePlan;
+
 use crate::numbers::number;
 use crate::result::{Diagnosis, NoiseEntry, Verdict};
 use crate::sentences::opening;
-
-/// Upper bounds of instrument noise.
-#[derive(Debug, Clone, Copy)]
-pub struct NoiseBounds {
-    /// Angle random walk of a gyro \[rad/√s\]: 10 °/√h. A phone's gyro has a fiftieth, the poorest vibrating gyros a
-    /// third.
-    pub most_walk_rad_sqrt_s: f64,
-    /// White noise of an angle or attitude, gyro and reference together \[rad\]: 6°, three times that of a compass.
-    pub most_angle_rad: f64,
-}
-
-impl Default for NoiseBounds {
-    fn default() -> Self {
-        Self {
-            most_walk_rad_sqrt_s: 2.9e-3,
-            most_angle_rad: 0.1,
-        }
-    }
-}
 
 /// Performance grade of gyros by angle random walk \[rad/√s\]. Typical values are < 0.002 °/√h (navigation), 0.02 to 0.05
 /// (tactical) and several (commercial): El-Sheimy and Youssef, Satellite Navigation 1, 2020, Table 1. Limits are the
@@ -74,7 +57,7 @@ impl NoiseEntry {
 
 impl Diagnosis {
     /// Compares the noise with that of instruments, and reports noise beyond the bounds as unexplained residual.
-    pub fn judge_noise(&mut self, bounds: &NoiseBounds) {
+    pub fn judge_noise(&mut self, bounds: &InstrumentNoisePlan) {
         self.summary.extend(beside_instruments(&self.noise));
         let said: Vec<String> = self
             .noise
@@ -102,7 +85,7 @@ impl Diagnosis {
 }
 
 /// Returns the reason if the noise of a channel exceeds the bounds.
-fn beyond(noise: &NoiseEntry, bounds: &NoiseBounds) -> Option<String> {
+fn beyond(noise: &NoiseEntry, bounds: &InstrumentNoisePlan) -> Option<String> {
     let walk = noise.angle_random_walk_rad_sqrt_s;
     let angle = noise.angle_noise_rad;
     let what = if walk > bounds.most_walk_rad_sqrt_s {

@@ -5,17 +5,9 @@ use std::collections::BTreeMap;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 
 use rlg_model::catalogue::SIX;
+use rlg_plan::CombinationPlan;
 
 use crate::result::Identifiable;
-
-/// Correlation of a gyro's two coefficients below which only their combination is estimable.
-const TOGETHER: f64 = -0.5;
-
-/// Ratio of posterior to prior standard deviation from which on the recording adds no information on a parameter.
-const UNKNOWN: f64 = 0.5;
-
-/// Standard deviations by which a pair's difference must exceed zero to be reported in addition to its sum.
-const APART: f64 = 3.0;
 
 /// Parameter of an effect.
 #[derive(Debug, Clone)]
@@ -46,7 +38,11 @@ impl Number {
 ///
 /// # Inputs
 /// `covariance`: posterior covariance of the parameters.
-pub fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
+pub fn identifiable(
+    numbers: &[Number],
+    covariance: &DMatrix<f64>,
+    plan: &CombinationPlan,
+) -> Vec<Identifiable> {
     let count = numbers.len();
     let has_pairs =
         count >= SIX.len() && numbers.iter().zip(SIX).all(|(one, name)| one.name == *name);
@@ -56,7 +52,7 @@ pub fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identi
     while k < count {
         let is_pair = has_pairs && k < SIX.len() && k % 2 == 0;
         let deviations = || (covariance[(k, k)] * covariance[(k + 1, k + 1)]).sqrt();
-        let together = is_pair && covariance[(k, k + 1)] < TOGETHER * deviations();
+        let together = is_pair && covariance[(k, k + 1)] < -plan.anticorrelation * deviations();
         let places: Vec<usize> = (k..k + 1 + usize::from(together)).collect();
         k += places.len();
         let weights: Vec<(usize, f64)> = places.iter().map(|place| (*place, 1.0)).collect();
@@ -64,18 +60,18 @@ pub fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identi
         let prior = weights
             .iter()
             .map(|(place, _)| numbers[*place].prior_std.powi(2));
-        if one.std < UNKNOWN * prior.sum::<f64>().sqrt() {
+        if one.std < plan.unknown * prior.sum::<f64>().sqrt() {
             all.push(one);
             if let [first, second] = places[..] {
                 let apart = combination(numbers, covariance, &[(first, 1.0), (second, -1.0)]);
-                all.extend((apart.value.abs() > APART * apart.std).then_some(apart));
+                all.extend((apart.value.abs() > plan.apart * apart.std).then_some(apart));
             }
         } else {
             unknown.extend(places);
         }
     }
     if !unknown.is_empty() {
-        all.extend(known_together(numbers, covariance, &unknown));
+        all.extend(known_together(numbers, covariance, &unknown, plan));
     }
     all
 }
@@ -184,6 +180,7 @@ fn known_together(
     numbers: &[Number],
     covariance: &DMatrix<f64>,
     unknown: &[usize],
+    plan: &CombinationPlan,
 ) -> Vec<Identifiable> {
     let prior = |k: usize| numbers[unknown[k]].prior_std;
     let by_prior = DMatrix::from_fn(unknown.len(), unknown.len(), |a, b| {
@@ -191,7 +188,7 @@ fn known_together(
     });
     let eigen = SymmetricEigen::new(by_prior);
     let mut known: Vec<usize> = (0..unknown.len())
-        .filter(|k| eigen.eigenvalues[*k] < UNKNOWN * UNKNOWN)
+        .filter(|k| eigen.eigenvalues[*k] < plan.unknown * plan.unknown)
         .collect();
     known.sort_by(|a, b| eigen.eigenvalues[*a].total_cmp(&eigen.eigenvalues[*b]));
     let of_direction = |direction: usize| {
@@ -233,8 +230,14 @@ fn combination(
 #[cfg(test)]
 mod tests {
     use nalgebra::{DMatrix, DVector};
+    use rlg_plan::CombinationPlan;
 
-    use super::{Number, SIX, identifiable, written};
+    use super::{Number, SIX, written};
+    use crate::result::Identifiable;
+
+    fn identifiable(numbers: &[Number], covariance: &DMatrix<f64>) -> Vec<Identifiable> {
+        super::identifiable(numbers, covariance, &CombinationPlan::default())
+    }
 
     fn numbers(values: &[f64], prior_std: f64) -> Vec<Number> {
         let of = |(k, value): (usize, &f64)| Number {

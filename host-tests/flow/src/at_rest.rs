@@ -19,7 +19,7 @@ pub(super) fn diagnose(
 ) -> Result<Option<Outcome>, InputError> {
     let faults = qualify::qualify(streams, &settings.plan.signal.faults);
     if !faults.is_empty() {
-        streams.stand_still_again(model);
+        streams.stand_still_again(model, &settings.plan.signal.align);
     }
     let is_news =
         |fault: &&rlg_signal::fault::Fault| !qualify::is_known(fault, streams, &model.effects);

@@ -33,9 +33,7 @@ pub(super) fn diagnose(
         recording,
         model,
         &settings.plan.signal.lost_rows,
-        |recording, model| {
-            rlg_attitude::beside_gyros(recording, model, &settings.plan.attitude.rows)
-        },
+        |recording, model| rlg_attitude::beside_gyros(recording, model, &settings.plan),
     )?;
     let diagnosed = rlg_attitude::diagnose(settings, &whole.recording, of, progress)?;
     let Some(Diagnosed {

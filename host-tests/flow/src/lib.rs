@@ -36,7 +36,6 @@ use std::path::Path;
 use rlg_diagnosis::put_right::Stopped;
 use rlg_diagnosis::read_by_gyros::read_by_gyros;
 use rlg_diagnosis::{data_words, put_right};
-use rlg_findings::absolute::NoiseBounds;
 use rlg_force::Part;
 use rlg_model::Model;
 use rlg_recording::Recording;
@@ -95,13 +94,15 @@ pub fn diagnose_under(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     let of = (model, model_file);
-    if stands_in_positions(recording, &settings.plan.force.positions) {
+    if stands_in_positions(recording, &settings.plan) {
         rlg_diagnosis::data::is_predictable(model, model_file)?;
         return rlg_force::positions::diagnose(settings, recording, model, progress);
     }
     if is_slow(recording, model) {
         let mut outcome = attitudes::diagnose(settings, recording, of, progress)?;
-        outcome.diagnosis.judge_noise(&NoiseBounds::default());
+        outcome
+            .diagnosis
+            .judge_noise(&settings.plan.findings.instruments);
         return Ok(outcome);
     }
     progress("aligning the channels");
@@ -136,8 +137,10 @@ pub fn align(
     recording: &Recording,
     model: &Model,
 ) -> Result<Aligned, InputError> {
-    let plan = &settings.plan.signal.lost_rows;
-    let whole = lost_rows::put_back(recording, model, plan, Streams::align)?;
+    let plan = &settings.plan.signal;
+    let whole = lost_rows::put_back(recording, model, &plan.lost_rows, |recording, model| {
+        Streams::align(recording, model, &plan.align)
+    })?;
     Ok(Aligned {
         streams: whole.streams,
         restored: whole.said,
@@ -189,7 +192,9 @@ pub fn diagnose_streams(
     if let Some(put_right) = put_right {
         put_right.report(&mut outcome);
     }
-    outcome.diagnosis.judge_noise(&NoiseBounds::default());
+    outcome
+        .diagnosis
+        .judge_noise(&settings.plan.findings.instruments);
     Ok(outcome)
 }
 

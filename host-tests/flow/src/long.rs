@@ -6,7 +6,6 @@ use std::path::Path;
 use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::long::{self, Long};
 use rlg_diagnosis::search::Found;
-use rlg_findings::absolute::NoiseBounds;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;
 use rlg_model::{Model, MotionSource};
@@ -80,7 +79,7 @@ impl<'a> LongRecording<'a> {
         let at_s = |row: usize| start_s + row as f64 / rate_hz;
         let read = |rows: Range<usize>| {
             let recording = Recording::read_between(self.folder, at_s(rows.start), at_s(rows.end))?;
-            Streams::align(&recording, model)
+            Streams::align(&recording, model, &settings.plan.signal.align)
         };
         let long = Long {
             name: name.clone(),
@@ -103,7 +102,9 @@ impl<'a> LongRecording<'a> {
             read_by_gyros: None,
         });
         accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
-        outcome.diagnosis.judge_noise(&NoiseBounds::default());
+        outcome
+            .diagnosis
+            .judge_noise(&settings.plan.findings.instruments);
         Ok(outcome)
     }
 }

@@ -6,7 +6,6 @@ use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::put_right::put_right;
 use rlg_diagnosis::search::Found;
 use rlg_diagnosis::{data_words, several};
-use rlg_findings::absolute::NoiseBounds;
 use rlg_findings::result::ParameterEntry;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;
@@ -73,7 +72,9 @@ pub fn diagnose_together(
         read_by_gyros: None,
     });
     accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
-    outcome.diagnosis.judge_noise(&NoiseBounds::default());
+    outcome
+        .diagnosis
+        .judge_noise(&settings.plan.findings.instruments);
     let named = names.iter().zip(restored).flat_map(|(name, sentences)| {
         let of_this = sentences.into_iter();
         of_this.map(move |sentence| format!("{name}: {sentence}"))

@@ -3,6 +3,7 @@
 
 use rlg_findings::result::UNLISTED;
 use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
+use rlg_plan::OddsPlan;
 
 use crate::column::Column;
 use crate::kinds::{DELAY, KINDS, Kind, Law, REFERENCE_KINDS, columns};
@@ -66,11 +67,6 @@ impl Columns for PoolColumns<'_> {
     }
 }
 
-/// Log-prior factors of the variants and prior odds of everyday errors, as in the gyros' catalogue (rlg-catalogue).
-pub(crate) const ONE_AXIS: f64 = rlg_catalogue::candidates::ONE_AXIS;
-pub(crate) const SHARED: f64 = rlg_catalogue::candidates::SHARED;
-pub(crate) const EVERYDAY: f64 = 1.0 / 3.0;
-
 /// Columns with factors for a parameter of `size` on accelerometer `axis`, exact in the size also for a delay (nonlinear).
 pub fn terms_of(kind: &Kind, name: &str, axis: usize, size: f64) -> Vec<(Column, f64)> {
     if kind.kind == DELAY {
@@ -105,6 +101,7 @@ impl Pool {
         made_of: &Prediction,
         delay_s: [f64; 3],
         (left_out, open): (&[&str], &[&str]),
+        odds: &OddsPlan,
     ) -> Vec<Candidate> {
         let of_reference = REFERENCE_KINDS.iter();
         let sought: Vec<&Kind> = KINDS
@@ -114,8 +111,10 @@ impl Pool {
             .collect();
         let mut found: Vec<Candidate> = Vec::new();
         for kind in &sought {
-            for (variant, places) in variants(kind) {
-                found.push(self.of_kind(kind, (variant, places), made_of, delay_s));
+            let everyday = if kind.everyday { odds.everyday } else { 1.0 };
+            for (variant, places) in variants(kind, odds) {
+                let price = (places * everyday).ln();
+                found.push(self.of_kind(kind, (variant, price), made_of, delay_s));
             }
         }
         if !left_out.contains(&UNLISTED) {
@@ -127,7 +126,7 @@ impl Pool {
     fn of_kind(
         &mut self,
         kind: &Kind,
-        (variant, places): (Variant, f64),
+        (variant, price): (Variant, f64),
         made_of: &Prediction,
         delay_s: [f64; 3],
     ) -> Candidate {
@@ -165,7 +164,6 @@ impl Pool {
                 }
             }
         }
-        let everyday = if kind.everyday { EVERYDAY } else { 1.0 };
         let bound = Bound {
             std: kind.largest,
             ..Bound::NONE
@@ -179,7 +177,7 @@ impl Pool {
                 fixed,
                 requires: None,
                 bounds: vec![bound; names.len()],
-                price: (places * everyday).ln(),
+                price,
             },
             names,
         }
@@ -227,16 +225,16 @@ impl Pool {
 }
 
 /// Variants of a kind that are tested, with the log prior of each.
-fn variants(kind: &Kind) -> Vec<(Variant, f64)> {
+fn variants(kind: &Kind, odds: &OddsPlan) -> Vec<(Variant, f64)> {
     // An error of the reference has one variant, for all axes together.
     if matches!(kind.law, Law::Body | Law::All) {
         return vec![(Variant::Whole, 1.0)];
     }
-    let mut all = vec![(Variant::Whole, SHARED)];
-    all.extend((0..3).map(|axis| (Variant::Axis(axis), ONE_AXIS)));
+    let mut all = vec![(Variant::Whole, odds.shared)];
+    all.extend((0..3).map(|axis| (Variant::Axis(axis), odds.one_axis)));
     // Equal delays of three channels, and equal lever arms, have one cause.
     if kind.kind == DELAY || kind.law == Law::Arms {
-        all.push((Variant::Common, SHARED));
+        all.push((Variant::Common, odds.shared));
     }
     all
 }

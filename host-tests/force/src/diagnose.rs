@@ -1,6 +1,6 @@
 //! The flow of the accelerometers' diagnosis.
 
-use rlg_plan::Plan;
+use rlg_plan::{AlignPlan, Plan};
 use std::ops::Range;
 
 use rlg_diagnosis::noise_levels::first_levels;
@@ -145,7 +145,7 @@ pub fn diagnose(
         confirmed,
         carried_s: parts
             .iter()
-            .filter_map(|part| carried_s(part, parts.len()))
+            .filter_map(|part| carried_s(part, parts.len(), &plan.signal.align))
             .collect(),
         plan: asked.plan,
         left_out: asked.left_out.iter().map(ToString::to_string).collect(),
@@ -156,9 +156,9 @@ pub fn diagnose(
 }
 
 /// Span of a recording with a known attitude \[s\], if not all of it.
-fn carried_s(part: &Part, of: usize) -> Option<(Option<String>, [f64; 2])> {
+fn carried_s(part: &Part, of: usize, plan: &AlignPlan) -> Option<(Option<String>, [f64; 2])> {
     let streams = part.streams;
-    let carried = streams.longest_carried();
+    let carried = streams.longest_carried(plan);
     let name = (of > 1).then(|| streams.piece.recording.clone());
     let span_s = [carried.start, carried.end].map(|row| streams.begin_s(row));
     (carried.len() < streams.rows).then_some((name, span_s))
@@ -202,10 +202,10 @@ struct Own<'a> {
 }
 
 impl<'a> Own<'a> {
-    fn new(part: &'a Part<'a>) -> Result<Self, String> {
+    fn new(part: &'a Part<'a>, plan: &Plan) -> Result<Self, String> {
         let streams = part.streams;
         let mut rows = streams.accelerometers.clone()?;
-        rows.mask(streams);
+        rows.mask(streams, &plan.signal.align);
         let site: Site = streams
             .site
             .filter(|site| site.gravity_m_s2 > 0.0)
@@ -220,7 +220,7 @@ impl<'a> Own<'a> {
         Ok(Self {
             part,
             site,
-            regimes: regimes_of(&bare),
+            regimes: regimes_of(&bare, &plan.judgement.regimes),
             segments: segments.map(rows_of).collect(),
             rows,
         })
@@ -242,7 +242,7 @@ impl<'a> Own<'a> {
             streams.rate_hz,
             &own,
             &self.part.reference_noise,
-            &asked.plan.signal.gate,
+            (&asked.plan.signal.gate, &asked.plan.force),
         );
         Carried::new(&reference, &self.rows)
     }
@@ -271,7 +271,7 @@ fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
     let mut each = Vec::with_capacity(parts.len());
     for part in parts {
         let name = &part.streams.piece.recording;
-        let own = Own::new(part).map_err(|reason| match parts.len() {
+        let own = Own::new(part, plan).map_err(|reason| match parts.len() {
             1 => reason,
             _ => format!("{name}: {reason}"),
         });
@@ -361,7 +361,14 @@ fn settle_verticals(
         let residual = residual_m_s(made_of, model);
         let all = NoiseLevels::mean(&first_levels(&residual, &observations)).stationary();
         let sums = equations(made_of, &residual, &observations, &Pool::default(), all);
-        let fit = evaluate(&sums, &[], &[all; 3], &[Drift::None; 3], ONCE);
+        let fit = evaluate(
+            &sums,
+            &[],
+            &[all; 3],
+            &[Drift::None; 3],
+            ONCE,
+            &plan.inference.search,
+        );
         let (moves, stays) = verticals_of(&fit, &recordings, plan.force.settled);
         made_of.move_verticals(&moves);
         if stays {

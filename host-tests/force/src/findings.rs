@@ -20,6 +20,7 @@ use rlg_findings::sentences::{NEEDED_SNR, effect_lines, opening};
 use rlg_findings::updated_model::{say_choice, switch_on};
 use rlg_inference::{Columns, Drift};
 use rlg_model::{EffectValue, ModelEffect};
+use rlg_plan::ForcePlan;
 use rlg_signal::axes::{AXES, Triad, add};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -50,14 +51,12 @@ struct Shown {
 }
 
 /// True if the values of three accelerometers are equal within their uncertainty.
-pub(crate) fn are_equal(values: &[f64], covariance: &DMatrix<f64>) -> bool {
-    /// Standard deviations beyond which two values differ.
-    const SAME: f64 = 3.0;
+pub(crate) fn are_equal(values: &[f64], covariance: &DMatrix<f64>, plan: &ForcePlan) -> bool {
     values.len() == 3
         && (0..3).all(|a| {
             let b = (a + 1) % 3;
             let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
-            (values[a] - values[b]).abs() <= SAME * variance.max(0.0).sqrt()
+            (values[a] - values[b]).abs() <= plan.same_deviations * variance.max(0.0).sqrt()
         })
 }
 
@@ -160,9 +159,11 @@ impl Diagnosed {
         let noise: [Noise; 3] =
             [0, 1, 2].map(|axis: usize| reported(fit.levels[axis], rows, self.streams.rate_hz));
         let all_rows: Vec<_> = self.fitted.iter().chain(&self.tested).cloned().collect();
+        let judgement = &self.plan.judgement;
         let of = |residual: &Triad, rows: &[std::ops::Range<usize>]| {
-            let tiles = locate::tiles(&self.streams, residual, &noise, &self.regimes, rows);
-            locate::join(&tiles, &self.regimes, rows)
+            let plan = &judgement.tiles;
+            let tiles = locate::tiles(&self.streams, residual, &noise, &self.regimes, rows, plan);
+            locate::join(&tiles, &self.regimes, rows, plan)
         };
         let mut locations = of(&before, &all_rows);
         for location in &mut locations {
@@ -186,6 +187,7 @@ impl Diagnosed {
             (&self.tested, [0.0, f64::INFINITY]),
             &locations,
             self.streams.rate_hz,
+            &judgement.held_out,
         );
         for one in &mut validations {
             let variance = self.vertical_variance(one.axis);
@@ -237,7 +239,8 @@ impl Diagnosed {
     fn written(&self, place: usize) -> (Vec<String>, Written, DMatrix<f64>) {
         let (names, values, covariance) = self.numbers(place);
         let known = self.known(place, &names, &values);
-        let written = written(&known, &identifiable(&known, &covariance));
+        let combinations = &self.plan.findings.combinations;
+        let written = written(&known, &identifiable(&known, &covariance, combinations));
         (names, written, covariance)
     }
 
@@ -347,7 +350,7 @@ impl Diagnosed {
             covariance: (0..values.len())
                 .map(|a| (0..values.len()).map(|b| covariance[(a, b)]).collect())
                 .collect(),
-            identifiable: identifiable(&known, &covariance),
+            identifiable: identifiable(&known, &covariance, &self.plan.findings.combinations),
             log_evidence_gain: judged.cost_without,
             p_value: (tail * one.hypothesis.price.exp().max(1.0)).min(1.0),
             what_was_left_out,
@@ -407,7 +410,7 @@ impl Diagnosed {
                 column.text()
             );
         };
-        let is_equal = are_equal(values, covariance);
+        let is_equal = are_equal(values, covariance, &self.plan.force);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
                 " All three are the same within their spread: a wrong gravity of the site would look like this too."
@@ -510,7 +513,8 @@ impl Diagnosed {
             ));
         }
         for one in &shown.validations {
-            let falls = one.after.drift_rad_s.abs() < 0.99 * one.before.drift_rad_s.abs();
+            let falls = one.after.drift_rad_s.abs()
+                < self.plan.force.improved * one.before.drift_rad_s.abs();
             if falls && drift_chance(&one.before) < self.plan.judgement.unexplained {
                 lines.push(format!(
                     "Proof: on held-out time the mean error of accelerometer {} falls from {:.2} to {:.2} ± {:.2} µg.",
@@ -610,6 +614,7 @@ impl Diagnosed {
             &self.confirmed.fit.levels,
             &self.confirmed.fit.drift,
             rlg_inference::evaluate::Effort::QUICK,
+            &self.plan.inference.search,
         );
         let stds = (0..one.hypothesis.parameters).map(|k| fit.covariance[(k, k)].sqrt());
         kind.typical / stds.fold(f64::INFINITY, f64::min)

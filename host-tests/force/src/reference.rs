@@ -5,7 +5,7 @@ use rlg_catalogue::signals::AXES;
 use rlg_diagnosis::case_motion::Motion;
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_model::{Model, ModelEffect};
-use rlg_plan::GatePlan;
+use rlg_plan::{ForcePlan, GatePlan};
 use rlg_signal::axes::{Triad, each_axis};
 use rlg_signal::derivatives::Spectrum;
 use rlg_signal::shrinkage::{Powers, shrink};
@@ -62,7 +62,7 @@ impl Reference {
         rate_hz: f64,
         effects: &[ModelEffect],
         noise: &ReferenceNoise,
-        gate: &GatePlan,
+        (gate, plan): (&GatePlan, &ForcePlan),
     ) -> Self {
         let mut case_rad = read_rad.clone();
         for effect in effects {
@@ -84,7 +84,7 @@ impl Reference {
             shrink(&case_rad[axis], &powers, &seen, rate_hz, gate).values
         });
         Self {
-            edge_hz: edge_hz(&moving_rad, rate_hz),
+            edge_hz: edge_hz(&moving_rad, rate_hz, plan),
             rate_hz,
             case_rad,
             moving_rad,
@@ -93,9 +93,7 @@ impl Reference {
 }
 
 /// Frequency above which the motion has a negligible share of its power \[Hz\].
-fn edge_hz(moving_rad: &Triad, rate_hz: f64) -> f64 {
-    /// Share of the power that may lie above: 1e-5 of the motion's angle.
-    const BEYOND: f64 = 1e-10;
+fn edge_hz(moving_rad: &Triad, rate_hz: f64, plan: &ForcePlan) -> f64 {
     let rows = moving_rad[0].len();
     let dct = Dct::new(rows);
     let mut power = vec![0.0; rows];
@@ -110,7 +108,7 @@ fn edge_hz(moving_rad: &Triad, rate_hz: f64) -> f64 {
     let mut beyond = 0.0;
     let last = (0..rows).rev().find(|&k| {
         beyond += power[k];
-        beyond > BEYOND * total
+        beyond > plan.beyond_edge * total
     });
     0.5 * rate_hz * last.unwrap_or(0) as f64 / rows as f64
 }
@@ -165,7 +163,7 @@ fn undo_wave(values: &mut [f64], effect: &ModelEffect) {
 
 #[cfg(test)]
 mod tests {
-    use rlg_plan::GatePlan;
+    use rlg_plan::{ForcePlan, GatePlan};
     use std::collections::BTreeMap;
 
     use rlg_inference::NoiseLevels;
@@ -203,7 +201,8 @@ mod tests {
             white: 1e-20,
             ..NoiseLevels::default()
         }; 3];
-        let reference = Reference::new(&read, 100.0, &[effect], &noise, &GatePlan::default());
+        let plan = (&GatePlan::default(), &ForcePlan::default());
+        let reference = Reference::new(&read, 100.0, &[effect], &noise, plan);
         for (found, case) in reference.case_rad.iter().zip(&case) {
             for (found, case) in found.iter().zip(case) {
                 let off = found - case;

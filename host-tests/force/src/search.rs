@@ -118,7 +118,8 @@ pub fn find(
         pass += 1;
         let residual_m_s = residual_m_s(made_of, model);
         let mut pool = Pool::default();
-        let mut candidates = pool.candidates(made_of, delay_s, (left_out, open));
+        let mut candidates =
+            pool.candidates(made_of, delay_s, (left_out, open), &plan.catalogue.odds);
         let mean = NoiseLevels::mean(&levels);
         let sums = equations(made_of, &residual_m_s, observations, &pool, mean);
         candidates.retain(|one| {

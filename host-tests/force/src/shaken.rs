@@ -7,7 +7,7 @@
 use rlg_plan::Plan;
 use std::ops::Range;
 
-use rlg_diagnosis::locate::BAND_EDGES_HZ;
+use rlg_diagnosis::locate::band_edges_hz;
 use rlg_diagnosis::noise_levels::first_levels;
 use rlg_diagnosis::regimes::{Regime, intersect};
 use rlg_findings::result::UNLISTED;
@@ -89,7 +89,8 @@ fn of_regime(
         step += 1;
         let mut pool = Pool::default();
         let without_expressions = [left_out, &[UNLISTED]].concat();
-        let mut all = pool.candidates(made_of, delay_s, (&without_expressions, open));
+        let odds = &plan.catalogue.odds;
+        let mut all = pool.candidates(made_of, delay_s, (&without_expressions, open), odds);
         all.retain(|one| one.variant == Variant::Whole);
         let sums = equations(
             made_of,
@@ -99,14 +100,21 @@ fn of_regime(
             NoiseLevels::mean(&levels),
         );
         let set: Vec<&Hypothesis> = all.iter().map(|one| &one.hypothesis).collect();
-        let fit = evaluate(&sums, &set, &levels, &[Drift::None; 3], Effort::FULL);
+        let fit = evaluate(
+            &sums,
+            &set,
+            &levels,
+            &[Drift::None; 3],
+            Effort::FULL,
+            &plan.inference.search,
+        );
         delay_s = delays_of(&all, &fit, plan.force.settled);
         if step < STEPS {
             continue;
         }
         let power = residual_power(&sums, &set, &fit);
         let bins = sums.basis.frequency.iter().zip(&sums.basis.counts);
-        let in_band: Vec<Vec<usize>> = BAND_EDGES_HZ
+        let in_band: Vec<Vec<usize>> = band_edges_hz(&plan.judgement.tiles)
             .windows(2)
             .map(|edges| {
                 let bins = bins.clone().enumerate().filter(|(_, (share, _))| {

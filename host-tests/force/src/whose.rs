@@ -12,7 +12,7 @@ use rlg_findings::combinations::{Number, identifiable};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, Model, ModelEffect};
-use rlg_plan::Plan;
+use rlg_plan::{CombinationPlan, Plan};
 use rlg_signal::axes::AXES;
 
 use crate::diagnose::{Asked, Diagnosed, Part, diagnose};
@@ -130,9 +130,11 @@ pub fn beside(
         // The gyros' evidence is already in the class, so only gravity's counts here.
         let told_by = best_where(*is_reference) - best_where(!is_reference);
         let is_told = told_by > asked.plan.judgement.class_within;
-        attribute(outcome, asked.model, one, (*is_reference, is_told));
+        let combinations = &asked.plan.findings.combinations;
+        let sides = (*is_reference, is_told);
+        attribute(outcome, asked.model, one, sides, combinations);
         if !is_reference {
-            share_with(outcome, one, &force);
+            share_with(outcome, one, &force, combinations);
         }
     }
     force.add_to(outcome);
@@ -306,6 +308,7 @@ fn write(
     (kind, unit): (&str, &str),
     names: &[String],
     (values, covariance): (&DVector<f64>, &DMatrix<f64>),
+    plan: &CombinationPlan,
 ) {
     let count = names.len();
     entry.kind = kind.to_string();
@@ -322,7 +325,7 @@ fn write(
         .collect();
     let numbers = names.iter().zip(values);
     let numbers = numbers.map(|(name, value)| Number::free(name, *value));
-    entry.identifiable = identifiable(&numbers.collect::<Vec<_>>(), covariance);
+    entry.identifiable = identifiable(&numbers.collect::<Vec<_>>(), covariance, plan);
 }
 
 /// Names an entry after the alternative with the larger joint likelihood.
@@ -331,6 +334,7 @@ fn attribute(
     model: &Model,
     one: &Difference,
     (is_reference, is_told): (bool, bool),
+    plan: &CombinationPlan,
 ) {
     let pair = one.pair;
     let (side, other) = match is_reference {
@@ -349,7 +353,7 @@ fn attribute(
         let unit = kinds::find(pair.reference).map_or("1", |kind| kind.unit);
         let card = rlg_catalogue::entries::card(side);
         restore(&mut outcome.model, model, &entry.kind);
-        write(entry, (side, unit), &names, (&values, &covariance));
+        write(entry, (side, unit), &names, (&values, &covariance), plan);
         if let Some(card) = card {
             entry.equation = card.equation.to_string();
             entry.what_was_left_out = card.meaning.to_string();
@@ -375,7 +379,7 @@ fn restore(updated: &mut Model, model: &Model, kind: &str) {
 }
 
 /// Splits a difference if the accelerometers show a reference error: the gyros' error is the remainder.
-fn share_with(outcome: &mut Outcome, one: &Difference, force: &Diagnosed) {
+fn share_with(outcome: &mut Outcome, one: &Difference, force: &Diagnosed, plan: &CombinationPlan) {
     let pair = one.pair;
     let Some((values, covariance)) = force.reference_error(pair.reference) else {
         return;
@@ -395,6 +399,7 @@ fn share_with(outcome: &mut Outcome, one: &Difference, force: &Diagnosed) {
         (pair.gyro, unit),
         &names,
         (&(own + &more), &(certainty + spread)),
+        plan,
     );
     entry
         .indistinguishable_from

@@ -7,6 +7,7 @@
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
+use rlg_plan::SearchPlan;
 
 use crate::assembled::{Assembled, binned};
 use crate::hypothesis::Hypothesis;
@@ -73,9 +74,6 @@ impl Fit {
         !self.is_redundant && self.impossible.is_empty()
     }
 }
-
-/// Largest excess of an estimate over its possible range attributed to chance, in standard deviations.
-pub const BY_CHANCE: f64 = 3.0;
 
 /// Limits of the iterations of an evaluation.
 #[derive(Debug, Clone, Copy)]
@@ -163,9 +161,10 @@ pub fn evaluate(
     start: &[NoiseLevels],
     drift: &[Drift],
     effort: Effort,
+    plan: &SearchPlan,
 ) -> Fit {
     let assembled = Assembled::new(data, set);
-    evaluate_assembled(data, (set, &assembled), start, drift, effort)
+    evaluate_assembled(data, (set, &assembled), start, drift, effort, plan)
 }
 
 /// Fits a set that is assembled already.
@@ -175,6 +174,7 @@ pub(crate) fn evaluate_assembled(
     start: &[NoiseLevels],
     drift: &[Drift],
     effort: Effort,
+    plan: &SearchPlan,
 ) -> Fit {
     count_evaluation();
     let mut levels: Vec<NoiseLevels> = start
@@ -254,6 +254,7 @@ pub(crate) fn evaluate_assembled(
                 estimate,
                 ranks: priors.iter().map(|prior| prior.rank).collect(),
                 log_likelihood,
+                by_chance: plan.by_chance,
             });
         }
         last = log_likelihood;
@@ -328,6 +329,8 @@ struct Finished<'a> {
     estimate: DVector<f64>,
     ranks: Vec<usize>,
     log_likelihood: f64,
+    /// Excess over a possible range attributed to chance \[σ\].
+    by_chance: f64,
 }
 
 fn finish(
@@ -342,6 +345,7 @@ fn finish(
         estimate,
         ranks,
         log_likelihood,
+        by_chance,
     }: Finished,
 ) -> Fit {
     let scale = &assembled.scale;
@@ -358,7 +362,7 @@ fn finish(
         block.clone().enumerate().any(|(parameter, k)| {
             let std = covariance[(k, k)].max(0.0).sqrt() * scale[k];
             let bound = one.bound(parameter);
-            bound.excludes(estimate[k] * scale[k], std, BY_CHANCE)
+            bound.excludes(estimate[k] * scale[k], std, by_chance)
         })
     };
     let impossible = (0..set.len())

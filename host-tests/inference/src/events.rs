@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
+use rlg_plan::EventPlan;
 
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::normal_equations::Transform;
@@ -39,9 +40,6 @@ pub struct Event {
 /// Number of rows at which the information of a step is computed; between them it is interpolated.
 const STEP_PLACES: usize = 48;
 
-/// Rows at either end of a span excluded from the scan for impulses.
-const END_ROWS: usize = 4;
-
 /// Scans the first span of a transform.
 ///
 /// # Inputs
@@ -51,25 +49,31 @@ pub fn scan(
     basis: &NoiseBasis,
     residual: &[f64],
     levels: NoiseLevels,
+    plan: &EventPlan,
 ) -> Vec<Event> {
     let (score, powers) = impulse_scores(transform, basis, residual, levels);
     let span = &transform.observations().spans[0];
-    let mut events = Vec::from_iter(impulse(transform, &score, &powers));
+    let mut events = Vec::from_iter(impulse(transform, &score, &powers, plan));
     let binned = basis.binned(levels);
     let from_row = sums_from(&score[span.rows.clone()]);
     let start = span.rows.start;
-    events.extend(step(&from_row, basis, &binned).map(|event| event.later_by(start)));
-    events.extend(window(&from_row, basis, &binned).map(|event| event.later_by(start)));
+    events.extend(step(&from_row, basis, &binned, plan).map(|event| event.later_by(start)));
+    events.extend(window(&from_row, basis, &binned, plan).map(|event| event.later_by(start)));
     events
 }
 
 /// The strongest impulse in the first span.
-fn impulse(transform: &Transform, score: &[f64], powers: &[f64]) -> Option<Event> {
+fn impulse(
+    transform: &Transform,
+    score: &[f64],
+    powers: &[f64],
+    plan: &EventPlan,
+) -> Option<Event> {
     let span = &transform.observations().spans[0];
     let is_seen = |row: usize| !span.gaps.iter().any(|gap| gap.contains(&row));
     let rows = span.rows.len() as f64;
     let information = powers.iter().map(|power| 1.0 / power).sum::<f64>() / rows;
-    let inner = span.rows.start + END_ROWS..span.rows.end.saturating_sub(END_ROWS);
+    let inner = span.rows.start + plan.end_rows..span.rows.end.saturating_sub(plan.end_rows);
     let row = inner
         .filter(|&row| is_seen(row))
         .max_by(|&a, &b| score[a].abs().total_cmp(&score[b].abs()))?;
@@ -93,13 +97,14 @@ pub fn impulses(
     residual: &[f64],
     levels: NoiseLevels,
     (least, most): (f64, usize),
+    plan: &EventPlan,
 ) -> Vec<Event> {
     let powers = basis.by_coefficient(levels);
     let mut left = residual.to_vec();
     let mut found = Vec::new();
     while found.len() < most {
         let score = scores_under(transform, &left, &powers);
-        let next = impulse(transform, &score, &powers).filter(|one| one.size.abs() > least);
+        let next = impulse(transform, &score, &powers, plan).filter(|one| one.size.abs() > least);
         let Some(next) = next else { break };
         let mut column = vec![0.0; transform.observations().record_rows];
         column[next.row] = next.size * next.std;
@@ -154,6 +159,7 @@ pub fn largest_impulse(
     basis: &NoiseBasis,
     residual: &[f64],
     levels: NoiseLevels,
+    plan: &EventPlan,
 ) -> f64 {
     let (score, powers) = impulse_scores(transform, basis, residual, levels);
     let mut first = 0;
@@ -164,7 +170,8 @@ pub fn largest_impulse(
             let of_span = &powers[first..first + rows];
             first += rows;
             let information = of_span.iter().map(|power| 1.0 / power).sum::<f64>() / rows as f64;
-            let inner = span.rows.start + END_ROWS..span.rows.end.saturating_sub(END_ROWS);
+            let inner =
+                span.rows.start + plan.end_rows..span.rows.end.saturating_sub(plan.end_rows);
             let largest = inner.map(|row| score[row].abs()).fold(0.0, f64::max);
             largest / information.sqrt()
         })
@@ -202,9 +209,9 @@ fn step_information(basis: &NoiseBasis, powers: &[f64], rows: usize, place: usiz
 ///
 /// # Inputs
 /// `from_row`: sums of the score; `powers`: noise of every bin.
-fn step(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event> {
+fn step(from_row: &[f64], basis: &NoiseBasis, powers: &[f64], plan: &EventPlan) -> Option<Event> {
     let rows = from_row.len() - 1;
-    let margin = (rows / 100).max(8);
+    let margin = (rows / plan.step_end_one_in).max(plan.step_end_rows);
     if rows < 4 * margin {
         return None;
     }
@@ -263,7 +270,7 @@ fn window_information(basis: &NoiseBasis, powers: &[f64], rows: usize, length: u
 ///
 /// # Inputs
 /// `from_row`: sums of the score; `powers`: noise of every bin.
-fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event> {
+fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64], plan: &EventPlan) -> Option<Event> {
     /// Ratio of successive lengths, and places per length: an edge off by a sixteenth costs a thirtieth of the size.
     const RATIO: f64 = 1.15;
     const PLACES: usize = 8;
@@ -276,7 +283,7 @@ fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64]) -> Option<Event>
     let lengths = std::iter::successors(Some(2_usize), |length| {
         Some(((*length as f64 * RATIO) as usize).max(length + 1))
     });
-    let inner = END_ROWS..rows.saturating_sub(END_ROWS);
+    let inner = plan.end_rows..rows.saturating_sub(plan.end_rows);
     let lengths: Vec<usize> = lengths.take_while(|length| 2 * length <= rows).collect();
     let strongest = lengths.par_iter().filter_map(|&length| {
         let information = of_length(length);
@@ -467,6 +474,7 @@ mod tests {
     use super::{EventKind, Instant, impulses, scan};
     use crate::normal_equations::Transform;
     use crate::{NoiseBasis, NoiseLevels, Observations};
+    use rlg_plan::EventPlan;
 
     const ROWS: usize = 2000;
 
@@ -486,7 +494,13 @@ mod tests {
         let rows = ROWS;
         let (transform, basis, levels) = white();
         let found = |record: &[f64], kind| {
-            let events = scan(&transform, &basis, &transform.spectrum(record), levels);
+            let events = scan(
+                &transform,
+                &basis,
+                &transform.spectrum(record),
+                levels,
+                &EventPlan::default(),
+            );
             *events
                 .iter()
                 .find(|event| event.kind == kind)
@@ -519,13 +533,14 @@ mod tests {
         let truth = [(1500, 30.0), (300, -24.0), (301, 18.0)];
         truth.iter().for_each(|&(row, size)| record[row] = size);
         let spectrum = transform.spectrum(&record);
-        let found = impulses(&transform, &basis, &spectrum, levels, (5.0, 10));
+        let plan = EventPlan::default();
+        let found = impulses(&transform, &basis, &spectrum, levels, (5.0, 10), &plan);
         let found: Vec<(usize, f64)> = found
             .iter()
             .map(|one| (one.row, (one.size * one.std).round()))
             .collect();
         assert_eq!(found, truth);
-        let first = impulses(&transform, &basis, &spectrum, levels, (5.0, 1));
+        let first = impulses(&transform, &basis, &spectrum, levels, (5.0, 1), &plan);
         assert_eq!(first.len(), 1);
     }
 

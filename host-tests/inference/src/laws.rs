@@ -10,6 +10,7 @@
 use crate::evaluate::{Drift, Effort, evaluate};
 use crate::likelihood::{JointLikelihood, Likelihood};
 use crate::noise::NoiseLevels;
+use rlg_plan::SearchPlan;
 
 /// Relative rounding of a sum of products: columns are stored in single precision.
 const ROUNDING: f64 = 1e-5;
@@ -22,6 +23,7 @@ pub fn broken_laws<L: Likelihood>(
     likelihood: &L,
     columns: usize,
     levels: &[NoiseLevels],
+    plan: &SearchPlan,
 ) -> Vec<String> {
     let mut broken = groups(likelihood);
     for (record, &own) in levels.iter().enumerate() {
@@ -37,7 +39,7 @@ pub fn broken_laws<L: Likelihood>(
                 .map(|law| format!("record {record}: {law}")),
         );
     }
-    broken.extend(addition(likelihood, levels));
+    broken.extend(addition(likelihood, levels, plan));
     broken
 }
 
@@ -117,7 +119,11 @@ fn noise_fit(likelihood: &impl Likelihood, record: usize, levels: NoiseLevels) -
     }
 }
 
-fn addition<L: Likelihood>(likelihood: &L, levels: &[NoiseLevels]) -> Vec<String> {
+fn addition<L: Likelihood>(
+    likelihood: &L,
+    levels: &[NoiseLevels],
+    plan: &SearchPlan,
+) -> Vec<String> {
     let drifts = vec![Drift::None; 2 * levels.len()];
     let once = evaluate(
         likelihood,
@@ -125,6 +131,7 @@ fn addition<L: Likelihood>(likelihood: &L, levels: &[NoiseLevels]) -> Vec<String
         levels,
         &drifts[..levels.len()],
         Effort::FULL,
+        plan,
     );
     let joint = JointLikelihood::new(vec![likelihood; 2]);
     let twice = evaluate(
@@ -133,6 +140,7 @@ fn addition<L: Likelihood>(likelihood: &L, levels: &[NoiseLevels]) -> Vec<String
         &[levels, levels].concat(),
         &drifts,
         Effort::FULL,
+        plan,
     );
     let [once, twice] = [once, twice].map(|fit| fit.log_likelihood);
     match (twice - 2.0 * once).abs() > 4.0 * Effort::FULL.tolerance {

@@ -63,7 +63,7 @@ pub mod phase_course;
 pub mod line_fit;
 
 pub use dct::Dct;
-pub use evaluate::{BY_CHANCE, Drift, Fit};
+pub use evaluate::{Drift, Fit};
 pub use hypothesis::{Bound, Fixed, Hypothesis, Term};
 pub use information::Information;
 pub use likelihood::{JointLikelihood, Likelihood, ZeroLikelihood};

@@ -1,5 +1,7 @@
 //! The strongest spectral line of a residual, against the local noise power.
 
+use rlg_plan::LineScanPlan;
+
 /// A spectral line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
@@ -9,21 +11,17 @@ pub struct Line {
     pub ratio: f64,
 }
 
-/// Coefficients of a block for the median.
-const BLOCK: usize = 48;
-
 /// Finds the strongest line of a span.
 ///
 /// # Inputs
 /// `residual`: coefficients of the span, `rows` of them from the first on. A line between two coefficients appears in both,
 /// so pairs are summed. The fitted noise is not used: a line absorbed by a drift term is found as well.
-pub fn strongest(residual: &[f64], rows: usize) -> Option<Line> {
-    /// Lowest coefficient; below it a line is a few periods long, as drift.
-    const FIRST: usize = 6;
+pub fn strongest(residual: &[f64], rows: usize, plan: &LineScanPlan) -> Option<Line> {
+    let LineScanPlan { block: each, first } = *plan;
     let power: Vec<f64> = residual[..rows].iter().map(|c| c * c).collect();
     let pairs: Vec<f64> = power.windows(2).map(|pair| pair[0] + pair[1]).collect();
     let medians: Vec<f64> = pairs
-        .chunks(BLOCK)
+        .chunks(each)
         .map(|block| {
             let mut block = block.to_vec();
             let middle = block.len() / 2;
@@ -32,15 +30,15 @@ pub fn strongest(residual: &[f64], rows: usize) -> Option<Line> {
         .collect();
     // In a steep spectrum the larger of two neighbouring medians is used.
     let beside = |k: usize| {
-        let block = k / BLOCK;
-        let other = if k % BLOCK < BLOCK / 2 {
+        let block = k / each;
+        let other = if k % each < each / 2 {
             block.saturating_sub(1)
         } else {
             block + 1
         };
         medians[block].max(medians.get(other).copied().unwrap_or(0.0))
     };
-    let best = (FIRST..pairs.len())
+    let best = (first..pairs.len())
         .map(|k| (k, pairs[k] / beside(k)))
         .max_by(|a, b| a.1.total_cmp(&b.1))?;
     let near = best.0.saturating_sub(1)..(best.0 + 3).min(power.len());
@@ -59,6 +57,7 @@ mod tests {
     use crate::Dct;
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
+    use rlg_plan::LineScanPlan;
 
     #[test]
     fn a_line_in_noise_is_found_at_its_frequency() {
@@ -70,7 +69,7 @@ mod tests {
             .map(|row| noise[row] + 0.4 * (turn * row as f64 + 0.7).sin())
             .collect();
         Dct::new(rows).forward(&mut record);
-        let line = strongest(&record, rows).expect("rows enough");
+        let line = strongest(&record, rows, &LineScanPlan::default()).expect("rows enough");
         assert!((line.share - 0.0123).abs() < 0.5 / rows as f64, "{line:?}");
         assert!(line.ratio > 50.0, "{line:?}");
     }

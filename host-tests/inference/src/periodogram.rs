@@ -2,6 +2,7 @@
 
 use realfft::RealFftPlanner;
 use realfft::num_complex::Complex64;
+use rlg_plan::PeriodogramPlan;
 
 use crate::noise::{NoiseBasis, NoiseLevels};
 use crate::normal_equations::Transform;
@@ -69,6 +70,7 @@ pub struct Periodogram<'a> {
     padded: usize,
     /// Frequencies per resolution of the record.
     step: usize,
+    plan: &'a PeriodogramPlan,
 }
 
 /// The strongest line of several records.
@@ -80,23 +82,17 @@ pub struct Peak {
     pub ln_chance: f64,
 }
 
-/// Turns in the record below which a line is drift.
-const LEAST_TURNS: usize = 4;
-
-/// Gain below which a frequency is skipped.
-const LEAST_GAIN: f64 = 16.0;
-
 impl<'a> Periodogram<'a> {
     /// Transforms a weighted residual, with at least four frequencies a resolution.
-    pub fn new(weighed: &'a Weighed) -> Self {
+    pub fn new(weighed: &'a Weighed, plan: &'a PeriodogramPlan) -> Self {
         let rows = weighed.rows.len();
         let padded = (4 * rows).next_power_of_two();
         let mut values = weighed.rows.clone();
         values.resize(padded, 0.0);
         let mut spectrum = vec![Complex64::ZERO; padded / 2 + 1];
-        let plan = RealFftPlanner::new().plan_fft_forward(padded);
-        // The lengths are those of the plan.
-        let transformed = plan.process(&mut values, &mut spectrum);
+        let forward = RealFftPlanner::new().plan_fft_forward(padded);
+        // The lengths are those of the transform.
+        let transformed = forward.process(&mut values, &mut spectrum);
         debug_assert!(transformed.is_ok());
         let scale = 2.0 / weighed.seen.max(1) as f64;
         let gains = spectrum.iter().enumerate().map(|(place, value)| {
@@ -107,6 +103,7 @@ impl<'a> Periodogram<'a> {
             weighed,
             padded,
             step: padded / rows,
+            plan,
         }
     }
 
@@ -128,14 +125,13 @@ impl<'a> Periodogram<'a> {
 
     /// Ratio of the gains around a frequency to their expectation, by the median; and its effective number of samples.
     fn beside(&self, place: usize) -> (f64, f64) {
-        /// Resolutions on either side.
-        const AROUND: usize = 48;
-        /// Resolutions excluded as part of the line itself.
-        const OWN: usize = 2;
         /// Efficiency of the median of exponential variables: its variance is (ln 2)⁻² times that of the mean.
         const EFFICIENCY: f64 = std::f64::consts::LN_2 * std::f64::consts::LN_2;
-        let below = (OWN + 1..=AROUND).filter_map(|away| place.checked_sub(away * self.step));
-        let above = (OWN + 1..=AROUND).map(|away| place + away * self.step);
+        let away = self.plan.own + 1..=self.plan.around;
+        let below = away
+            .clone()
+            .filter_map(|away| place.checked_sub(away * self.step));
+        let above = away.map(|away| place + away * self.step);
         let near = below.filter(|&place| place > self.step).chain(above);
         let mut gains: Vec<f64> = near
             .filter_map(|place| self.gains.get(place).copied())
@@ -163,9 +159,10 @@ pub fn strongest(records: &[Periodogram], is_free: impl Fn(f64) -> bool) -> Opti
     let count = records.len() as f64;
     // Number of trials: independent frequencies, and those between.
     let trials = 1.5 * first.weighed.rows.len() as f64;
-    let places = LEAST_TURNS * first.step..first.gains.len() - first.step;
+    let plan = first.plan;
+    let places = plan.least_turns * first.step..first.gains.len() - first.step;
     let all = |place: usize| records.iter().map(move |one| one.gains[place]);
-    let strong = places.filter(|&place| all(place).sum::<f64>() > LEAST_GAIN);
+    let strong = places.filter(|&place| all(place).sum::<f64>() > plan.least_gain);
     let peaks = strong.filter(|&place| is_free(first.share(place)));
     let peak = peaks.map(|place| {
         let each: Vec<f64> = records.iter().map(|one| one.ln_chance(place)).collect();
@@ -196,6 +193,7 @@ mod tests {
     use crate::{NoiseLevels, Observations};
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};
+    use rlg_plan::PeriodogramPlan;
 
     const ROWS: usize = 6000;
 
@@ -218,7 +216,9 @@ mod tests {
                 .collect();
             Weighed::new(&record, &seen, (&transform, &basis), levels)
         });
-        let each: Vec<Periodogram> = records.iter().map(Periodogram::new).collect();
+        let plan = PeriodogramPlan::default();
+        let each = records.iter().map(|one| Periodogram::new(one, &plan));
+        let each: Vec<Periodogram> = each.collect();
         strongest(&each, |_| true).expect("frequencies")
     }
 

@@ -380,6 +380,7 @@ mod tests {
     use super::{ScoreTest, gains};
     use crate::evaluate::{Drift, Effort, evaluate};
     use crate::{Columns, Hypothesis, NoiseLevels, NormalEquations, Observations, Term};
+    use rlg_plan::SearchPlan;
 
     struct Rows(Vec<Vec<f64>>);
 
@@ -434,6 +435,7 @@ mod tests {
             &[white],
             &[Drift::None],
             Effort::FULL,
+            &SearchPlan::default(),
         );
         let test = ScoreTest::new(&equations, &[&member], &columns, &fit.levels);
         let found = gains(&[test], &[vec![on_first(1), on_first(0)]], &columns);

@@ -197,7 +197,8 @@ impl<'a, L: Likelihood> Search<'a, L> {
         let assembled = Assembled::new(self.data, &set);
         let scored = |levels: &[NoiseLevels], drift: &[Drift]| {
             let of_set = (&set[..], &assembled);
-            let mut fit = evaluate_assembled(self.data, of_set, levels, drift, Effort::FULL);
+            let mut fit =
+                evaluate_assembled(self.data, of_set, levels, drift, Effort::FULL, self.plan);
             fit.score = fit.log_likelihood + prior - self.drift_price(drift);
             if !fit.is_possible() {
                 fit.score = f64::NEG_INFINITY;
@@ -244,7 +245,8 @@ impl<'a, L: Likelihood> Search<'a, L> {
         let assembled = Assembled::new(self.data, &set);
         let score = |drift: &[Drift]| {
             let (of_set, levels) = ((&set[..], &assembled), &current.levels);
-            let fit = evaluate_assembled(self.data, of_set, levels, drift, Effort::QUICK);
+            let fit =
+                evaluate_assembled(self.data, of_set, levels, drift, Effort::QUICK, self.plan);
             if !fit.is_possible() {
                 return f64::NEG_INFINITY;
             }
@@ -472,7 +474,14 @@ impl<'a, L: Likelihood> Search<'a, L> {
         let reached = candidates
             .into_iter()
             .map(|drift| {
-                let mut fit = evaluate(self.data, &set, &best.levels, &drift, Effort::FULL);
+                let mut fit = evaluate(
+                    self.data,
+                    &set,
+                    &best.levels,
+                    &drift,
+                    Effort::FULL,
+                    self.plan,
+                );
                 fit.members = rest.to_vec();
                 (lenient(&fit), fit.levels)
             })

@@ -6,6 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_inference::normal_equations::{Columns, NormalEquations};
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, Observations, Term};
+use rlg_plan::SearchPlan;
 
 const ROWS: usize = 600;
 const SHARES: [f64; 2] = [0.6, 0.8];
@@ -54,7 +55,14 @@ fn fit(added: f64, constants: &[Vec<f64>]) -> Fit {
     };
     let warming = Hypothesis::of_terms(1, vec![term(0), term(1)]);
     let (starts, drift) = ([start; 2], [Drift::None; 2]);
-    evaluate(&equations, &[&warming], &starts, &drift, Effort::FULL)
+    evaluate(
+        &equations,
+        &[&warming],
+        &starts,
+        &drift,
+        Effort::FULL,
+        &SearchPlan::default(),
+    )
 }
 
 #[test]

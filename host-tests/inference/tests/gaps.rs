@@ -6,6 +6,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_inference::normal_equations::{Columns, NormalEquations, Transform};
 use rlg_inference::{Drift, NoiseBasis, NoiseLevels, Observations};
+use rlg_plan::SearchPlan;
 
 const ROWS: usize = 2000;
 
@@ -149,8 +150,16 @@ fn what_drift_gains_behind_gaps_is_what_it_gains_in_the_exact_likelihood() {
             &Nothing,
             start,
         );
-        let [none, walk] = [Drift::None, Drift::Walk]
-            .map(|drift| evaluate(&equations, &[], &[start], &[drift], Effort::FULL));
+        let [none, walk] = [Drift::None, Drift::Walk].map(|drift| {
+            evaluate(
+                &equations,
+                &[],
+                &[start],
+                &[drift],
+                Effort::FULL,
+                &SearchPlan::default(),
+            )
+        });
         let gained = walk.log_likelihood - none.log_likelihood;
         let expected = exact(&record, walk.levels[0]) - exact(&record, none.levels[0]);
         assert!(

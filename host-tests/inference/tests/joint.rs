@@ -59,9 +59,18 @@ fn on(records: &[usize], column: usize, price: f64) -> Hypothesis {
 #[test]
 fn log_likelihoods_of_independent_data_add_and_each_record_keeps_its_noise() {
     let (a, b) = (data(1, 4096, 0.0), data(2, 3000, 0.0));
-    let alone = |one: &NormalEquations| evaluate(one, &[], &[WHITE], &[Drift::None], Effort::FULL);
+    let plan = SearchPlan::default();
+    let alone =
+        |one: &NormalEquations| evaluate(one, &[], &[WHITE], &[Drift::None], Effort::FULL, &plan);
     let joint = JointLikelihood::new(vec![&a, &b]);
-    let both = evaluate(&joint, &[], &[WHITE; 2], &[Drift::None; 2], Effort::FULL);
+    let both = evaluate(
+        &joint,
+        &[],
+        &[WHITE; 2],
+        &[Drift::None; 2],
+        Effort::FULL,
+        &plan,
+    );
     let each = [alone(&a), alone(&b)];
     let sum = each[0].log_likelihood + each[1].log_likelihood;
     assert!((both.log_likelihood - sum).abs() < 0.02, "{sum}");
@@ -113,6 +122,7 @@ fn without_data_a_set_is_worth_its_prior() {
         &[WHITE; 3],
         &[Drift::None; 3],
         Effort::FULL,
+        &plan,
     );
     assert!(fit.log_likelihood.abs() < 1e-9, "{}", fit.log_likelihood);
     assert_eq!(fit.levels, [WHITE; 3]);

@@ -9,6 +9,7 @@ use rlg_inference::{
     Columns, Hypothesis, JointLikelihood, Likelihood, NoiseBasis, NoiseLevels, NormalEquations,
     Observations, ZeroLikelihood,
 };
+use rlg_plan::SearchPlan;
 
 const LEVELS: NoiseLevels = NoiseLevels {
     white: 1.0,
@@ -42,7 +43,7 @@ fn data(seed: u64, seen: &[bool]) -> NormalEquations {
 
 fn holds(likelihood: &impl Likelihood, columns: usize) {
     let levels = vec![LEVELS; likelihood.record_count()];
-    let broken = broken_laws(likelihood, columns, &levels);
+    let broken = broken_laws(likelihood, columns, &levels, &SearchPlan::default());
     assert!(broken.is_empty(), "{broken:?}");
 }
 
@@ -126,7 +127,12 @@ fn a_broken_law_is_named() {
         (Wrong::Groups, "drift groups"),
     ] {
         let sound = &sound;
-        let broken = broken_laws(&Broken { sound, wrong }, 3, &[LEVELS]);
+        let broken = broken_laws(
+            &Broken { sound, wrong },
+            3,
+            &[LEVELS],
+            &SearchPlan::default(),
+        );
         assert!(
             broken.iter().any(|law| law.contains(named)),
             "{named}: {broken:?}"

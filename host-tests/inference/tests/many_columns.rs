@@ -7,6 +7,7 @@ use rand_distr::{Distribution, StandardNormal};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_inference::normal_equations::{Columns, NormalEquations};
 use rlg_inference::{Drift, Hypothesis, NoiseLevels, Observations, Term};
+use rlg_plan::SearchPlan;
 
 const ROWS: usize = 40_000;
 /// Random walk of angle and white noise of angle \[row⁻¹\]: they cross at a seventieth of the row rate.
@@ -62,7 +63,14 @@ fn the_noise_does_not_come_out_low_under_sixty_columns() {
         })
         .collect();
     let set: Vec<&Hypothesis> = waves.iter().collect();
-    let fit = evaluate(&equations, &set, &[start], &[Drift::None], Effort::FULL);
+    let fit = evaluate(
+        &equations,
+        &set,
+        &[start],
+        &[Drift::None],
+        Effort::FULL,
+        &SearchPlan::default(),
+    );
     // Some 1100 free coefficients lie below the corner: the walk is known to 4 %; three of that. The white level has 40 000.
     let levels = fit.levels[0];
     assert!((levels.white / WALK - 1.0).abs() < 0.13, "{levels:?}");

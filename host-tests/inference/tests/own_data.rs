@@ -77,14 +77,14 @@ fn each_concealed_effect_is_found_alone_with_its_size() {
         Hypothesis::of_terms(1, vec![term])
     });
     for (effect, size) in [(0, 0.01), (1, 1e-3), (2, 5.0)] {
+        let (plan, drift) = (SearchPlan::default(), DriftPrior::Unknown);
         let record = residual(effect, size);
         let seen = Observations::bridged(&[true; ROWS]).expect("rows");
         let data = NormalEquations::new(seen, &[record], &Oven, NOISE);
         assert_eq!(
-            broken_laws(&data, Oven.count(), &[NOISE]),
+            broken_laws(&data, Oven.count(), &[NOISE], &plan),
             Vec::<String>::new()
         );
-        let (plan, drift) = (SearchPlan::default(), DriftPrior::Unknown);
         let mut search = Search::new(&data, &candidates, 3, &plan, &drift, vec![NOISE]);
         let fit = search.run(&[], plan.most_members);
         let names: Vec<&str> = fit.members.iter().map(|&member| EFFECTS[member]).collect();

@@ -47,7 +47,7 @@ section! {
         /// Attitudes too few for an estimate of their noise.
         few: FewAttitudesPlan;
         /// Validation on held-out stamps.
-        held_out: HeldOutPlan;
+        held_out: AttitudeHeldOutPlan;
         /// Rates sampled at instants.
         instants: InstantPlan;
         /// Initial delay and rotation.
@@ -381,7 +381,7 @@ section! {
 
 section! {
     /// Thresholds of the validation on held-out stamps.
-    HeldOutPlan {
+    AttitudeHeldOutPlan {
         /// Least number of held-out rows for a spectrum.
         least_rows: usize = 16, "rows", [4.0, 1e6];
         /// Smallest and largest ratio of held-out to fitted noise power for one level of both.

@@ -7,6 +7,48 @@ section! {
     InferencePlan {
         /// Prices of the search.
         search: SearchPlan;
+        /// Scan for steps, impulses and windows.
+        events: EventPlan;
+        /// Scan for the strongest line of a residual.
+        lines: LineScanPlan;
+        /// Periodogram of lines between the coefficients.
+        periodogram: PeriodogramPlan;
+    }
+}
+
+section! {
+    /// Scan of a span for steps, impulses and windows.
+    EventPlan {
+        /// Rows at either end of a span without impulses and windows.
+        end_rows: usize = 4, "rows", [0.0, 1000.0];
+        /// Least number of rows at either end of a span without steps.
+        step_end_rows: usize = 8, "rows", [1.0, 1e6];
+        /// Inverse of the share of the rows at either end of a span without steps.
+        step_end_one_in: usize = 100, "1", [4.0, 1e6];
+    }
+}
+
+section! {
+    /// Scan for the strongest line of a residual, against the median power around it.
+    LineScanPlan {
+        /// Coefficients of a block with one median.
+        block: usize = 48, "1", [4.0, 1e6];
+        /// Lowest coefficient; below it a line is a few periods long, as drift.
+        first: usize = 6, "1", [1.0, 1e6];
+    }
+}
+
+section! {
+    /// Lines at all frequencies, against the noise and their neighbourhood.
+    PeriodogramPlan {
+        /// Turns in the record below which a line is drift.
+        least_turns: usize = 4, "1", [1.0, 1000.0];
+        /// Gain 2 Δ ln L of all records below which a frequency is no candidate.
+        least_gain: f64 = 16.0, "1", [0.0, 1000.0];
+        /// Half-width of the neighbourhood of a line, in resolutions of the record.
+        around: usize = 48, "1", [4.0, 10000.0];
+        /// Half-width of the line itself, excluded from its neighbourhood, in resolutions of the record.
+        own: usize = 2, "1", [0.0, 1000.0];
     }
 }
 
@@ -31,5 +73,7 @@ section! {
         refitted: usize = 4, "1", [1.0, 1000.0];
         /// Residual share of a member's squared size up to which a rival is an equivalent explanation.
         left_share: f64 = 0.01, "1", [0.0, 1.0];
+        /// Largest excess of an estimate over its possible range attributed to chance.
+        by_chance: f64 = 3.0, "σ", [0.0, 100.0];
     }
 }

@@ -5,6 +5,8 @@
 //! evaluates other values of one number.
 
 mod attitude;
+mod catalogue;
+mod findings;
 mod force;
 mod inference;
 mod judgement;
@@ -17,6 +19,8 @@ mod several;
 mod signal;
 
 pub use attitude::*;
+pub use catalogue::*;
+pub use findings::*;
 pub use force::*;
 pub use inference::*;
 pub use judgement::*;
@@ -37,6 +41,10 @@ section! {
         signal: SignalPlan;
         /// Search over a Gaussian likelihood.
         inference: InferencePlan;
+        /// Catalogue of effects.
+        catalogue: CataloguePlan;
+        /// Statement of a finding.
+        findings: FindingsPlan;
         /// Decision on what is found.
         judgement: JudgementPlan;
         /// Gyros with a reference on the same rows.

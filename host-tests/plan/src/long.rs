@@ -23,5 +23,7 @@ section! {
         chunk_s: f64 = 30.0, "s", [1.0, 1e5];
         /// Margin read on either side of a chunk: temperature, the slowest channel, is smoothed over two seconds.
         around_s: f64 = 4.0, "s", [2.0, 1e4];
+        /// Lower band limit of a stretch: its level and slow drifts belong to the whole recording.
+        above_hz: f64 = 5.0, "Hz", [0.0, 1e5];
     }
 }

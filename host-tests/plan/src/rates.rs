@@ -11,6 +11,12 @@ section! {
         coarse: CoarsePlan;
         /// Effects of some rows only.
         window: WindowPlan;
+        /// Families of effects that are scanned.
+        families: FamilyPlan;
+        /// Lock-in of gyros without a dither.
+        lock_in: LockInPlan;
+        /// Significance from which a gyro's delay or low pass is used: a gyro that hardly turns fits one of any length.
+        path_deviations: f64 = 3.0, "σ", [0.0, 100.0];
     }
 }
 
@@ -21,6 +27,30 @@ section! {
         edges: usize = 128, "1", [2.0, 10000.0];
         /// Fall of the log likelihood within which an edge may lie: three standard deviations.
         edge_within: f64 = 4.5, "nat", [0.0, 100.0];
+    }
+}
+
+section! {
+    /// Scan of families of effects by score tests.
+    FamilyPlan {
+        /// Largest number of members of a family for the search.
+        strongest: usize = 3, "1", [1.0, 1000.0];
+        /// Number of rows above which long lists are tested over sums of rows; faster effects are left to the exact columns.
+        most_rows: usize = 20_000, "rows", [1000.0, 1e9];
+        /// Lowest frequency of a resonance.
+        resonance_from_hz: f64 = 5.0, "Hz", [1e-3, 1e5];
+        /// Highest frequency of a resonance, as a share of the row rate.
+        resonance_of_rate: f64 = 0.45, "1", [0.01, 0.5];
+    }
+}
+
+section! {
+    /// Search for lock-in thresholds.
+    LockInPlan {
+        /// Smallest and largest threshold: those of real lasers, 2 to 2000 °/h.
+        range_rad_s: [f64; 2] = [1e-5, 1e-2], "rad/s", [1e-9, 10.0];
+        /// Largest dead band attributed to rounding of single increments.
+        rounded_units: f64 = 2.0, "units", [0.0, 100.0];
     }
 }
 
@@ -51,5 +81,9 @@ section! {
         tie: f64 = 10.0, "nat", [0.0, 1000.0];
         /// Number of rows above which sums of rows are used.
         most_rows: usize = 60_000, "rows", [1000.0, 1e9];
+        /// Number of blocks of rows in which a gross departure is tested.
+        blocks: usize = 16, "1", [2.0, 1000.0];
+        /// Time constants of a low pass after which its output no longer depends on the values before the record.
+        settled_time_constants: f64 = 5.0, "1", [0.0, 100.0];
     }
 }

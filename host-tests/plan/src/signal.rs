@@ -5,6 +5,10 @@ use crate::section::section;
 section! {
     /// Thresholds of alignment, data faults, partition and motion.
     SignalPlan {
+        /// Channels on the gyros' rows.
+        align: AlignPlan;
+        /// Samples of an attitude reference.
+        attitude_samples: AttitudeSamplePlan;
         /// Faults of single channels and rows.
         faults: FaultPlan;
         /// Rows lost without a gap in the stamps.
@@ -15,12 +19,55 @@ section! {
         same_motion: SameMotionPlan;
         /// Partition of the rows: fitted, tested.
         partition: PartitionPlan;
+        /// Measurement of the reference's noise.
+        reference_noise: ReferenceNoisePlan;
         /// Gate of the reference's motion.
         gate: GatePlan;
         /// Lines of the gyros alone.
         own_lines: OwnLinesPlan;
         /// Residual in step with the motion.
         in_step: InStepPlan;
+        /// Coherence of reading and prediction.
+        coherence: CoherencePlan;
+    }
+}
+
+section! {
+    /// Alignment of the channels on the gyros' rows.
+    AlignPlan {
+        /// Largest share of gaps in a slow quantity: beyond it, masking costs more than the channel explains.
+        most_gaps: f64 = 0.3, "1", [0.0, 1.0];
+        /// Largest distance between samples of a slow quantity, in its periods, for interpolation: single samples may be lost.
+        gap_periods: f64 = 3.5, "1", [1.0, 1000.0];
+        /// Longest gap of the reference across which its attitude is continued: the motion within a longer one is unknown,
+        /// and linear interpolation across it leaves a permanent attitude error.
+        bridged_rows: usize = 2, "rows", [0.0, 1000.0];
+        /// Share of the rows of a unit at rest, from the first, for the estimate of the Earth's rotation: rows to be held out
+        /// are excluded.
+        rest_share: f64 = 0.5, "1", [0.01, 1.0];
+        /// Accelerometers on rows of their own.
+        accelerometers: AccelerometerRowsPlan;
+    }
+}
+
+section! {
+    /// Rows of the accelerometers.
+    AccelerometerRowsPlan {
+        /// Highest row rate after summation: gravity in a turning case varies no faster.
+        fastest_hz: f64 = 1000.0, "Hz", [1.0, 1e6];
+        /// Least number of rows within the gyros' span: noise and errors of fewer are not separable.
+        least_rows: usize = 128, "rows", [2.0, 1e6];
+    }
+}
+
+section! {
+    /// Criteria of an attitude sample.
+    AttitudeSamplePlan {
+        /// Largest deviation of a quaternion's norm from 1: four printed places or single precision keep it below; larger
+        /// ones are no attitude.
+        norm_error: f64 = 1e-3, "1", [1e-12, 1.0];
+        /// Norm below which a quaternion stands for no attitude, as written by some recorders.
+        no_attitude: f64 = 1e-6, "1", [0.0, 0.5];
     }
 }
 
@@ -65,6 +112,63 @@ section! {
         silent: f64 = 0.9, "1", [0.0, 1.0];
         /// Largest number of single entries of one kind and channel: more are merged into one with their count.
         many: usize = 100, "1", [0.0, 1e6];
+        /// Rows on either side of a run of repeats for the local repeat probability: at rest a coarse channel repeats itself
+        /// more often than in motion.
+        around_rows: usize = 200, "rows", [1.0, 1e6];
+        /// Least repeat probability of a channel: its estimate from few repeats is uncertain.
+        least_by_chance: f64 = 1e-4, "1", [1e-12, 0.5];
+        /// Largest rate of the rows compared with a silent run, as a share of the fastest in the run: a gyro in lock-in is
+        /// silent at all of them.
+        slower: f64 = 0.5, "1", [0.0, 1.0];
+        /// Time of the average that separates a gyro's motion from its noise, where it confirms a constant reference.
+        confirmed_over_s: f64 = 0.1, "s", [0.0, 100.0];
+        /// Samples at an extreme, against case and dither.
+        extremes: ExtremePlan;
+        /// Pulses of a coarse channel.
+        pulses: ChannelPulsePlan;
+        /// Short runs of repeats.
+        short_holds: ShortHoldPlan;
+    }
+}
+
+section! {
+    /// Test of samples at a channel's extreme: those of a clipped gyro fall short of case and dither.
+    ExtremePlan {
+        /// Threshold of a mean shortfall in its standard errors.
+        clear: f64 = 4.0, "σ", [0.0, 100.0];
+        /// Largest residual of a usable prediction by case and dither, as a share of the samples.
+        predicted: f64 = 0.25, "1", [0.0, 10.0];
+        /// Least mean shortfall without a reference, as a share of the sample: beyond the error of a dither's gain.
+        shortfall: f64 = 3e-3, "1", [0.0, 1.0];
+        /// Rows searched for a neighbour below the extreme: two swings of a slow dither.
+        near_rows: usize = 10, "rows", [1.0, 10000.0];
+    }
+}
+
+section! {
+    /// Pulses of a coarse channel.
+    ChannelPulsePlan {
+        /// Number of rows in which the most frequent value of a coarse channel occurs more than once on average: noise finer
+        /// than a pulse repeats no value as often.
+        often: usize = 100, "rows", [1.0, 1e6];
+        /// Largest difference of a coarse gyro and its reference in agreement: one pulse for rounding, half for the noise of
+        /// the other.
+        agree: f64 = 1.5, "pulses", [0.0, 100.0];
+        /// Upper limit of a single pulse at the ends of a silent stretch: a failed channel enters and leaves it by jumps.
+        single: f64 = 1.5, "pulses", [1.0, 100.0];
+    }
+}
+
+section! {
+    /// Runs of repeats too short for rejection by chance alone, while gyro and reference diverge.
+    ShortHoldPlan {
+        /// Shortest run: two equal samples may be chance.
+        least_rows: usize = 3, "rows", [2.0, 1000.0];
+        /// Largest probability of such a run at a row that deviates.
+        chance: f64 = 1e-4, "1", [1e-30, 0.5];
+        /// Threshold of that row's deviation, as a share of that of a single outlier: five standard deviations suffice, as
+        /// the run itself is rare.
+        share: f64 = 5.0 / 8.0, "1", [0.0, 10.0];
     }
 }
 
@@ -82,6 +186,8 @@ section! {
         together_s: f64 = 0.25, "s", [1e-3, 1000.0];
         /// Least cycles that end at a temporary limit within a window: a channel held at a level reaches it once.
         least_cycles: usize = 20, "1", [1.0, 1e6];
+        /// Least number of windows with a temporary limit at the same level: extremes of a free channel differ.
+        least_windows: usize = 2, "1", [1.0, 1000.0];
     }
 }
 
@@ -96,6 +202,8 @@ section! {
         least_steps: f64 = 2.0, "1", [1.0, 1000.0];
         /// Largest deviation of a run from the mean: two asynchronous clocks.
         jitter_rows: usize = 1, "rows", [0.0, 100.0];
+        /// Tolerance of a run's length beyond that jitter, for each of its samples: the mean period has an error.
+        period_error_rows: f64 = 0.1, "rows", [0.0, 100.0];
     }
 }
 
@@ -132,22 +240,32 @@ section! {
         around: usize = 200, "rows", [1.0, 1e6];
         /// Largest probability of equal rows: a coarser record repeats itself.
         most_alike: f64 = 0.9, "1", [0.0, 1.0];
+        /// Distances of the compared rows for the probability of equal rows anywhere.
+        distances: [usize; 8] = [1, 2, 3, 5, 11, 37, 101, 331], "rows", [1.0, 1e6];
+        /// Largest distance of compared rows around a block: turns at a steady rate repeat a short pattern of counts.
+        nearby: usize = 64, "rows", [1.0, 10000.0];
     }
 }
 
 section! {
-    /// Criteria of a spike.
+    /// Criteria of a spike, of a rate or of an angle.
     SpikePlan {
-        /// Threshold of a sample's deviation from its neighbours: a quarter of a million rows reach five.
+        /// Threshold of a rate's deviation from its neighbours: a quarter of a million rows reach five.
         off: f64 = 10.0, "σ", [1.0, 1000.0];
+        /// Threshold of an angle's deviation from its neighbours: a quarter of a million rows reach five.
+        angle_off: f64 = 8.0, "σ", [1.0, 1000.0];
         /// Tolerance of the neighbours' deviation from that due to one outlier, as a share of the outlier.
         near: f64 = 0.25, "1", [0.0, 1.0];
         /// Rows of the scale estimate: a shaken unit scatters more.
         around: usize = 2000, "rows", [10.0, 1e7];
-        /// Least number on one channel: fewer may be jumps of an angle.
+        /// Least number on one channel of rates: fewer may be jumps of an angle.
         least: usize = 3, "1", [1.0, 1e6];
-        /// Largest share of the rows: more are the tail of the noise distribution.
+        /// Largest share of the rows of a rate: more are the tail of the noise distribution.
         most: f64 = 1e-2, "1", [0.0, 1.0];
+        /// Largest number of spikes of all angles as a share of the rows: more are the tail of the noise distribution.
+        angle_most: f64 = 1e-3, "1", [0.0, 1.0];
+        /// Smallest spike of an angle: in a nearly silent counter a single pulse to and fro is no outlier.
+        angle_least: f64 = 2.5, "pulses", [0.0, 1000.0];
     }
 }
 
@@ -174,6 +292,8 @@ section! {
         most_rows_a_reading: f64 = 5.0, "rows", [1.0, 1000.0];
         /// Largest number of restored gaps: a recording with more cannot be restored.
         most_gaps: usize = 8, "1", [0.0, 10000.0];
+        /// Least number of rows of a stretch: its map has nine coefficients.
+        least_rows: usize = 16, "rows", [4.0, 1e6];
     }
 }
 
@@ -193,6 +313,12 @@ section! {
         uneven: f64 = 0.05, "1", [0.0, 1.0];
         /// Departure from orthogonality beyond which the map is no rotation.
         shear: f64 = 0.35, "1", [0.0, 1.0];
+        /// Largest cosine between a third axis at rest and the reverse of its place in the model: beyond it the axis is
+        /// inverted, below it the axis is perpendicular to its place.
+        square: f64 = 0.3, "1", [0.0, 1.0];
+        /// Largest delay of a pickoff in the search: a dither has one frequency, so only delays below half its period are
+        /// distinguishable from a sign.
+        pickoff_delay_s: f64 = 1e-3, "s", [0.0, 1.0];
     }
 }
 
@@ -278,6 +404,41 @@ section! {
         ratio: f64 = 6.0, "1", [1.0, 1000.0];
         /// Largest mean score of a column under the null hypothesis, for a noise off by its standard deviation.
         bias: f64 = 0.2, "σ", [1e-6, 10.0];
+        /// Standard deviations of the input's noise in the upper bound of what conditioning leaves of it.
+        deviations: f64 = 3.0, "σ", [0.0, 100.0];
+        /// Least noise power of a conditioned input, as a share of the residual's: the remainder is a difference of two
+        /// nearly equal powers.
+        least_noise: f64 = 1e-6, "1", [1e-15, 1.0];
+        /// Frames of the cells.
+        frames: FramePlan;
+    }
+}
+
+section! {
+    /// Frames of time, for spectra that change.
+    FramePlan {
+        /// Length of a frame: a compromise between slow motion and bursts.
+        length_s: f64 = 2.0, "s", [1e-3, 1000.0];
+        /// Shortest and longest frame where the record is long enough.
+        length_rows: [f64; 2] = [128.0, 8192.0], "rows", [2.0, 1e7];
+        /// Least number of frame lengths in a record: the frames of a short record are shorter.
+        least: usize = 4, "1", [1.0, 1000.0];
+        /// Least number of rows of a frame: a shorter one does not resolve motion from noise.
+        least_rows: usize = 16, "rows", [4.0, 1e6];
+    }
+}
+
+section! {
+    /// Measurement of the reference's noise in the recording.
+    ReferenceNoisePlan {
+        /// Least power of a declared term, as a share of the declaration: none vanishes.
+        least_declared: f64 = 0.02, "1", [1e-9, 1.0];
+        /// Number of lowest frequencies that are excluded: the window leaks slow motion into them.
+        leaked: usize = 3, "1", [0.0, 1000.0];
+        /// Number of neighbours on either side for the median power about a frequency.
+        neighbours: usize = 12, "1", [1.0, 10000.0];
+        /// Power over that median above which a frequency is a line of motion and has its own power as its variance.
+        stands_out: f64 = 4.0, "1", [1.0, 1e6];
     }
 }
 
@@ -299,6 +460,10 @@ section! {
         coherent: f64 = 0.9, "1", [0.0, 1.0];
         /// Least amplitude of a line on a gyro.
         least_deviations: f64 = 4.0, "σ", [1.0, 1000.0];
+        /// Power over the median of a block above which a bin is excluded from the fit of the transfer function.
+        outlying: f64 = 20.0, "1", [1.0, 1e9];
+        /// Number of the strongest lines of the motion whose sums and differences are excluded.
+        strongest: usize = 12, "1", [0.0, 100.0];
         /// Half width about a line and about a product of the motion's lines.
         about: usize = 3, "bins", [1.0, 1000.0];
         /// Most lines.
@@ -319,5 +484,29 @@ section! {
         chance: f64 = 0.02, "1", [1e-6, 0.5];
         /// Largest number of shifts.
         most_turns: usize = 200, "1", [10.0, 1e6];
+        /// Length of the record over the least shift: a shorter shift is nearly none.
+        record_over_turn: usize = 20, "1", [3.0, 1000.0];
+        /// Time over which rows are summed: the error of single rows is small against their turn.
+        summed_s: f64 = 0.1, "s", [1e-4, 100.0];
+        /// Length of a block.
+        block_s: f64 = 1.0, "s", [1e-3, 1000.0];
+        /// Least sums of a block.
+        least_sums: usize = 4, "1", [1.0, 1000.0];
+        /// Largest number of blocks: a longer record has longer ones.
+        most_blocks: usize = 512, "1", [16.0, 1e6];
+    }
+}
+
+section! {
+    /// Coherence of reading and prediction by octave.
+    CoherencePlan {
+        /// Number of pieces of a record.
+        pieces: usize = 8, "1", [1.0, 1000.0];
+        /// Least number of rows of a piece.
+        least_rows: usize = 8, "rows", [4.0, 1e6];
+        /// Largest number of rows of a piece.
+        most_rows: usize = 1 << 14, "rows", [16.0, 1e7];
+        /// First frequency: lower ones hold the mean through the window.
+        first: usize = 2, "1", [1.0, 1000.0];
     }
 }

@@ -12,7 +12,6 @@ use super::chart::Numbers;
 use super::curves::time_range;
 use super::plot::{Axes, FINE, INK, builder, frame, plot};
 use super::words::number;
-use rlg_diagnosis::locate::TILE_SIGNIFICANCE;
 use rlg_diagnosis::locate::Tile;
 use rlg_diagnosis::pictures::Pictures;
 use rlg_recording::AXES;
@@ -26,15 +25,24 @@ const COLUMNS: usize = 150;
 /// Height of the held-out bar, as a share of a row's height.
 const BAR: f64 = 0.35;
 
-/// p-values below which a tile has a colour, with the text in the legend; the first is the threshold of the diagnosis. One
-/// hue from light to dark, readable without colour.
-const LEVELS: [(f64, RGBColor, &str); 5] = [
-    (f64::INFINITY, RGBColor(0xEE, 0xEE, 0xEE), "noise"),
-    (TILE_SIGNIFICANCE, RGBColor(0xF6, 0xC9, 0x8B), "< 10⁻⁴"),
-    (1e-8, RGBColor(0xE6, 0x9F, 0x00), "< 10⁻⁸"),
-    (1e-16, RGBColor(0xC0, 0x4F, 0x00), "< 10⁻¹⁶"),
-    (1e-32, RGBColor(0x6B, 0x22, 0x00), "< 10⁻³²"),
+/// Colours of a tile's p-value: noise, the diagnosis's threshold, and [`FURTHER`]. One hue from light to dark, readable
+/// without colour.
+const COLOURS: [RGBColor; 5] = [
+    RGBColor(0xEE, 0xEE, 0xEE),
+    RGBColor(0xF6, 0xC9, 0x8B),
+    RGBColor(0xE6, 0x9F, 0x00),
+    RGBColor(0xC0, 0x4F, 0x00),
+    RGBColor(0x6B, 0x22, 0x00),
 ];
+
+/// Smaller p-values with a colour of their own.
+const FURTHER: [f64; 3] = [1e-8, 1e-16, 1e-32];
+
+/// p-values below which a tile has the colour of the same place.
+fn limits(significance: f64) -> [f64; COLOURS.len()] {
+    let [third, fourth, fifth] = FURTHER;
+    [f64::INFINITY, significance, third, fourth, fifth]
+}
 
 /// Rectangle of the map.
 struct Cell {
@@ -79,7 +87,7 @@ pub fn map(pictures: &Pictures, axis: usize, after: bool) -> Markup {
         let cells = cells(pictures, tiles, axis, &bands);
         chart.draw_series(cells.iter().map(|cell| {
             let row = cell.band as f64;
-            let colour = colour(cell.chance * tiles.len() as f64);
+            let colour = colour(cell.chance * tiles.len() as f64, pictures.significance);
             Rectangle::new(
                 [(cell.begin_s, row), (cell.end_s, row + 1.0)],
                 colour.filled(),
@@ -142,16 +150,20 @@ pub fn stands_out(pictures: &Pictures, axis: usize) -> bool {
     tiles.into_iter().any(|tiles| {
         let own = tiles.iter().filter(|tile| tile.axis == axis);
         own.into_iter()
-            .any(|tile| tile.chance * (tiles.len() as f64) < TILE_SIGNIFICANCE)
+            .any(|tile| tile.chance * (tiles.len() as f64) < pictures.significance)
     })
 }
 
 /// Legend of the colours.
-pub fn legend() -> Markup {
+pub fn legend(pictures: &Pictures) -> Markup {
+    let words = limits(pictures.significance).map(|limit| match limit.is_finite() {
+        true => below(limit),
+        false => "noise".to_owned(),
+    });
     html! {
         p.legend {
             "Chance of being noise: "
-            @for (_, RGBColor(red, green, blue), words) in &LEVELS {
+            @for (RGBColor(red, green, blue), words) in COLOURS.iter().zip(&words) {
                 span.key {
                     svg.swatch viewBox="0 0 14 14" aria-hidden="true" {
                         rect width="14" height="14" fill=(format!("#{red:02X}{green:02X}{blue:02X}")) {}
@@ -167,9 +179,25 @@ pub fn legend() -> Markup {
     }
 }
 
-fn colour(chance: f64) -> RGBColor {
-    let level = LEVELS.iter().rev().find(|(limit, _, _)| chance < *limit);
-    level.map_or(LEVELS[0].1, |(_, colour, _)| *colour)
+fn colour(chance: f64, significance: f64) -> RGBColor {
+    let limits = limits(significance);
+    let level = limits.iter().rposition(|limit| chance < *limit);
+    COLOURS[level.unwrap_or(0)]
+}
+
+/// "< 10⁻⁴" for 1e-4.
+fn below(limit: f64) -> String {
+    let text = format!("{limit:e}");
+    let (factor, power) = text.split_once('e').unwrap_or((&text, "0"));
+    let raised = power.chars().map(|digit| match digit.to_digit(10) {
+        Some(digit) => ['⁰', '¹', '²', '³', '⁴', '⁵', '⁶', '⁷', '⁸', '⁹'][digit as usize],
+        None => '⁻',
+    });
+    let raised: String = raised.collect();
+    match factor {
+        "1" => format!("< 10{raised}"),
+        _ => format!("< {factor} × 10{raised}"),
+    }
 }
 
 /// Bands in rising order.

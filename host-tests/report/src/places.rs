@@ -136,7 +136,7 @@ fn maps(diagnosis: &Diagnosis, pictures: &Pictures) -> Markup {
         @if !shown.is_empty() {
             details {
                 summary { "Maps of time and band" }
-                (map::legend())
+                (map::legend(pictures))
                 div.pair {
                     @for (axis, after) in shown {
                         @let what = if after { "what was found taken out" } else { "as recorded" };

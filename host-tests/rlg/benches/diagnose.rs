@@ -58,10 +58,12 @@ fn diagnose_once() {
     let folder = FOLDER.get().expect("made").path().join("recording");
     let model = MODEL.get().expect("made");
     let recording = Recording::read(&folder).expect("just written");
-    let streams = Streams::align(&recording, model).expect("it aligns");
+    let settings = Settings::default();
+    let streams =
+        Streams::align(&recording, model, &settings.plan.signal.align).expect("it aligns");
     drop(recording);
     let file = Path::new("model.toml");
-    let outcome = diagnose_streams(&Settings::default(), streams, (model, file), &|_| {});
+    let outcome = diagnose_streams(&settings, streams, (model, file), &|_| {});
     assert!(!outcome.expect("a diagnosis").diagnosis.summary.is_empty());
 }
 

@@ -9,13 +9,8 @@
 //! Deliberately not here: accelerometers with stamps instead of a rate, or on three different clocks.
 
 use crate::axes::{AXES, Triad};
+use rlg_plan::AccelerometerRowsPlan;
 use rlg_recording::{Clock, Quantity, Recording};
-
-/// Highest row rate after summation \[Hz\]; see the page above.
-const FASTEST_HZ: f64 = 1000.0;
-
-/// Least number of rows.
-const FEWEST: usize = 128;
 
 /// Rows of the accelerometers.
 #[derive(Debug, Clone)]
@@ -40,6 +35,7 @@ impl Rows {
     pub fn new(
         recording: &Recording,
         (gyro_rate_hz, gyro_start_s, gyro_rows): (f64, f64, usize),
+        plan: &AccelerometerRowsPlan,
     ) -> Result<Self, String> {
         let kinds = [Quantity::SpecificForce, Quantity::VelocityIncrement];
         let found = kinds.iter().find_map(|quantity| {
@@ -59,7 +55,7 @@ impl Rows {
         {
             return Err("the three accelerometers run on different clocks".to_string());
         }
-        let together = (rate_hz / FASTEST_HZ).ceil().max(1.0) as usize;
+        let together = (rate_hz / plan.fastest_hz).ceil().max(1.0) as usize;
         // Whole rows within the gyros' span, up to this rounding of the clocks.
         const SAME: f64 = 1e-6;
         let late_rows = (gyro_start_s - start_s) * rate_hz;
@@ -68,7 +64,7 @@ impl Rows {
             .max(0.0) as usize;
         let until = until.min(channels[0].1.values.len());
         let count = until.saturating_sub(begin) / together;
-        if count < FEWEST {
+        if count < plan.least_rows {
             return Err(
                 "too few rows of the accelerometers while the case's motion is known".to_string(),
             );

@@ -11,6 +11,7 @@
 use nalgebra::{Quaternion, UnitQuaternion, Vector3};
 
 use crate::axes::AXES;
+use rlg_plan::AttitudeSamplePlan;
 use rlg_recording::error::InputError;
 use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
 
@@ -92,13 +93,6 @@ pub struct SlowSample {
     pub after_gap: bool,
 }
 
-/// Largest deviation from 1 of a quaternion's norm: four printed places or single precision keep it below; larger ones are
-/// no attitude.
-const NOT_A_UNIT: f64 = 1e-3;
-
-/// Norm below which a quaternion stands for "no attitude", as written by some recorders.
-const NOTHING: f64 = 1e-6;
-
 /// True if the recording has attitude samples.
 pub fn has_attitude(recording: &Recording) -> bool {
     ["w", "x", "y", "z"].iter().all(|axis| {
@@ -109,9 +103,12 @@ pub fn has_attitude(recording: &Recording) -> bool {
 }
 
 /// Returns the samples of the slow reference present; attitudes before increments.
-pub fn slow_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError> {
+pub fn slow_samples(
+    recording: &Recording,
+    plan: &AttitudeSamplePlan,
+) -> Result<Vec<SlowSample>, InputError> {
     if has_attitude(recording) {
-        let attitudes = attitude_samples(recording)?;
+        let attitudes = attitude_samples(recording, plan)?;
         let shown = attitudes.into_iter().map(|sample| SlowSample {
             time_s: sample.time_s,
             shown: sample.shown(),
@@ -124,7 +121,10 @@ pub fn slow_samples(recording: &Recording) -> Result<Vec<SlowSample>, InputError
 }
 
 /// Reads attitude samples.
-pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, InputError> {
+pub fn attitude_samples(
+    recording: &Recording,
+    plan: &AttitudeSamplePlan,
+) -> Result<Vec<AttitudeSample>, InputError> {
     let missing = |axis: &str| {
         InputError::new(
             recording.folder.join("recording.toml"),
@@ -147,10 +147,10 @@ pub fn attitude_samples(recording: &Recording) -> Result<Vec<AttitudeSample>, In
         let quaternion =
             Quaternion::new(w.values[row], x.values[row], y.values[row], z.values[row]);
         let norm = quaternion.norm();
-        if !norm.is_finite() || norm < NOTHING {
+        if !norm.is_finite() || norm < plan.no_attitude {
             continue;
         }
-        if (norm - 1.0).abs() > NOT_A_UNIT {
+        if (norm - 1.0).abs() > plan.norm_error {
             let file = recording.folder.join(&table.file);
             return Err(InputError::new(file, "is no unit quaternion")
                 .channel("reference_attitude")

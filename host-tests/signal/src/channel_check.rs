@@ -153,7 +153,7 @@ fn orthogonal(unit: &Matrix3<f64>, moving: &[usize], plan: &ChannelPlan) -> Opti
     if let Some(exchanged) = exchanged(unit, moving, plan.tilt_rad) {
         return Some(exchanged);
     }
-    let whole = completed(unit, moving);
+    let whole = completed(unit, moving, plan.square);
     let parts = whole.svd(true, true);
     let nearest = parts.u? * parts.v_t?;
     if (whole - nearest).amax() > plan.shear {
@@ -200,9 +200,10 @@ fn exchanged(unit: &Matrix3<f64>, moving: &[usize], tilt_rad: f64) -> Option<Mat
 }
 
 /// Fills in the columns of axes at rest, as near to the model's as a right-handed set allows.
-fn completed(unit: &Matrix3<f64>, moving: &[usize]) -> Matrix3<f64> {
-    /// Cosine below which an axis is perpendicular to its place in the model.
-    const SQUARE: f64 = 0.3;
+///
+/// # Inputs
+/// `square`: cosine below which an axis is perpendicular to its place in the model.
+fn completed(unit: &Matrix3<f64>, moving: &[usize], square: f64) -> Matrix3<f64> {
     let mut whole = *unit;
     match *moving {
         [one] => {
@@ -217,7 +218,7 @@ fn completed(unit: &Matrix3<f64>, moving: &[usize]) -> Matrix3<f64> {
             // a × b is the third axis, or its opposite, by their order.
             let sign = if (a + 1) % 3 == b { 1.0 } else { -1.0 };
             let mut cross = unit.column(a).cross(&unit.column(b)) * sign;
-            if cross[third] < -SQUARE {
+            if cross[third] < -square {
                 cross = -cross;
             }
             whole.set_column(third, &cross.normalize());

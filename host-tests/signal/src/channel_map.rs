@@ -119,14 +119,12 @@ fn each(channels: &Triad) -> [&[f64]; 3] {
     [0, 1, 2].map(|axis| &channels[axis][..])
 }
 
-/// Settings for pickoffs: a dither has one frequency, so only delays below half its period are distinguishable from a sign.
+/// Settings for pickoffs.
 fn of_pickoffs(plan: &ChannelPlan) -> ChannelPlan {
-    /// Largest delay of a pickoff in the search \[s\].
-    const LARGEST_S: f64 = 1e-3;
     ChannelPlan {
         map: MapPlan {
-            most_delay_s: LARGEST_S,
-            likely_delay_s: LARGEST_S,
+            most_delay_s: plan.pickoff_delay_s,
+            likely_delay_s: plan.pickoff_delay_s,
             ..plan.map
         },
         ..*plan

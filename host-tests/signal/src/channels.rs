@@ -7,6 +7,7 @@
 
 use super::axes::Triad;
 use rlg_model::Model;
+use rlg_plan::AlignPlan;
 use rlg_recording::error::InputError;
 use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
 
@@ -117,13 +118,14 @@ impl<'a> Finder<'a> {
 pub const SAME_ROW: f64 = 0.01;
 
 /// The rows of the gyros' table.
-pub(super) struct Grid {
+pub(super) struct Grid<'a> {
     pub(super) rate_hz: f64,
     pub(super) start_s: f64,
     pub(super) rows: usize,
+    pub(super) plan: &'a AlignPlan,
 }
 
-impl Grid {
+impl Grid<'_> {
     /// Returns the channel's values on the gyros' rows, NaN where it has none: its table must have the same rate and begin a
     /// whole number of rows earlier or later.
     pub(super) fn on_rows(
@@ -168,12 +170,10 @@ impl Grid {
         skip: usize,
         usable: &mut [bool],
     ) -> Option<Triad> {
-        /// Largest share of gaps; beyond it, masking costs more than the channel explains.
-        const MOST_GAPS: f64 = 0.3;
         let mut triad =
             channels.map(|(channel, table)| self.at_middle(channel, table).split_off(skip));
         let gaps = triad.iter().flatten().filter(|value| value.is_nan());
-        if gaps.count() as f64 > MOST_GAPS * (3 * usable.len()) as f64 {
+        if gaps.count() as f64 > self.plan.most_gaps * (3 * usable.len()) as f64 {
             return None;
         }
         for values in &mut triad {
@@ -249,8 +249,7 @@ impl Grid {
         let known: Vec<usize> = (0..channel.values.len())
             .filter(|&row| channel.values[row].is_finite())
             .collect();
-        // A distance of more than 3.5 periods between samples is a gap.
-        let period_s = table.clock.period_s(channel.values.len());
+        let gap_s = self.plan.gap_periods * table.clock.period_s(channel.values.len());
         let mut after = 0;
         (0..self.rows)
             .map(|row| {
@@ -262,9 +261,7 @@ impl Grid {
                     after.checked_sub(1).map(|before| known[before]),
                     known.get(after),
                 ) {
-                    (Some(before), Some(&after))
-                        if stamp(after) - stamp(before) > 3.5 * period_s =>
-                    {
+                    (Some(before), Some(&after)) if stamp(after) - stamp(before) > gap_s => {
                         f64::NAN
                     }
                     (Some(before), Some(&after)) => {

@@ -3,6 +3,8 @@
 
 use std::f64::consts::TAU;
 
+use rlg_plan::CoherencePlan;
+
 use crate::axes::Triad;
 use crate::transforms::{even_smooth_length, forward};
 
@@ -23,31 +25,26 @@ pub struct Octave {
 /// measured residual; in others it is taken as zero, since a motion cut out would spread over all frequencies.
 ///
 /// # Returns
-/// Octaves from the lowest resolved by eight pieces to half the row rate; none for fewer than 64 rows.
+/// Octaves from the lowest resolved by the pieces to half the row rate; none for too few rows.
 pub fn by_octave(
     residual_rad: &Triad,
     predicted_rad: &Triad,
     is_used: impl Fn(usize) -> bool,
     period_s: f64,
+    plan: &CoherencePlan,
 ) -> Vec<Octave> {
-    /// Number of pieces of a record, least and most rows of one.
-    const PIECES: usize = 8;
-    const LEAST_ROWS: usize = 8;
-    const MOST_ROWS: usize = 1 << 14;
-    /// First bin: lower ones hold the mean through the window.
-    const FIRST: usize = 2;
     let rows = predicted_rad[0].len();
-    if rows < PIECES * LEAST_ROWS {
+    if rows < plan.pieces * plan.least_rows {
         return Vec::new();
     }
-    let piece = even_smooth_length((rows / PIECES).min(MOST_ROWS));
+    let piece = even_smooth_length((rows / plan.pieces).min(plan.most_rows));
     let sums = [0, 1, 2].map(|axis| {
         let of = (&residual_rad[axis][..], &predicted_rad[axis][..]);
         cross_sums(of, &is_used, piece)
     });
     let hz = |bin: usize| bin as f64 / (piece as f64 * period_s);
     let mut octaves = Vec::new();
-    let mut low = FIRST;
+    let mut low = plan.first;
     while low < piece / 2 {
         let high = (2 * low).min(piece / 2 + 1);
         let coherence = sums.each_ref().map(|sums| {
@@ -110,6 +107,7 @@ mod tests {
     use super::by_octave;
     use crate::axes::Triad;
     use crate::test_noise::noise;
+    use rlg_plan::CoherencePlan;
 
     const ROWS: usize = 8192;
 
@@ -125,7 +123,13 @@ mod tests {
             std::array::from_fn(|axis| left[axis].iter().map(|value| by[axis] * value).collect())
         };
         // Independent noise of r times the motion's power: 1/(1 + r).
-        let found = by_octave(&scaled([0.0, 1.0, 3.0]), &motion, |_| true, 0.01);
+        let found = by_octave(
+            &scaled([0.0, 1.0, 3.0]),
+            &motion,
+            |_| true,
+            0.01,
+            &CoherencePlan::default(),
+        );
         assert!(found.len() > 6, "{found:?}");
         let [x, y, z] = found[found.len() - 2].coherence;
         assert!((x - 1.0).abs() < 1e-12);
@@ -142,7 +146,7 @@ mod tests {
             let pairs = other[axis].iter().zip(&motion[axis]);
             pairs.map(|(read, predicted)| read - predicted).collect()
         });
-        for octave in &by_octave(&left, &motion, |_| true, 0.01)[3..] {
+        for octave in &by_octave(&left, &motion, |_| true, 0.01, &CoherencePlan::default())[3..] {
             assert!(octave.coherence.iter().all(|one| *one < 0.1), "{octave:?}");
         }
     }

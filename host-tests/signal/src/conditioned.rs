@@ -3,6 +3,8 @@
 //! With û = u − Cov(n_u, e)/Var(e) · e, û is independent of e under a complete model, so any column made of û, however
 //! nonlinear, has a score of zero mean.
 
+use rlg_plan::GatePlan;
+
 /// Regression weights of the residual by DCT-II coefficient: input noise power over residual noise power, at most 1.
 pub fn weights(input_noise: &[f64], residual_noise: &[f64]) -> Vec<f64> {
     input_noise
@@ -12,13 +14,15 @@ pub fn weights(input_noise: &[f64], residual_noise: &[f64]) -> Vec<f64> {
         .collect()
 }
 
-/// Resolution of the input's noise power, as a share of the residual's.
-const FLOOR: f64 = 1e-6;
-
 /// Expected noise power of the conditioned input.
-pub fn noise_expected(input_noise: &[f64], weights: &[f64], residual_noise: &[f64]) -> Vec<f64> {
+pub fn noise_expected(
+    input_noise: &[f64],
+    weights: &[f64],
+    residual_noise: &[f64],
+    plan: &GatePlan,
+) -> Vec<f64> {
     (0..input_noise.len())
-        .map(|k| (input_noise[k] * (1.0 - weights[k])).max(FLOOR * residual_noise[k]))
+        .map(|k| (input_noise[k] * (1.0 - weights[k])).max(plan.least_noise * residual_noise[k]))
         .collect()
 }
 
@@ -32,12 +36,11 @@ pub fn noise_left(
     uncertain: &[f64],
     weights: &[f64],
     residual_noise: &[f64],
+    plan: &GatePlan,
 ) -> Vec<f64> {
-    /// Standard deviations of the input's noise in the bound.
-    const DEVIATIONS: f64 = 3.0;
-    noise_expected(input_noise, weights, residual_noise)
+    noise_expected(input_noise, weights, residual_noise, plan)
         .into_iter()
         .zip(uncertain)
-        .map(|(left, uncertain)| left.max(DEVIATIONS * uncertain))
+        .map(|(left, uncertain)| left.max(plan.deviations * uncertain))
         .collect()
 }

@@ -3,8 +3,7 @@
 use std::collections::HashMap;
 use std::ops::Range;
 
-/// Rows on either side of a run of repeats for the estimate of the repeat probability.
-pub(super) const SURROUNDINGS_ROWS: usize = 200;
+use rlg_plan::ChannelPulsePlan;
 
 /// One fault of one channel.
 #[derive(Debug, Clone, PartialEq)]
@@ -60,10 +59,9 @@ fn step_from(stuck: f64, values: &[f64]) -> f64 {
         .fold(f64::INFINITY, f64::min)
 }
 
-/// Returns the pulse of a coarse channel: the smallest distance from its most frequent value; 0 where no value occurs in
-/// more than one row of a hundred, as under noise finer than a pulse.
-pub fn pulse(values: &[f64]) -> f64 {
-    const OFTEN: usize = 100;
+/// Returns the pulse of a coarse channel: the smallest distance from its most frequent value; 0 where no value occurs often,
+/// as under noise finer than a pulse.
+pub fn pulse(values: &[f64], plan: &ChannelPulsePlan) -> f64 {
     let mut counts: HashMap<u64, usize> = HashMap::new();
     for value in values {
         *counts.entry(value.to_bits()).or_default() += 1;
@@ -72,7 +70,7 @@ pub fn pulse(values: &[f64]) -> f64 {
         .into_iter()
         .max_by_key(|(bits, count)| (*count, *bits));
     match most {
-        Some((bits, count)) if count * OFTEN > values.len() => {
+        Some((bits, count)) if count * plan.often > values.len() => {
             step_from(f64::from_bits(bits), values)
         }
         _ => 0.0,
@@ -82,13 +80,13 @@ pub fn pulse(values: &[f64]) -> f64 {
 /// True if a coarse gyro without dither merely turns by less than a pulse a row: it enters and leaves such a stretch by
 /// single pulses, a failed one by jumps. The pulse is the channel's smallest distance from the repeated value: a channel
 /// written in a finer unit than its pulses takes smaller steps elsewhere.
-pub(super) fn is_between_pulses(fault: &Fault, values: &[f64]) -> bool {
+pub(super) fn is_between_pulses(fault: &Fault, values: &[f64], plan: &ChannelPulsePlan) -> bool {
     let stuck = values[fault.rows.start];
     let pulse = step_from(stuck, values);
     let near = |row: usize| {
         values
             .get(row)
-            .is_none_or(|value| (value - stuck).abs() < 1.5 * pulse)
+            .is_none_or(|value| (value - stuck).abs() < plan.single * pulse)
     };
     fault.kind != "saturation"
         && near(fault.rows.end)

@@ -5,6 +5,7 @@ use std::sync::Arc;
 
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealToComplex};
+use rlg_plan::FramePlan;
 
 use crate::transforms;
 
@@ -20,25 +21,17 @@ pub struct Frames {
     inverse: Arc<dyn ComplexToReal<f64>>,
 }
 
-/// Length of a frame \[s\]: a compromise between slow motion and bursts.
-const FRAME_S: f64 = 2.0;
-
-/// Shortest and longest frame \[rows\].
-const FRAME_ROWS: [f64; 2] = [128.0, 8192.0];
-
-/// Least number of frames in a record.
-const LEAST_FRAMES: usize = 4;
-
 impl Frames {
-    /// Frames of some two seconds for `rows` rows at `rate_hz`; `None` where there are too few rows.
-    pub fn new(rows: usize, rate_hz: f64) -> Option<Self> {
-        let wished = (FRAME_S * rate_hz).clamp(FRAME_ROWS[0], FRAME_ROWS[1]);
+    /// Frames for `rows` rows at `rate_hz`; `None` where there are too few rows.
+    pub fn new(rows: usize, rate_hz: f64, plan: &FramePlan) -> Option<Self> {
+        let [shortest, longest] = plan.length_rows;
+        let wished = (plan.length_s * rate_hz).clamp(shortest, longest);
         let length = 1_usize << (wished.log2().round() as u32);
-        let longest = (rows / LEAST_FRAMES)
+        let longest = (rows / plan.least)
             .checked_ilog2()
             .map(|power| 1_usize << power)?;
         let length = length.min(longest);
-        if length < 16 {
+        if length < plan.least_rows {
             return None;
         }
         let window: Vec<f64> = (0..length)

@@ -46,7 +46,7 @@ pub fn find(values: &[f64], measured: &[bool], plan: &HoldPlan) -> Option<Hold> 
         } else {
             plan.jitter_rows
         };
-        jitter as f64 + 0.1 * readings(stretch)
+        jitter as f64 + plan.period_error_rows * readings(stretch)
     };
     let is_whole = |stretch: &&usize| {
         (**stretch as f64 - readings(**stretch) * mean).abs() <= slack(**stretch)

@@ -22,7 +22,7 @@ pub struct Block {
     pub motion: f64,
 }
 
-/// Mean squares by blocks of about a second, of sums over a tenth: the error of single rows is small against their turn.
+/// Mean squares by blocks of time, of sums of rows.
 ///
 /// # Inputs
 /// `left_rad`, `motion_rad`: residual and motion by row of `period_s`, the motion without noise common to the residual;
@@ -32,14 +32,10 @@ pub fn blocks(
     motion_rad: &Triad,
     is_used: impl Fn(usize) -> bool,
     period_s: f64,
+    plan: &InStepPlan,
 ) -> Vec<Block> {
-    /// Time of a sum, and of a block \[s\]; least sums of one, and most blocks.
-    const SUMMED_S: f64 = 0.1;
-    const BLOCK_S: f64 = 1.0;
-    const LEAST_SUMS: usize = 4;
-    const MOST_BLOCKS: usize = 512;
     let rows = left_rad[0].len();
-    let summed = ((SUMMED_S / period_s).round() as usize).max(1);
+    let summed = ((plan.summed_s / period_s).round() as usize).max(1);
     let square = |of: &Triad, rows: &Range<usize>| -> f64 {
         let sums = of.iter().map(|axis| axis[rows.clone()].iter().sum::<f64>());
         sums.map(|sum| sum * sum).sum()
@@ -52,9 +48,9 @@ pub fn blocks(
             motion: square(motion_rad, &rows),
         })
         .collect();
-    let joined = ((BLOCK_S / (period_s * summed as f64)) as usize)
-        .max(LEAST_SUMS)
-        .max(sums.len() / MOST_BLOCKS);
+    let joined = ((plan.block_s / (period_s * summed as f64)) as usize)
+        .max(plan.least_sums)
+        .max(sums.len() / plan.most_blocks);
     let blocks = sums.chunks_exact(joined).map(|block| {
         let mean = |of: fn(&Block) -> f64| block.iter().map(of).sum::<f64>() / joined as f64;
         Block {
@@ -98,8 +94,7 @@ pub fn in_step(blocks: &[Block], plan: &InStepPlan) -> Option<InStep> {
     if part < plan.least_part || share < plan.least_share {
         return None;
     }
-    // Shifts by less than a twentieth of the record are nearly none.
-    let apart = (count / 20).max(1);
+    let apart = (count / plan.record_over_turn).max(1);
     let turns = (apart..=count - apart).step_by(count.div_ceil(plan.most_turns));
     let tried = turns.clone().count() as f64;
     let as_much = turns.filter(|turn| {

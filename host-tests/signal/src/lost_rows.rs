@@ -134,7 +134,7 @@ impl Sides {
         let count = (rows as f64 / rate_hz / plan.stretch_s) as usize;
         let long = rows / count.clamp(least, most);
         let reach = ((plan.reach_s * rate_hz) as usize).min(long);
-        if long < 16 {
+        if long < plan.least_rows {
             return Vec::new();
         }
         let sums = Sums::new(&self.reference);

@@ -5,8 +5,9 @@
 
 use std::ops::Range;
 
-use super::fault::{Detail, Fault, SURROUNDINGS_ROWS, is_between_pulses, pulse, repeats};
+use super::fault::{Detail, Fault, is_between_pulses, pulse, repeats};
 use super::streams::{AXES, Streams};
+use rlg_plan::{ChannelPulsePlan, ExtremePlan, FaultPlan, SpikePlan};
 
 /// Gyro increment less case and dither \[rad\], by row.
 fn beyond_rad(streams: &Streams, axis: usize) -> Vec<f64> {
@@ -23,26 +24,27 @@ fn swung_rad(streams: &Streams, axis: usize, row: usize) -> f64 {
 }
 
 /// Returns the sample mean if it exceeds zero significantly (one-sided z-test).
-fn clear_mean(values: impl Iterator<Item = f64>) -> Option<f64> {
-    /// Threshold in standard errors of the mean.
-    const CLEARLY: f64 = 4.0;
+fn clear_mean(values: impl Iterator<Item = f64>, plan: &ExtremePlan) -> Option<f64> {
     let values: Vec<f64> = values.collect();
     let count = values.len() as f64;
     let mean = values.iter().sum::<f64>() / count;
     let variance = values.iter().map(|one| (one - mean).powi(2)).sum::<f64>() / count;
-    (mean > CLEARLY * (variance / count).sqrt()).then_some(mean)
+    (mean > plan.clear * (variance / count).sqrt()).then_some(mean)
 }
 
 /// True if a gyro's samples at its own extremes fall short of case and dither, as those of a clipped gyro do, or if case and
 /// dither do not predict its samples. The extreme values of a coarse gyro are quantisation levels, without shortfall.
-pub(super) fn falls_short(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
-    /// Largest residual of a usable prediction, as a share of the samples.
-    const KNOWN: f64 = 0.25;
+pub(super) fn falls_short(
+    streams: &Streams,
+    axis: usize,
+    rows: &Range<usize>,
+    plan: &ExtremePlan,
+) -> bool {
     let values = &streams.sensed_rad[axis];
     let beyond = beyond_rad(streams, axis);
     let seen: Vec<usize> = rows.clone().filter(|&row| streams.measured[row]).collect();
     let sum = |of: &dyn Fn(usize) -> f64| seen.iter().map(|&row| of(row).abs()).sum::<f64>();
-    if sum(&|row| beyond[row]) > KNOWN * sum(&|row| values[row]) {
+    if sum(&|row| beyond[row]) > plan.predicted * sum(&|row| values[row]) {
         return true;
     }
     let read = || seen.iter().map(|&row| values[row]);
@@ -55,17 +57,18 @@ pub(super) fn falls_short(streams: &Streams, axis: usize, rows: &Range<usize>) -
         value if value == least => Some(beyond[row]),
         _ => None,
     });
-    clear_mean(missing).is_some()
+    clear_mean(missing, plan).is_some()
 }
 
 /// Without a reference: true if a dithered gyro's increment less dither is smaller in the rows at its own extremes than in
 /// neighbouring rows. A regular dither reaches the same sample value at the end of every swing; a clipped one shows less
 /// than the case's turn. True without a pickoff: no test is possible.
-pub(super) fn dips(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool {
-    /// Share of the sample, beyond the error of a dither's gain.
-    const LEAST: f64 = 3e-3;
-    /// Rows searched for a neighbour: two swings of a slow dither.
-    const NEAR: usize = 10;
+pub(super) fn dips(
+    streams: &Streams,
+    axis: usize,
+    rows: &Range<usize>,
+    plan: &ExtremePlan,
+) -> bool {
     if streams.pickoff_rad.is_none() {
         return true;
     }
@@ -81,11 +84,13 @@ pub(super) fn dips(streams: &Streams, axis: usize, rows: &Range<usize>) -> bool 
         .clone()
         .filter(|&row| is_at_end(row))
         .filter_map(|row| {
-            let before = (row.saturating_sub(NEAR)..row).rev().find(is_free)?;
-            let after = (row + 1..(row + 1 + NEAR).min(streams.rows)).find(is_free)?;
+            let before = (row.saturating_sub(plan.near_rows)..row)
+                .rev()
+                .find(is_free)?;
+            let after = (row + 1..(row + 1 + plan.near_rows).min(streams.rows)).find(is_free)?;
             Some(values[row].signum() * (0.5 * (case(before) + case(after)) - case(row)))
         });
-    clear_mean(missing).is_some_and(|mean| mean > LEAST * largest)
+    clear_mean(missing, plan).is_some_and(|mean| mean > plan.shortfall * largest)
 }
 
 /// Deviation of each angle sample from the mean of its neighbours, half the difference of successive increments less case
@@ -98,53 +103,47 @@ struct Off {
 
 impl Off {
     /// Deviations of a gyro's increments less case and dither.
-    fn of(streams: &Streams, axis: usize) -> Self {
-        Self::of_increments(streams, &beyond_rad(streams, axis))
+    fn of(streams: &Streams, axis: usize, plan: &SpikePlan) -> Self {
+        Self::of_increments(streams, &beyond_rad(streams, axis), plan)
     }
 
-    fn of_increments(streams: &Streams, increments: &[f64]) -> Self {
-        /// Standard deviations of a sample about its neighbours; the largest of a quarter of a million rows is five.
-        const OFF: f64 = 8.0;
-        /// Rows of the scale estimate: a shaken unit scatters more.
-        const AROUND: usize = 2000;
+    fn of_increments(streams: &Streams, increments: &[f64], plan: &SpikePlan) -> Self {
         // Sample less the mean of its predecessor and successor.
         let off_rad: Vec<f64> = increments
             .windows(2)
             .map(|two| 0.5 * (two[0] - two[1]))
             .collect();
         let mut least_rad = vec![f64::INFINITY; off_rad.len()];
-        for first in (0..off_rad.len()).step_by(AROUND) {
-            let window = first..(first + AROUND).min(off_rad.len());
+        for first in (0..off_rad.len()).step_by(plan.around) {
+            let window = first..(first + plan.around).min(off_rad.len());
             let mut sizes: Vec<f64> = window
                 .clone()
                 .filter(|&row| are_usable(streams, row))
                 .map(|row| off_rad[row].abs())
                 .collect();
-            if sizes.len() < AROUND / 4 {
+            if sizes.len() < plan.around / 4 {
                 continue;
             }
             let middle = sizes.len() / 2;
             let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-            least_rad[window].fill(OFF * *median / 0.6745);
+            least_rad[window].fill(plan.angle_off * *median / 0.6745);
         }
         Self { off_rad, least_rad }
     }
 
     /// True if a row is a single outlier: its two neighbours deviate by −1/2 of its deviation and the next ones by nothing,
     /// unlike the onset of a physical effect.
-    fn is_alone(&self, row: usize) -> bool {
-        /// Tolerance of these ratios.
-        const NEAR: f64 = 0.25;
+    fn is_alone(&self, row: usize, plan: &SpikePlan) -> bool {
         let off = &self.off_rad;
         let share = |near: usize| off.get(near).map_or(f64::NAN, |near| near / off[row]);
-        let half = -0.5 - NEAR..-0.5 + NEAR;
+        let half = -0.5 - plan.near..-0.5 + plan.near;
         row >= 2
             && [row - 1, row + 1]
                 .iter()
                 .all(|&near| half.contains(&share(near)))
             && [row - 2, row + 2]
                 .iter()
-                .all(|&near| share(near).abs() < NEAR)
+                .all(|&near| share(near).abs() < plan.near)
     }
 
     /// True if a row's deviation exceeds a share of the threshold.
@@ -159,19 +158,21 @@ fn are_usable(streams: &Streams, row: usize) -> bool {
     streams.usable[row..row + 2].iter().all(|usable| *usable)
 }
 
-/// Tolerance of a coarse channel in pulses: one for rounding, half for the noise of the other.
-const PULSES: f64 = 1.5;
-
 /// True if a coarse gyro's repeated value agrees with the reference to its own pulse: at rest no other value is possible.
-pub(super) fn agrees(fault: &Fault, values: &[f64], case_rad: &[f64]) -> bool {
+pub(super) fn agrees(
+    fault: &Fault,
+    values: &[f64],
+    case_rad: &[f64],
+    plan: &ChannelPulsePlan,
+) -> bool {
     let value = values[fault.rows.start];
-    let pulse = pulse(values);
+    let pulse = pulse(values, plan);
     fault.kind != "saturation"
         && pulse > 0.0
         && fault
             .rows
             .clone()
-            .all(|row| (case_rad[row] - value).abs() < PULSES * pulse)
+            .all(|row| (case_rad[row] - value).abs() < plan.agree * pulse)
 }
 
 /// A gyro as the witness of its encoder: a table at rest or at a constant rate reads the same in every row.
@@ -184,15 +185,19 @@ pub(super) struct Witness<'a> {
     /// Root mean square of the gyro's motion in a row \[rad\].
     moving_rad: f64,
     pulse_rad: f64,
+    pulses: ChannelPulsePlan,
     /// Rows of the average that separates motion from noise.
     averaged: usize,
 }
 
 impl<'a> Witness<'a> {
     /// Compares increments of one axis \[rad\].
-    pub(super) fn new(reference_rad: &'a [f64], gyro_rad: &'a [f64], rate_hz: f64) -> Self {
-        /// Time of the average \[s\].
-        const AVERAGED_S: f64 = 0.1;
+    pub(super) fn new(
+        reference_rad: &'a [f64],
+        gyro_rad: &'a [f64],
+        rate_hz: f64,
+        plan: &FaultPlan,
+    ) -> Self {
         let rows = reference_rad.len() as f64;
         let mean = |of: &[f64]| of.iter().sum::<f64>() / rows;
         let [reference_mean, gyro_mean] = [mean(reference_rad), mean(gyro_rad)];
@@ -210,8 +215,9 @@ impl<'a> Witness<'a> {
             offset_rad: gyro_mean - slope * reference_mean,
             slope,
             moving_rad: (square / rows).sqrt(),
-            pulse_rad: pulse(reference_rad),
-            averaged: ((AVERAGED_S * rate_hz) as usize).max(1),
+            pulse_rad: pulse(reference_rad, &plan.pulses),
+            pulses: plan.pulses,
+            averaged: ((plan.confirmed_over_s * rate_hz) as usize).max(1),
         }
     }
 
@@ -227,7 +233,8 @@ impl<'a> Witness<'a> {
         let middle: Vec<usize> = (fault.rows.start + quarter..fault.rows.end - quarter).collect();
         let averaged = self.averaged.min(middle.len());
         // An encoder does not see less than a pulse.
-        let most_rad = averaged as f64 * share * self.moving_rad + PULSES * self.pulse_rad;
+        let most_rad =
+            averaged as f64 * share * self.moving_rad + self.pulses.agree * self.pulse_rad;
         let off = |row: &usize| {
             self.gyro_rad[*row] - self.offset_rad - self.slope * self.reference_rad[*row]
         };
@@ -238,18 +245,12 @@ impl<'a> Witness<'a> {
 
 /// Finds repeated values of a channel while gyro and reference diverge; the runs are too short for rejection by chance
 /// alone.
-pub(super) fn held(streams: &Streams) -> Vec<Fault> {
-    /// Shortest run in rows.
-    const SHORTEST: usize = 3;
-    /// Largest chance of such a run at a row that stands out.
-    const CHANCE: f64 = 1e-4;
-    /// Five standard deviations, as a share of the threshold: the run itself is rare.
-    const SHARE: f64 = 5.0 / 8.0;
+pub(super) fn held(streams: &Streams, plan: &FaultPlan) -> Vec<Fault> {
     if streams.own_motion || streams.at_rest.is_some() {
         return Vec::new();
     }
     let of_axis = |axis: usize| -> Vec<Fault> {
-        let off = Off::of(streams, axis);
+        let off = Off::of(streams, axis, &plan.spikes);
         let pickoff = streams.pickoff_rad.as_ref();
         let channels = [
             ("gyro", Some(&streams.sensed_rad[axis][..])),
@@ -262,16 +263,18 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
             let Some(values) = values else { continue };
             let same = |row: usize| values[row] == values[row - 1];
             for run in repeats(values.len(), same) {
-                if run.len() < SHORTEST || !streams.usable[run.clone()].iter().all(|one| *one) {
+                if run.len() < plan.short_holds.least_rows
+                    || !streams.usable[run.clone()].iter().all(|one| *one)
+                {
                     continue;
                 }
-                let around = run.start.saturating_sub(SURROUNDINGS_ROWS).max(1)
-                    ..(run.end + SURROUNDINGS_ROWS).min(values.len());
+                let around = run.start.saturating_sub(plan.around_rows).max(1)
+                    ..(run.end + plan.around_rows).min(values.len());
                 let rows = around.len() as f64;
                 let by_chance = around.filter(|&row| same(row)).count() as f64 / rows;
                 let mut touched = run.start.saturating_sub(1)..run.end;
-                if by_chance.powi(run.len() as i32 - 1) < CHANCE
-                    && touched.any(|row| off.stands_out(row, SHARE))
+                if by_chance.powi(run.len() as i32 - 1) < plan.short_holds.chance
+                    && touched.any(|row| off.stands_out(row, plan.short_holds.share))
                 {
                     let fault = Fault {
                         kind: "stuck_channel",
@@ -289,12 +292,17 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
                     let is_right = match stem {
                         "gyro" => {
                             counts_freely
-                                && (is_between_pulses(&fault, values)
-                                    || agrees(&fault, values, &streams.case_rad[axis]))
+                                && (is_between_pulses(&fault, values, &plan.pulses)
+                                    || agrees(
+                                        &fault,
+                                        values,
+                                        &streams.case_rad[axis],
+                                        &plan.pulses,
+                                    ))
                         }
                         "reference" => {
                             let gyro = &streams.sensed_rad[axis];
-                            let new = || Witness::new(values, gyro, streams.rate_hz);
+                            let new = || Witness::new(values, gyro, streams.rate_hz, plan);
                             // A reading without pulses has no room for a deviation.
                             witness.get_or_insert_with(new).confirms(&fault, 0.0)
                         }
@@ -312,35 +320,32 @@ pub(super) fn held(streams: &Streams) -> Vec<Fault> {
 }
 
 /// Finds single outliers of an angle: the excess of a row is lost in the next.
-pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
-    /// Largest share of outliers among all samples; more are the tail of the noise distribution.
-    const MOST: f64 = 1e-3;
-    /// Smallest outlier in pulses.
-    const LEAST_PULSES: f64 = 2.5;
+pub(super) fn spikes(streams: &Streams, plan: &FaultPlan) -> Vec<Fault> {
+    let criteria = &plan.spikes;
     // The case's motion estimated from the gyros contains their spikes.
     if streams.own_motion {
         return Vec::new();
     }
     let of_axis = |axis: usize| -> Vec<Fault> {
-        let around = Off::of(streams, axis);
+        let around = Off::of(streams, axis, criteria);
         // Without a dither the gyro's own increments must deviate as well: under a delay, a lasting step of the rate
         // deviates from the reference in a single sample.
         let own = streams
             .pickoff_rad
             .is_none()
-            .then(|| Off::of_increments(streams, &streams.sensed_rad[axis]));
+            .then(|| Off::of_increments(streams, &streams.sensed_rad[axis], criteria));
         let off = &around.off_rad;
         let is_spike = |row: &usize| {
             are_usable(streams, *row)
                 && around.stands_out(*row, 1.0)
-                && around.is_alone(*row)
-                && own.as_ref().is_none_or(|own| own.is_alone(*row))
+                && around.is_alone(*row, criteria)
+                && own.as_ref().is_none_or(|own| own.is_alone(*row, criteria))
         };
         let mut found: Vec<usize> = (0..off.len()).filter(is_spike).collect();
-        // In a nearly silent counter a single pulse to and fro is no outlier.
         if !found.is_empty() {
-            let pulse_rad = pulse(&streams.sensed_rad[axis]).max(streams.pulse_rad[axis]);
-            found.retain(|&row| off[row].abs() > LEAST_PULSES * pulse_rad);
+            let pulse_rad =
+                pulse(&streams.sensed_rad[axis], &plan.pulses).max(streams.pulse_rad[axis]);
+            found.retain(|&row| off[row].abs() > criteria.angle_least * pulse_rad);
         }
         let faults = found.into_iter().map(|row| Fault {
             kind: "lost_samples",
@@ -352,7 +357,7 @@ pub(super) fn spikes(streams: &Streams) -> Vec<Fault> {
         faults.collect()
     };
     let found: Vec<Fault> = (0..3).flat_map(of_axis).collect();
-    if found.len() as f64 > MOST * streams.rows as f64 {
+    if found.len() as f64 > criteria.angle_most * streams.rows as f64 {
         Vec::new()
     } else {
         found
@@ -391,13 +396,13 @@ mod tests {
                 before = now;
             }
         }
-        assert!(spikes(&streams).is_empty());
+        assert!(spikes(&streams, &FaultPlan::default()).is_empty());
         streams.sensed_rad[0][4_000] += 3e-5;
-        let found = spikes(&streams);
+        let found = spikes(&streams, &FaultPlan::default());
         assert!(found.is_empty(), "{found:?}");
         streams.sensed_rad[2][7_000] += 3e-5;
         streams.sensed_rad[2][7_001] -= 3e-5;
-        let found = spikes(&streams);
+        let found = spikes(&streams, &FaultPlan::default());
         assert_eq!(found.len(), 1);
         assert_eq!(
             (found[0].channel.as_str(), found[0].rows.clone()),
@@ -420,7 +425,7 @@ mod tests {
                 streams.sensed_rad[1][row] += 3e-5;
                 streams.sensed_rad[1][row + 1] -= 3e-5;
             }
-            spikes(&streams).len()
+            spikes(&streams, &FaultPlan::default()).len()
         };
         assert_eq!(with_every(1_000), 12);
         assert_eq!(with_every(100), 0);
@@ -441,7 +446,7 @@ mod tests {
         let counted = |row: usize| (swing(row) / pulse_rad).floor() * pulse_rad;
         let gyro = |row: usize| counted(row + 1) - counted(row);
         streams.sensed_rad = [0, 1, 2].map(|_| (0..rows).map(gyro).collect());
-        let found = held(&streams);
+        let found = held(&streams, &FaultPlan::default());
         assert!(found.is_empty(), "{found:?}");
     }
 
@@ -459,11 +464,11 @@ mod tests {
             .collect();
         let most = |streams: &Streams| streams.sensed_rad[0].iter().copied().fold(0.0, f64::max);
         let regular = most(&streams);
-        assert!(!dips(&streams, 0, &(0..rows)));
+        assert!(!dips(&streams, 0, &(0..rows), &ExtremePlan::default()));
         for value in &mut streams.sensed_rad[0] {
             *value = value.min(0.9 * regular);
         }
-        assert!(dips(&streams, 0, &(0..rows)));
+        assert!(dips(&streams, 0, &(0..rows), &ExtremePlan::default()));
     }
 
     #[test]
@@ -482,11 +487,11 @@ mod tests {
             counted = whole;
         }
         let part = 0..rows / 4;
-        assert!(!falls_short(&streams, 0, &part));
+        assert!(!falls_short(&streams, 0, &part, &ExtremePlan::default()));
         for value in &mut streams.sensed_rad[0] {
             *value = value.clamp(-3.0 * pulse_rad, 3.0 * pulse_rad);
         }
-        assert!(falls_short(&streams, 0, &part));
+        assert!(falls_short(&streams, 0, &part, &ExtremePlan::default()));
     }
 
     #[test]
@@ -499,11 +504,11 @@ mod tests {
         let mut streams = Streams::of_motion(1000.0, seen());
         streams.sensed_rad = seen();
         streams.own_motion = false;
-        assert!(held(&streams).is_empty());
+        assert!(held(&streams, &FaultPlan::default()).is_empty());
         for row in [3_000, 5_000, 5_001, 5_002, 9_000, 9_001, 9_002, 9_003] {
             streams.case_rad[1][row] = streams.case_rad[1][row - 1];
         }
-        let faults = held(&streams);
+        let faults = held(&streams, &FaultPlan::default());
         let found: Vec<(&str, Range<usize>)> = faults
             .iter()
             .map(|fault| (fault.channel.as_str(), fault.rows.clone()))
@@ -538,7 +543,7 @@ mod tests {
             detail: Detail::None,
         };
         let is_right = |reference: &[f64], rows: Range<usize>| {
-            Witness::new(reference, &gyro, 100.0).confirms(&run(rows), 0.1)
+            Witness::new(reference, &gyro, 100.0, &FaultPlan::default()).confirms(&run(rows), 0.1)
         };
         assert!(is_right(&reference, 1_801..2_400));
         let mut unread = reference.clone();

@@ -4,7 +4,7 @@
 //!
 //! # Method
 //! In every block of the spectrum the gyros are predicted from the reference by one complex 3 × 3 transfer function, which holds
-//! delay, filter, scale and axes whatever they are; bins that it does not predict, twenty times the median power of the block, are
+//! delay, filter, scale and axes whatever they are; bins that it does not predict, far above the median power of the block, are
 //! no part of its fit. A line is a peak of that residual. It is the gyros' own where they have a peak of their own there and the
 //! reference has none. Frequency and amplitudes are those of largest likelihood under white noise of the block's power.
 //!
@@ -83,8 +83,8 @@ pub fn find(
         each.flat_map(|block| peaks(spectra, block, plan.shared))
             .collect()
     };
-    let mut excluded = products(lines_of(&reference));
-    excluded.extend(others.flat_map(|other| products(lines_of(&other))));
+    let mut excluded = products(lines_of(&reference), plan.strongest);
+    excluded.extend(others.flat_map(|other| products(lines_of(&other), plan.strongest)));
     let mut search = Search {
         gyros_rad,
         reference,
@@ -143,7 +143,7 @@ impl Search<'_> {
     /// Peaks of a block that the gyros have and the reference, which would show them, has not; and peaks of their difference that
     /// the motion hides on both, which no reference of a motion has by chance.
     fn own_peaks(&self, gyros: &Spectra, block: &Range<usize>) -> Vec<Peak> {
-        let left = residual((gyros, gyros), &self.reference, block);
+        let left = residual((gyros, gyros), &self.reference, block, self.plan.outlying);
         let own = peaks(gyros, block, self.plan.shared);
         let noise = self.plan.shared * median(&powers(&self.reference, block));
         let hides = self.plan.shared * median(&powers(gyros, block));
@@ -171,7 +171,7 @@ impl Search<'_> {
         let clean = self.spectra_beside(None);
         let of_again = again.map(|_| self.spectra_beside(again));
         let with = of_again.as_ref().unwrap_or(&clean);
-        let left = residual((&clean, with), &self.reference, &block);
+        let left = residual((&clean, with), &self.reference, &block, self.plan.outlying);
         let (mut line, coherence) =
             self.window
                 .fit(&left, bin - block.start, block.start, self.rate_hz);
@@ -257,14 +257,12 @@ fn peaks(spectra: &Spectra, block: &Range<usize>, least: f64) -> Vec<Peak> {
         .collect()
 }
 
-/// Bins of lines of the motion, and of sums and differences, to the third order, of the strongest.
-fn products(lines: Vec<Peak>) -> Vec<usize> {
-    /// Strongest lines that are combined.
-    const STRONGEST: usize = 12;
+/// Bins of lines of the motion, and of sums and differences, to the third order, of the `most` strongest.
+fn products(lines: Vec<Peak>, most: usize) -> Vec<usize> {
     let mut bins: Vec<usize> = lines.iter().map(|line| line.bin).collect();
     let mut strongest = lines;
     strongest.sort_by(|a, b| b.power().total_cmp(&a.power()));
-    strongest.truncate(STRONGEST);
+    strongest.truncate(most);
     let signed: Vec<i64> = std::iter::once(0)
         .chain(strongest.iter().flat_map(|one| {
             let bin = one.bin as i64;
@@ -284,15 +282,16 @@ fn products(lines: Vec<Peak>) -> Vec<usize> {
 /// Gyros less the motion by a transfer function of the block from the reference; bins from the block's first.
 ///
 /// # Inputs
-/// The gyros that the transfer function is fitted to, and those that the motion is taken from.
+/// The gyros that the transfer function is fitted to, and those that the motion is taken from; `outlying`: power over the
+/// median from which a bin is no part of the fit.
 fn residual(
     (fitted, gyros): (&Spectra, &Spectra),
     reference: &Spectra,
     block: &Range<usize>,
+    outlying: f64,
 ) -> Spectra {
-    /// Rounds of the fit, and the power over the median from which a bin is no part of it.
+    /// Rounds of the fit.
     const ROUNDS: usize = 3;
-    const OUTLYING: f64 = 20.0;
     let at = |of: &Spectra, bin: usize| Vector3::from_fn(|axis, _| of[axis][bin]);
     let mut bins: Vec<usize> = block.clone().collect();
     let mut transfer = Matrix3::zeros();
@@ -313,7 +312,7 @@ fn residual(
             None => Matrix3::zeros(),
         };
         let powers = powers(&less(fitted, &transfer), &(0..block.len()));
-        let most = OUTLYING * median(&powers);
+        let most = outlying * median(&powers);
         bins = block
             .clone()
             .filter(|bin| powers[bin - block.start] <= most)

@@ -11,7 +11,7 @@ use std::ops::Range;
 
 use super::data_faults;
 pub use super::fault::{Detail, Fault, pulse};
-use super::fault::{SURROUNDINGS_ROWS, is_between_pulses, repeats};
+use super::fault::{is_between_pulses, repeats};
 use super::outliers;
 use super::read_once::read_once;
 use super::streams::{AXES, Streams};
@@ -36,15 +36,15 @@ pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
         let case_rad = &streams.case_rad[axis];
         let is_fault = |fault: &Fault| {
             !counts_freely
-                || !(is_between_pulses(fault, gyro)
+                || !(is_between_pulses(fault, gyro, &plan.pulses)
                     || has_reference
                         && (is_dead_band(fault, gyro, case_rad, plan)
-                            || outliers::agrees(fault, gyro, case_rad)))
+                            || outliers::agrees(fault, gyro, case_rad, &plan.pulses)))
         };
         let mut of_gyro = of_channel(&name("gyro"), gyro, measured, &is_fault, plan);
         let is_cut = |fault: &Fault| match has_reference {
-            true => outliers::falls_short(streams, axis, &fault.rows),
-            false => outliers::dips(streams, axis, &fault.rows),
+            true => outliers::falls_short(streams, axis, &fault.rows, &plan.extremes),
+            false => outliers::dips(streams, axis, &fault.rows, &plan.extremes),
         };
         of_gyro.retain(|fault| fault.kind != "saturation" || is_cut(fault));
         // Samples at the ends of the range are reported with all their rows.
@@ -54,7 +54,7 @@ pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
         if has_reference {
             let witness = OnceCell::new();
             let is_fault = |fault: &Fault| {
-                let new = || outliers::Witness::new(case_rad, gyro, streams.rate_hz);
+                let new = || outliers::Witness::new(case_rad, gyro, streams.rate_hz, plan);
                 !witness.get_or_init(new).confirms(fault, plan.confirmed)
             };
             let name = name("reference");
@@ -74,10 +74,10 @@ pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
         faults = stopped_together(faults);
     }
     out_of_use(streams, &faults, plan);
-    let held = outliers::held(streams);
+    let held = outliers::held(streams, plan);
     out_of_use(streams, &held, plan);
     faults.extend(held);
-    let spikes = outliers::spikes(streams);
+    let spikes = outliers::spikes(streams, plan);
     for spike in &spikes {
         streams.usable[spike.rows.clone()].fill(false);
     }
@@ -168,7 +168,8 @@ fn is_dead_band(fault: &Fault, values: &[f64], case_rad: &[f64], plan: &FaultPla
         ((angle_rad[end] - angle_rad[first]) / (end - first) as f64).abs()
     };
     let fastest = fault.rows.clone().map(turn_rad).fold(0.0, f64::max);
-    let is_other = |row: &usize| !fault.rows.contains(row) && turn_rad(*row) < 0.5 * fastest;
+    let is_other =
+        |row: &usize| !fault.rows.contains(row) && turn_rad(*row) < plan.slower * fastest;
     let (silent, all) = (0..values.len()).filter(is_other).fold((0, 0), |sum, row| {
         (sum.0 + usize::from(values[row] == 0.0), sum.1 + 1)
     });
@@ -220,14 +221,14 @@ fn of_channel(
     let in_halves = [1..half.max(1), half.max(1)..values.len()].map(|part| {
         part.clone().filter(|&row| same(row)).count() as f64 / part.len().max(1) as f64
     });
-    let by_chance = in_halves[0].min(in_halves[1]).clamp(1e-4, 1.0);
+    let by_chance = in_halves[0]
+        .min(in_halves[1])
+        .clamp(plan.least_by_chance, 1.0);
     if repeated > 0 && by_chance < plan.most_by_chance {
         let longest =
             |by_chance: f64| 2.0 + (plan.run_chance / values.len() as f64).ln() / by_chance.ln();
-        // At rest a coarse channel repeats itself more often than in motion: the rows around a run give the local
-        // probability.
         let around = |run: &Range<usize>| {
-            let reach = run.len().max(SURROUNDINGS_ROWS);
+            let reach = run.len().max(plan.around_rows);
             let before = run.start.saturating_sub(reach).max(1)..run.start.max(1);
             let after = (run.end + 1).min(values.len())..(run.end + reach).min(values.len());
             let count = (before.len() + after.len()).max(1) as f64;
@@ -380,8 +381,7 @@ fn rows_clipped_for_a_while(
     let Some((_, level)) = ends.iter().max_by_key(|(_, level)| alike(*level)) else {
         return Vec::new();
     };
-    // A level must recur in two windows.
-    if alike(*level) < 2 {
+    if alike(*level) < plan.least_windows {
         return Vec::new();
     }
     // The stretch begins after the last row beyond the level, and ends before the next.
@@ -443,15 +443,16 @@ pub fn is_known(fault: &Fault, streams: &Streams, effects: &[ModelEffect]) -> bo
 mod tests {
     use super::*;
     use crate::still::AtRest;
+    use rlg_plan::ChannelPulsePlan;
     use rlg_recording::Site;
 
     #[test]
     fn a_coarse_channel_written_in_a_finer_unit_shows_its_pulse() {
         let written = |row: usize| [0.0, 1.378e-6, 0.0, -1.379e-6, 2.756e-6, 0.0][row % 6];
         let values: Vec<f64> = (0..600).map(written).collect();
-        assert_eq!(pulse(&values), 1.378e-6);
+        assert_eq!(pulse(&values, &ChannelPulsePlan::default()), 1.378e-6);
         let fine: Vec<f64> = (0..600).map(|row| (row as f64).sin()).collect();
-        assert_eq!(pulse(&fine), 0.0);
+        assert_eq!(pulse(&fine, &ChannelPulsePlan::default()), 0.0);
     }
 
     #[test]
@@ -592,7 +593,8 @@ mod tests {
             (values[99], values[200]) = (edge, edge);
             values
         };
-        assert!(is_between_pulses(&fault, &with_edges(pulse)));
-        assert!(!is_between_pulses(&fault, &with_edges(4.0 * pulse)));
+        let plan = ChannelPulsePlan::default();
+        assert!(is_between_pulses(&fault, &with_edges(pulse), &plan));
+        assert!(!is_between_pulses(&fault, &with_edges(4.0 * pulse), &plan));
     }
 }

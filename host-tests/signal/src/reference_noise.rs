@@ -9,6 +9,7 @@
 //! by contradicting data.
 
 use nalgebra::{DMatrix, DVector};
+use rlg_plan::{FramePlan, ReferenceNoisePlan};
 
 use crate::frames::Frames;
 
@@ -30,12 +31,6 @@ pub struct MeasuredShare {
     pub std: f64,
 }
 
-/// Least share of a declared term; keeps the columns finite.
-const LEAST_DECLARED: f64 = 0.02;
-
-/// Number of lowest cells, excluded for the window's leakage of slow motion.
-const SPOILT: usize = 3;
-
 /// Equivalent number of independent half-overlapped Hann frames, per frame.
 const INDEPENDENT_FRAMES: f64 = 0.95;
 
@@ -52,13 +47,13 @@ const HANN_WIDTH: f64 = 1.5;
 /// # Returns
 /// A share for each term; the prior one where the rows are too few.
 pub fn measure(
-    reference: &[f64],
-    residual: &[f64],
+    (reference, residual): (&[f64], &[f64]),
     terms: &[NoiseTerm],
     residual_noise: &[f64],
     seen: &[bool],
     rate_hz: f64,
     declared_std: f64,
+    (plan, frames): (&ReferenceNoisePlan, &FramePlan),
 ) -> Vec<MeasuredShare> {
     let before = |term: &NoiseTerm| MeasuredShare {
         share: f64::from(u8::from(term.is_declared)),
@@ -68,8 +63,9 @@ pub fn measure(
             f64::INFINITY
         },
     };
-    let Some(sums) = Frames::new(reference.len(), rate_hz)
-        .and_then(|frames| Sums::new(&frames, reference, residual, terms, residual_noise, seen))
+    let both = (reference, residual);
+    let Some(sums) = Frames::new(reference.len(), rate_hz, frames)
+        .and_then(|frames| Sums::new(&frames, both, terms, residual_noise, seen, plan))
     else {
         return terms.iter().map(before).collect();
     };
@@ -93,17 +89,19 @@ struct Sums {
     information: DMatrix<f64>,
     score: DVector<f64>,
     scale: Vec<f64>,
+    /// Least share of a declared term.
+    least_declared: f64,
 }
 
 impl Sums {
     /// Sums over the fully seen frames; `None` where they are fewer than two.
     fn new(
         frames: &Frames,
-        reference: &[f64],
-        residual: &[f64],
+        (reference, residual): (&[f64], &[f64]),
         terms: &[NoiseTerm],
         residual_noise: &[f64],
         seen: &[bool],
+        plan: &ReferenceNoisePlan,
     ) -> Option<Self> {
         let whole = (0..)
             .map(|frame| frame * frames.hop())
@@ -126,7 +124,7 @@ impl Sums {
         let scale = 1.0 / (number * frames.window_power);
         product.iter_mut().for_each(|value| *value *= scale);
         power.iter_mut().for_each(|value| *value *= scale);
-        let smooth = background(&power);
+        let smooth = background(&power, plan);
         let noise = frames.resample(residual_noise);
         let shapes: Vec<Vec<f64>> = terms
             .iter()
@@ -135,7 +133,7 @@ impl Sums {
         let size = shapes.len();
         let mut information = DMatrix::<f64>::zeros(size, size);
         let mut score = DVector::<f64>::zeros(size);
-        for k in SPOILT..count - 1 {
+        for k in plan.leaked..count - 1 {
             // If m is noise, m and e are one variable: (P_m S_e + |E m* e|²)/2 is P_m S_e then.
             let variance = (smooth[k] * noise[k]).max(f64::MIN_POSITIVE) * HANN_WIDTH;
             let weight = number * INDEPENDENT_FRAMES / variance;
@@ -159,6 +157,7 @@ impl Sums {
             }),
             score: DVector::from_fn(size, |a, _| score[a] / scale[a]),
             scale,
+            least_declared: plan.least_declared,
         })
     }
 
@@ -186,7 +185,7 @@ impl Sums {
             for k in 0..shares.len() {
                 let next = if is_declared[k] {
                     let bounded = target[k].clamp(shares[k] / MOST_STEP, shares[k] * MOST_STEP);
-                    bounded.max(LEAST_DECLARED * self.scale[k])
+                    bounded.max(self.least_declared * self.scale[k])
                 } else {
                     target[k]
                 };
@@ -238,13 +237,12 @@ fn non_negative(a: &DMatrix<f64>, b: &DVector<f64>) -> DVector<f64> {
 }
 
 /// Median power of each cell's neighbourhood, or the largest of its three nearest cells at a spectral line of motion.
-fn background(power: &[f64]) -> Vec<f64> {
-    const NEIGHBOURS: usize = 12;
-    const STANDS_OUT: f64 = 4.0;
+fn background(power: &[f64], plan: &ReferenceNoisePlan) -> Vec<f64> {
     let count = power.len();
+    let beside = plan.neighbours;
     (0..count)
         .map(|k| {
-            let around = k.saturating_sub(NEIGHBOURS)..(k + NEIGHBOURS + 1).min(count);
+            let around = k.saturating_sub(beside)..(k + beside + 1).min(count);
             let mut sorted = power[around].to_vec();
             sorted.sort_by(f64::total_cmp);
             let median = sorted[sorted.len() / 2];
@@ -252,7 +250,7 @@ fn background(power: &[f64]) -> Vec<f64> {
                 .iter()
                 .copied()
                 .fold(0.0, f64::max);
-            if own > STANDS_OUT * median {
+            if own > plan.stands_out * median {
                 own
             } else {
                 median

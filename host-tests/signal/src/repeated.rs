@@ -17,12 +17,6 @@ pub struct Repeat {
     pub from: usize,
 }
 
-/// Distances of the compared rows in the estimate of that probability.
-const DISTANCES: [usize; 8] = [1, 2, 3, 5, 11, 37, 101, 331];
-
-/// Largest distance of compared rows around a block: turns at a steady rate repeat a short pattern of counts.
-const NEARBY: usize = 64;
-
 /// Finds repeated blocks in channels of one recorder, in rows that are `usable`.
 pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repeat> {
     let rows = usable.len();
@@ -34,7 +28,8 @@ pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repe
         let count = (distance..rows).filter(|&row| alike(row, row - distance));
         count.count() as f64 / pairs as f64
     };
-    let by_chance = DISTANCES
+    let by_chance = plan
+        .distances
         .iter()
         .map(|&distance| share(distance))
         .fold(0.0, f64::max);
@@ -57,7 +52,7 @@ pub fn find(channels: &[&[f64]], usable: &[bool], plan: &RepeatPlan) -> Vec<Repe
             let count = compared.clone().filter(|&row| alike(row, row - distance));
             count.count() as f64 / compared.len().max(1) as f64
         };
-        (1..=NEARBY).map(share).fold(0.0, f64::max)
+        (1..=plan.nearby).map(share).fold(0.0, f64::max)
     };
     // Rows are compared exactly, against hash collisions.
     let key = |row: usize| -> u64 {

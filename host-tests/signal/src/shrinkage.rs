@@ -8,7 +8,7 @@
 //! until it is small.
 
 use realfft::num_complex::Complex64;
-use rlg_plan::GatePlan;
+use rlg_plan::{FramePlan, GatePlan};
 
 use crate::frames::Frames;
 
@@ -51,7 +51,7 @@ pub fn shrink(
     rate_hz: f64,
     gate: &GatePlan,
 ) -> Shrunk {
-    let Some(plane) = Plane::new(values, rate_hz) else {
+    let Some(plane) = Plane::new(values, rate_hz, &gate.frames) else {
         return Shrunk {
             values: values.to_vec(),
             likeliest: values.to_vec(),
@@ -153,8 +153,8 @@ struct Plane {
 
 impl Plane {
     /// `None` where there are too few rows.
-    fn new(values: &[f64], rate_hz: f64) -> Option<Self> {
-        let frames = Frames::new(values.len(), rate_hz)?;
+    fn new(values: &[f64], rate_hz: f64, plan: &FramePlan) -> Option<Self> {
+        let frames = Frames::new(values.len(), rate_hz, plan)?;
         let (length, hop) = (frames.length, frames.hop());
         let padded = odd_reflection(values, length);
         let count = (padded.len() - length) / hop + 1;

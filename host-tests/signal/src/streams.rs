@@ -17,6 +17,7 @@ use super::piece::Piece;
 use super::still::{self, AtRest};
 use super::unmeasured::Unmeasured;
 use rlg_model::{Model, MotionSource};
+use rlg_plan::AlignPlan;
 use rlg_recording::error::InputError;
 use rlg_recording::{Channel, Clock, Quantity, Recording, Site, Table};
 
@@ -71,8 +72,12 @@ pub struct Streams {
 
 impl Streams {
     /// Puts the recording's channels on the gyros' rows.
-    pub fn align(recording: &Recording, model: &Model) -> Result<Self, InputError> {
-        Self::align_with(recording, model, false)
+    pub fn align(
+        recording: &Recording,
+        model: &Model,
+        plan: &AlignPlan,
+    ) -> Result<Self, InputError> {
+        Self::align_with(recording, model, false, plan)
     }
 
     /// Puts the channels on the gyros' rows without a reference: the case's motion stays zero, to be filled in from the
@@ -80,14 +85,16 @@ impl Streams {
     pub fn align_without_reference(
         recording: &Recording,
         model: &Model,
+        plan: &AlignPlan,
     ) -> Result<Self, InputError> {
-        Self::align_with(recording, model, true)
+        Self::align_with(recording, model, true, plan)
     }
 
     fn align_with(
         recording: &Recording,
         model: &Model,
         own_motion: bool,
+        plan: &AlignPlan,
     ) -> Result<Self, InputError> {
         let file = recording.folder.join("recording.toml");
         let at_rest = !own_motion && model.motion == MotionSource::Static;
@@ -128,6 +135,7 @@ impl Streams {
             rate_hz,
             start_s: table_start_s,
             rows: table_rows,
+            plan,
         };
 
         let mut unmeasured = Unmeasured::default();
@@ -197,7 +205,7 @@ impl Streams {
         let start_s = table_start_s + skip as f64 / rate_hz;
         let gyro_rows = (rate_hz, start_s, rows);
         let mut streams = Self {
-            accelerometers: Rows::new(recording, gyro_rows),
+            accelerometers: Rows::new(recording, gyro_rows, &plan.accelerometers),
             site: recording.site,
             rate_hz,
             start_s,
@@ -230,7 +238,7 @@ impl Streams {
             unmeasured,
         };
         if at_rest {
-            streams.stand_still(model);
+            streams.stand_still(model, plan);
         } else {
             known_channels::apply(
                 &mut streams.case_rad,
@@ -242,7 +250,8 @@ impl Streams {
     }
 
     /// Sets the case's motion to the Earth's rotation, estimated from the gyros' usable rows.
-    fn stand_still(&mut self, model: &Model) {
+    fn stand_still(&mut self, model: &Model, plan: &AlignPlan) {
+        let fitted = (plan.rest_share * self.rows as f64) as usize;
         let rest = AtRest::new(
             &still::shown_rad(
                 &self.sensed_rad,
@@ -252,8 +261,7 @@ impl Streams {
             ),
             self.force_m_s2.as_ref(),
             &self.usable,
-            // Rows to be held out are excluded.
-            0..self.rows / 2,
+            0..fitted,
             self.rate_hz,
             self.site,
         );
@@ -274,9 +282,9 @@ impl Streams {
     }
 
     /// Repeats the estimate of the Earth's rotation after further rows were masked.
-    pub fn stand_still_again(&mut self, model: &Model) {
+    pub fn stand_still_again(&mut self, model: &Model, plan: &AlignPlan) {
         if self.at_rest.is_some() {
-            self.stand_still(model);
+            self.stand_still(model, plan);
         }
     }
 
@@ -330,16 +338,14 @@ impl Streams {
         }
     }
 
-    /// Returns the longest stretch of rows with a continuous attitude from the reference: the motion within a gap of more
-    /// than two rows is unknown, and linear interpolation across it leaves a permanent attitude error.
-    pub fn longest_carried(&self) -> std::ops::Range<usize> {
-        const BRIDGED_ROWS: usize = 2;
+    /// Returns the longest stretch of rows with a continuous attitude from the reference.
+    pub fn longest_carried(&self, plan: &AlignPlan) -> std::ops::Range<usize> {
         let unknown = |row: usize| self.unmeasured.is_missing("reference", row);
         let mut longest = 0..0;
         let (mut begin, mut row) = (0, 0);
         while row < self.rows {
             let gap = (row..self.rows).take_while(|&row| unknown(row)).count();
-            if gap > BRIDGED_ROWS {
+            if gap > plan.bridged_rows {
                 begin = row + gap;
             }
             row += gap.max(1);
@@ -378,8 +384,8 @@ impl Streams {
 
 impl Rows {
     /// Masks rows that overlap gyro rows with the case's motion unmeasured or its attitude discontinuous.
-    pub fn mask(&mut self, streams: &Streams) {
-        let carried = streams.longest_carried();
+    pub fn mask(&mut self, streams: &Streams, plan: &AlignPlan) {
+        let carried = streams.longest_carried(plan);
         let unknown: Vec<f64> = streams
             .usable
             .iter()

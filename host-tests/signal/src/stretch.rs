@@ -2,10 +2,9 @@
 
 use std::ops::Range;
 
-use super::streams::Streams;
+use rlg_plan::LongPlan;
 
-/// Lower band limit for stretches \[Hz\]: their level and slow drifts belong to the whole recording.
-const STRETCHES_ABOVE_HZ: f64 = 5.0;
+use super::streams::Streams;
 
 impl Streams {
     /// Start and end time of some rows on the recording's clock \[s\].
@@ -14,9 +13,9 @@ impl Streams {
     }
 
     /// Frequency band of the evaluation \[Hz\].
-    pub fn band_hz(&self) -> [f64; 2] {
+    pub fn band_hz(&self, plan: &LongPlan) -> [f64; 2] {
         match self.is_stretch() {
-            true => [STRETCHES_ABOVE_HZ, f64::INFINITY],
+            true => [plan.above_hz, f64::INFINITY],
             false => [0.0, f64::INFINITY],
         }
     }

@@ -11,6 +11,7 @@ use rlg_catalogue::Signals;
 use rlg_catalogue::experiment::information;
 use rlg_catalogue::moves::{Move, increments_rad};
 use rlg_catalogue::signals::Inputs;
+use rlg_plan::CataloguePlan;
 
 use super::limits::Limits;
 use crate::columns::DesignColumns;
@@ -30,7 +31,14 @@ pub fn covariance(
 ) -> Option<DMatrix<f64>> {
     let rate_hz = (ROWS_PER_CYCLE * limits.greatest_frequency_hz).min(limits.rate_hz);
     let (motion, inputs) = ((increments_rad(moves, rate_hz), None), Inputs::default());
-    let signals = Signals::of_known(motion, inputs, rate_hz, [0.0; 3], Matrix3::identity());
+    let signals = Signals::of_known(
+        motion,
+        inputs,
+        rate_hz,
+        [0.0; 3],
+        Matrix3::identity(),
+        &CataloguePlan::default(),
+    );
     let unknowns = Unknowns::of(1);
     let columns = DesignColumns::new(&signals, &Unknowns::fitted_kinds(false));
     let levels = noise.map(|noise| noise.read_at(rate_hz, limits.rate_hz));

@@ -123,7 +123,9 @@ impl Search<'_> {
         let mut fitted_anew: Vec<bool> = Vec::new();
         while self.lines.len() < plan.most {
             let weighed = self.weighed();
-            let each = each_axis(|gyro| Periodogram::new(&weighed[gyro]));
+            let each = each_axis(|gyro| {
+                Periodogram::new(&weighed[gyro], &self.plan.inference.periodogram)
+            });
             let is_free = |share: f64| {
                 let hz = share * self.clock.rate_hz;
                 passed_over_hz

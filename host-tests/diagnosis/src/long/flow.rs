@@ -1,6 +1,6 @@
 //! The flow of a diagnosis of a recording longer than memory.
 
-use rlg_plan::LongPlan;
+use rlg_plan::{JudgementPlan, Plan};
 use std::ops::Range;
 use std::path::Path;
 
@@ -70,7 +70,7 @@ pub fn diagnose_also<T>(
     let rows = long.stretches(most_rows, &plan.long);
     let origin = Origin {
         start_s: long.start_s,
-        temperature_k: start_of(long, &plan.long)?,
+        temperature_k: start_of(long, plan)?,
         start_from_body: UnitQuaternion::identity(),
         seconds: long.seconds(),
     };
@@ -118,7 +118,12 @@ pub fn diagnose_also<T>(
     for (place, own) in found.iter_mut().enumerate() {
         without_level(own, &with_noise_of(&confirmed.fit, place));
     }
-    let whole = whole(&sums, (&together, &confirmed), (long, &rows));
+    let whole = whole(
+        &sums,
+        (&together, &confirmed),
+        (long, &rows),
+        &plan.judgement,
+    );
     let lines: Vec<String> = fitted
         .iter()
         .zip(&faults)
@@ -143,11 +148,11 @@ pub fn diagnose_also<T>(
 }
 
 /// Temperature of each block at the recording's beginning \[K\]; `None` without thermometers.
-fn start_of(long: &Long, plan: &LongPlan) -> Result<Option<[f64; 3]>, InputError> {
-    let rows = (2.0 * plan.around_s * long.rate_hz) as usize;
+fn start_of(long: &Long, plan: &Plan) -> Result<Option<[f64; 3]>, InputError> {
+    let rows = (2.0 * plan.long.around_s * long.rate_hz) as usize;
     let first = (long.read)(0..rows.min(long.rows))?;
     let temperature_k = first.temperature_k.as_ref();
-    Ok(temperature_k.map(|triad| start_temperature_k(triad, long.rate_hz)))
+    Ok(temperature_k.map(|triad| start_temperature_k(triad, long.rate_hz, &plan.catalogue)))
 }
 
 /// Stretches with the faults of their data.
@@ -210,6 +215,7 @@ fn whole(
     sums: &Sums,
     (together, confirmed): (&Together, &Confirmed),
     (long, stretches): (&Long, &[Range<usize>]),
+    plan: &JudgementPlan,
 ) -> Whole {
     let summed = &sums.summed;
     // The records of the sums follow those of the stretches.
@@ -225,8 +231,9 @@ fn whole(
         (&summed.tested, [0.0, f64::INFINITY]),
         &[],
         summed.rate_hz,
+        &plan.held_out,
     );
-    let (locations, pictures) = drawn(summed, &after_rad, &noise, long);
+    let (locations, pictures) = drawn(summed, &after_rad, &noise, long, plan);
     let seconds = |blocks: usize| blocks as f64 / summed.rate_hz;
     let count_of = |flags: &[bool], of: bool| flags.iter().filter(|&&flag| flag == of).count();
     let wandering = |axis: usize| {
@@ -263,6 +270,7 @@ fn drawn(
     after_rad: &Triad,
     noise: &[Noise; 3],
     long: &Long,
+    plan: &JudgementPlan,
 ) -> (Vec<LocationEntry>, Pictures) {
     let of = Piece {
         origin: None,
@@ -271,12 +279,12 @@ fn drawn(
         held_out: false,
     };
     let bare = Streams::bare(summed.rate_hz, long.start_s, summed.measured.clone(), &of);
-    let regimes = regimes_of(&bare);
+    let regimes = regimes_of(&bare, &plan.regimes);
     let rows = runs(&summed.measured, true);
     let before_rad = &summed.residual_rad;
     let tiles = [before_rad, after_rad]
-        .map(|left_rad| locate::tiles(&bare, left_rad, noise, &regimes, &rows));
-    let locations = locate::join(&tiles[0], &regimes, &rows);
+        .map(|left_rad| locate::tiles(&bare, left_rad, noise, &regimes, &rows, &plan.tiles));
+    let locations = locate::join(&tiles[0], &regimes, &rows, &plan.tiles);
     let locations = locations.iter().map(|one| location_entry(one, &bare));
     let locations = locations.collect();
     let [before, after] = tiles;
@@ -285,7 +293,7 @@ fn drawn(
         before_rad,
         after_rad,
         noise,
-        (before, after),
+        ((before, after), &plan.tiles),
         &summed.tested,
     );
     (locations, pictures)

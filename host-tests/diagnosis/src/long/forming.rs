@@ -202,7 +202,7 @@ impl Forming<'_> {
             measured_rad: reference_rad,
             ..motions
         };
-        signals(data, motions, self.shown.path)
+        signals(data, motions, self.shown.path, &self.about.plan.catalogue)
     }
 
     /// Forms the candidates of the sums: the catalogue's, and the stretches' besides.

@@ -8,20 +8,12 @@ use rlg_findings::result::{
     Diagnosis, SelfTestEntry, SelfTestKind, SelfTestPoint, Sensitivity, Tested,
 };
 use rlg_findings::sentences::NEEDED_SNR;
+use rlg_plan::SelfTestPlan;
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
 pub mod moments;
 
 pub use moments::{Row, self_test, self_test_on};
-
-/// Draws of noise: no false name among 200 bounds the rate to 1.5 % with 95 % confidence.
-const DRAWS: usize = 200;
-
-/// Strengths of the injected effects (matched-filter SNR): from seldom to always detected.
-const RHO: [f64; 4] = [4.0, 6.0, 8.0, 10.0];
-
-/// Injected effects of each kind at each strength.
-const EACH: usize = 2;
 
 /// Named effect of a trial.
 pub struct Said {
@@ -67,9 +59,9 @@ pub trait Trials {
     fn sensitivity(&self, planted: &Self::Planted) -> Option<Sensitivity>;
 
     /// Runs all trials.
-    fn told(&self, seed: u64) -> Tested {
+    fn told(&self, seed: u64, plan: &SelfTestPlan) -> Tested {
         Tested {
-            self_test: self.tested(&mut ChaCha8Rng::seed_from_u64(seed)),
+            self_test: self.tested(&mut ChaCha8Rng::seed_from_u64(seed), plan),
             sensitivity: self
                 .planted()
                 .into_iter()
@@ -79,12 +71,12 @@ pub trait Trials {
     }
 
     /// Counts false names, detections and correct names.
-    fn tested(&self, random: &mut ChaCha8Rng) -> SelfTestEntry {
-        let alone: Vec<Option<&str>> = (0..DRAWS)
+    fn tested(&self, random: &mut ChaCha8Rng, plan: &SelfTestPlan) -> SelfTestEntry {
+        let alone: Vec<Option<&str>> = (0..plan.draws)
             .map(|_| Some(self.in_noise(random)?.kind))
             .collect();
         let false_names = alone.iter().flatten().count();
-        let mut curve = RHO.map(|rho| SelfTestPoint {
+        let mut curve = plan.strengths.map(|rho| SelfTestPoint {
             rho,
             injections: 0,
             detected: 0,
@@ -103,7 +95,7 @@ pub trait Trials {
             };
             for point in &mut curve {
                 let mut counts = None;
-                for _ in 0..EACH {
+                for _ in 0..plan.each {
                     let Some(said) = self.with(planted, point.rho, random) else {
                         continue;
                     };
@@ -124,9 +116,9 @@ pub trait Trials {
             point.theory /= point.injections.max(1) as f64;
         }
         SelfTestEntry {
-            slides: DRAWS,
+            slides: plan.draws,
             false_names,
-            upper_limit_95: upper_limit(false_names, DRAWS),
+            upper_limit_95: upper_limit(false_names, plan.draws),
             curve: curve.to_vec(),
             kinds: by_kind,
         }

@@ -40,7 +40,8 @@ pub fn self_test_on(
     rows: &[Row],
     (plan, seed): (&Plan, u64),
 ) -> Option<Tested> {
-    Some(Trials::new(data, (levels, members), rows, plan)?.told(seed))
+    let trials = Trials::new(data, (levels, members), rows, plan)?;
+    Some(trials.told(seed, &plan.judgement.self_test))
 }
 
 /// Row of the catalogue as a hypothesis on the records.

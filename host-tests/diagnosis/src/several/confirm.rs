@@ -346,7 +346,7 @@ fn refit(
         .iter()
         .map(|&place| &together.shared[place].candidate);
     let set: Vec<_> = joined.iter().zip(members).collect();
-    let told = told(&likelihood, &set, &fit, plan.judgement.class_within);
+    let told = told(&likelihood, &set, &fit, plan);
     fit.members = headlines.to_vec();
     Some(Refitted { fit, misfits, told })
 }

@@ -146,9 +146,10 @@ fn of_held_out(
         &before_rad,
         &after_rad,
         &noise,
-        (&test_rows, streams.band_hz()),
+        (&test_rows, streams.band_hz(&plan.long)),
         &[],
         streams.rate_hz,
+        &plan.judgement.held_out,
     );
     let channels: Vec<_> = validations.iter().map(channel).collect();
     HeldOut {

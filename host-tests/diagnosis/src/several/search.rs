@@ -161,10 +161,9 @@ pub(crate) fn stand(
         let seen: Vec<Fit> = (0..recordings.len())
             .map(|recording| seen_by(&fit, &shared, recording))
             .collect();
-        let stands = recordings
-            .iter()
-            .zip(&seen)
-            .all(|(one, own)| is_settled(own, &one.pass.candidates, one.path().delay_s));
+        let stands = recordings.iter().zip(&seen).all(|(one, own)| {
+            is_settled(own, &one.pass.candidates, one.path().delay_s, &plan.rates)
+        });
         let nothing = members.is_empty()
             && fits.iter().all(|fit| fit.members.is_empty())
             && recordings.iter().all(|one| one.path() == Path::default());
@@ -358,7 +357,7 @@ impl Recording {
         (plan, left_out): (&Plan, &[&str]),
     ) -> Self {
         let Self { pass, rows } = self;
-        let mut path = path_of(&fit, &pass.candidates);
+        let mut path = path_of(&fit, &pass.candidates, &plan.rates);
         path.delay_s = delay_s.unwrap_or(path.delay_s);
         let begun = Begun::behind((pass, fit), path, data, &rows);
         Self {

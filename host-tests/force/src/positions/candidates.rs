@@ -4,9 +4,9 @@ use nalgebra::Vector3;
 use rlg_findings::result::UNLISTED;
 use rlg_inference::{Bound, Hypothesis, Term};
 use rlg_model::{EffectValue, ModelEffect};
+use rlg_plan::OddsPlan;
 use rlg_signal::axes::AXES;
 
-use crate::candidates::{EVERYDAY, ONE_AXIS, SHARED};
 use crate::kinds::{KINDS, Kind};
 
 /// Design column.
@@ -168,6 +168,7 @@ pub fn candidates(
     (positions, is_warmed): (usize, bool),
     left_out: &[&str],
     columns: &mut Vec<Column>,
+    odds: &OddsPlan,
 ) -> Vec<Candidate> {
     let mut found = Vec::new();
     for kind in KINDS.iter().filter(|kind| !left_out.contains(&kind.kind)) {
@@ -180,9 +181,9 @@ pub fn candidates(
             "accel_misalignment" => kind.largest * 2_f64.sqrt(),
             _ => kind.largest,
         };
-        let everyday = if kind.everyday { EVERYDAY } else { 1.0 };
-        let alone = all.iter().map(|column| (vec![*column], ONE_AXIS));
-        for (own, places) in std::iter::once((all.clone(), SHARED)).chain(alone) {
+        let everyday = if kind.everyday { odds.everyday } else { 1.0 };
+        let alone = all.iter().map(|column| (vec![*column], odds.one_axis));
+        for (own, places) in std::iter::once((all.clone(), odds.shared)).chain(alone) {
             found.push(candidate(
                 kind.kind,
                 own,
@@ -270,7 +271,7 @@ mod tests {
             warming_k: None,
         };
         let mut columns = Vec::new();
-        let all = candidates((2, false), &[], &mut columns);
+        let all = candidates((2, false), &[], &mut columns, &OddsPlan::default());
         for one in all.iter().filter(|one| one.row().is_some()) {
             for (place, column) in one.columns.iter().enumerate() {
                 let mut sizes = vec![0.0; one.columns.len()];

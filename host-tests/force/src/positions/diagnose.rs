@@ -1,6 +1,6 @@
 //! Diagnosis of accelerometers in still positions, with gravity as the only reference.
 
-use rlg_plan::{Plan, PositionPlan};
+use rlg_plan::{AccelerometerRowsPlan, Plan, PositionPlan};
 use std::ops::Range;
 
 use nalgebra::Vector3;
@@ -54,7 +54,7 @@ pub struct Diagnosed {
 
 /// True for a recording of still positions: accelerometers without a reference and, if there are gyros, at least as many
 /// attitudes as distinguish a moved unit from one at rest.
-pub fn serves(recording: &Recording, plan: &PositionPlan) -> bool {
+pub fn serves(recording: &Recording, plan: &Plan) -> bool {
     let has = |quantity: &Quantity| {
         let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
         channels.any(|channel| channel.quantity == *quantity)
@@ -67,15 +67,16 @@ pub fn serves(recording: &Recording, plan: &PositionPlan) -> bool {
     if !Quantity::GYROS.iter().any(has) {
         return true;
     }
-    let Ok(rows) = rows_of(recording) else {
+    let Ok(rows) = rows_of(recording, &plan.signal.align.accelerometers) else {
         return false;
     };
-    let positions = still::find(&rows, plan).positions;
-    attitudes(&positions, plan) >= plan.least_attitudes
+    let own = &plan.force.positions;
+    let positions = still::find(&rows, own).positions;
+    attitudes(&positions, own) >= own.least_attitudes
 }
 
 /// Rows of the accelerometers on their own clock.
-fn rows_of(recording: &Recording) -> Result<Rows, String> {
+fn rows_of(recording: &Recording, plan: &AccelerometerRowsPlan) -> Result<Rows, String> {
     let is_force = |table: &&Table| {
         let mut channels = table.channels.iter();
         channels.any(|channel| {
@@ -90,7 +91,7 @@ fn rows_of(recording: &Recording) -> Result<Rows, String> {
         Clock::Uniform { rate_hz, start_s } => Some((rate_hz, start_s, table.rows)),
         Clock::Stamped { .. } => None,
     });
-    Rows::new(recording, clock.unwrap_or((1.0, 0.0, 0)))
+    Rows::new(recording, clock.unwrap_or((1.0, 0.0, 0)), plan)
 }
 
 /// Number of distinct attitudes among positions.
@@ -119,7 +120,8 @@ pub fn diagnose(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     progress("finding still positions");
-    let rows = rows_of(recording).map_err(|reason| {
+    let of_rows = &settings.plan.signal.align.accelerometers;
+    let rows = rows_of(recording, of_rows).map_err(|reason| {
         InputError::new(recording.folder.join("recording.toml"), reason)
             .channel("specific_force")
             .expected("specific_force or velocity_increment on x, y and z at one rate, where there are neither gyros nor a reference")
@@ -157,10 +159,11 @@ pub fn diagnose(
     if attitudes < own.least_attitudes {
         return Ok(not_moved(recording, model, (settings.seed, attitudes, own)));
     }
+    let is_last_of_some = |place: usize| place % own.held_out_every == own.held_out_every - 1;
     let (tested, fitted): (Vec<usize>, Vec<usize>) = (0..positions.len())
-        .partition(|place| positions.len() >= own.least_to_hold_out && place % 5 == 4);
+        .partition(|&place| positions.len() >= own.least_to_hold_out && is_last_of_some(place));
     let observed = Observed {
-        readings: Readings::new(&positions, &fitted, rows.rate_hz),
+        readings: Readings::new(&positions, &fitted, rows.rate_hz, own),
         warming_k: warming_k(recording, &rows, &positions),
         gravity_m_s2,
         known,

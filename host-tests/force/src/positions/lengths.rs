@@ -16,9 +16,6 @@ use std::ops::Range;
 
 use super::still::Position;
 
-/// Floor of a variance \[m²/s⁴\], below any accelerometer's: nano-g.
-const LEAST_M2_S4: f64 = 1e-16;
-
 /// Means of the positions, with their variances.
 #[derive(Debug, Clone)]
 pub struct Readings {
@@ -36,12 +33,17 @@ pub struct Readings {
 
 impl Readings {
     /// Computes the means of all positions; the variance per block is common and estimated from the `fitted` ones alone.
-    pub fn new(positions: &[Position], fitted: &[usize], rate_hz: f64) -> Self {
+    pub fn new(
+        positions: &[Position],
+        fitted: &[usize],
+        rate_hz: f64,
+        plan: &PositionPlan,
+    ) -> Self {
         let count = |one: &Position| one.blocks_m_s2.len() as f64;
         let fitted = || fitted.iter().map(|&place| &positions[place]);
         let freedom: f64 = fitted().map(|one| count(one) - 1.0).sum();
         let scatter: Vector3<f64> = fitted().map(Position::scatter_m2_s4).sum();
-        let block = scatter.map(|sum| sum.max(LEAST_M2_S4) / freedom.max(1.0));
+        let block = scatter.map(|sum| sum.max(plan.least_sum_m2_s4) / freedom.max(1.0));
         let middle_s = |one: &Position| 0.5 * (one.rows.start + one.rows.end) as f64 / rate_hz;
         let squares = fitted().map(|one| one.half_difference_m_s2().powi(2));
         let first_s = positions.first().map_or(0.0, middle_s);
@@ -284,7 +286,7 @@ mod tests {
     use nalgebra::Vector3;
     use rlg_inference::NoiseLevels;
     use rlg_inference::laws::broken_laws;
-    use rlg_plan::PositionPlan;
+    use rlg_plan::{PositionPlan, SearchPlan};
 
     use super::{Lengths, Record};
 
@@ -318,7 +320,7 @@ mod tests {
             };
             let lengths = Lengths::new(&record, levels, &PositionPlan::default());
             let columns = 2 + usize::from(gravity_std_m_s2 > 0.0);
-            let broken = broken_laws(&lengths, columns, &[levels]);
+            let broken = broken_laws(&lengths, columns, &[levels], &SearchPlan::default());
             assert!(broken.is_empty(), "{broken:?}");
         }
     }

@@ -151,7 +151,8 @@ pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
     let count = observed.readings.mean_m_s2.len();
     let mut columns: Vec<Column> = Vec::new();
     let sought = (count, observed.warming_k.is_some());
-    let candidates = candidates(sought, left_out, &mut columns);
+    let odds = &plan.catalogue.odds;
+    let candidates = candidates(sought, left_out, &mut columns, odds);
     let hypotheses: Vec<Hypothesis> = candidates
         .iter()
         .map(|one| one.hypothesis.clone())
@@ -179,7 +180,7 @@ pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
             vec![start],
         );
         // Every position with an own offset is one observation less.
-        let most = search_plan.most_members.min(count / 2);
+        let most = search_plan.most_members.min(count / own.of_effect);
         // With few positions no error alone is worth its parameters if two act: a second search starts from the errors of a
         // new unit.
         let first = search.run(&before, most);
@@ -195,7 +196,7 @@ pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
         }
         let concluded = conclude(search, fit, &candidates, plan);
         return Found {
-            confirmed_gain: gains(&concluded, (&candidates, &record), &lengths),
+            confirmed_gain: gains(&concluded, (&candidates, &record), &lengths, own),
             concluded,
             candidates,
             record,
@@ -305,8 +306,13 @@ fn headline((fit, judged): (&Fit, &JudgedSet), candidates: &[Candidate], place: 
 }
 
 /// Loss of leave-one-out predictive log score without each member.
-fn gains(of: &Concluded, made_of: (&[Candidate], &Record), lengths: &Lengths) -> Vec<f64> {
-    let score = |fit: &Fit| predictive_score(fit, made_of, lengths.unit_m_s2);
+fn gains(
+    of: &Concluded,
+    made_of: (&[Candidate], &Record),
+    lengths: &Lengths,
+    plan: &PositionPlan,
+) -> Vec<f64> {
+    let score = |fit: &Fit| predictive_score(fit, made_of, lengths.unit_m_s2, plan);
     let whole = score(&of.fit);
     let without = of.judged.without.iter();
     without.map(|without| whole - score(without)).collect()
@@ -318,9 +324,8 @@ fn predictive_score(
     fit: &Fit,
     (candidates, record): (&[Candidate], &Record),
     unit_m_s2: f64,
+    plan: &PositionPlan,
 ) -> f64 {
-    /// Standard deviation for columns without a prior \[m/s²\]: the largest plausible difference from gravity.
-    const LARGEST_M_S2: f64 = 1.0;
     let count = record.length_m_s2.len();
     let mut covariance = record.covariance(fit.levels[0], unit_m_s2);
     let mut add = |column: &[f64], std: f64| {
@@ -340,7 +345,7 @@ fn predictive_score(
                 .fold(f64::MIN_POSITIVE, |most, one| one.abs().max(most));
             add(
                 column,
-                one.bound(term.parameter).std.min(LARGEST_M_S2 / most),
+                one.bound(term.parameter).std.min(plan.largest_m_s2 / most),
             );
         }
     }

@@ -75,8 +75,8 @@ pub fn find(rows: &Rows, plan: &PositionPlan) -> Found {
     let digit = least_step_m_s2(rows);
     let quiet = quiet_variance(&blocks, plan.quiet_share);
     let quiet = Vector3::from_fn(|axis, _| quiet[axis].max(digit[axis].powi(2) / 12.0));
-    // Six standard deviations of the variance of so many rows.
-    let limit = plan.restless_ratio + 6.0 * (2.0 / (block_rows as f64 - 1.0)).sqrt();
+    let limit =
+        plan.restless_ratio + plan.restless_deviations * (2.0 / (block_rows as f64 - 1.0)).sqrt();
     let scatters = |block: &Block| (0..3).any(|axis| block.variance[axis] > limit * quiet[axis]);
     let is_still: Vec<bool> = blocks
         .iter()
@@ -133,7 +133,7 @@ impl Found {
         let ends = blocks_m_s2.len().div_ceil(4);
         let first = mean(&blocks_m_s2[..ends]);
         let last = mean(&blocks_m_s2[blocks_m_s2.len() - ends..]);
-        if first.angle(&last) > 0.5 * plan.same_direction_rad {
+        if first.angle(&last) > plan.turning_share * plan.same_direction_rad {
             self.restless.push(rows);
             return;
         }
@@ -219,7 +219,7 @@ fn held<'a>(
 #[cfg(test)]
 mod tests {
     use super::*;
-    use rlg_plan::PositionPlan;
+    use rlg_plan::{AccelerometerRowsPlan, PositionPlan};
     use rlg_recording::{Channel, Clock, Quantity, Recording, Table};
 
     /// Rows of a recording at 20 Hz; samples by row, x y z.
@@ -245,7 +245,8 @@ mod tests {
             }],
             segments: Vec::new(),
         };
-        Rows::new(&recording, (rate_hz, start_s, count)).expect("three accelerometers")
+        let plan = AccelerometerRowsPlan::default();
+        Rows::new(&recording, (rate_hz, start_s, count), &plan).expect("three accelerometers")
     }
 
     /// Deterministic noise: fractional parts of multiples of an irrational number.

@@ -33,7 +33,7 @@ impl Diagnosed {
                 (None, None) => String::new(),
             };
         };
-        let is_equal = are_equal(values, covariance);
+        let is_equal = are_equal(values, covariance, &self.plan.force);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
                 " All three are the same within their spread: a wrong gravity of the site would look like this too."
@@ -69,6 +69,7 @@ impl Diagnosed {
             &fit.levels,
             &fit.drift,
             Effort::QUICK,
+            &self.plan.inference.search,
         );
         let std = |at: usize| alone.covariance[(at, at)].max(0.0).sqrt();
         let each = one.columns.iter().enumerate();

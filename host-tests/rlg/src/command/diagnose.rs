@@ -334,9 +334,7 @@ impl Diagnose {
         check(folder, &recording)?;
         expect(work(&recording, model), rows(&recording));
         *recorded = rates(&recording, model.gyro.pulse_weight_rad);
-        if stands_in_positions(&recording, &settings.plan.force.positions)
-            || is_slow(&recording, model)
-        {
+        if stands_in_positions(&recording, &settings.plan) || is_slow(&recording, model) {
             return diagnose_under(settings, &recording, model, model_file, progress);
         }
         progress("aligning the channels");
@@ -370,7 +368,7 @@ impl Diagnose {
                     "one such recording at a time, or a reference at every row of the gyros",
                 ));
             }
-            if stands_in_positions(&recording, &settings.plan.force.positions) {
+            if stands_in_positions(&recording, &settings.plan) {
                 return Err(InputError::new(
                     folder,
                     "has still positions of accelerometers, and no reference",

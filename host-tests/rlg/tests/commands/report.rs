@@ -536,6 +536,7 @@ pub(super) fn pictures(seconds: f64) -> Pictures {
         frequency_hz,
         tiles_before: tiles.clone(),
         tiles_after: tiles,
+        significance: 1e-4,
         held_out_s: vec![[0.7 * seconds, seconds]],
         rate_hz,
         start_s: 0.0,

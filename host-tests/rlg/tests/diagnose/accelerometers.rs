@@ -13,6 +13,7 @@ use rlg::diagnose::{
 use rlg::recording::{Channel, Clock, Quantity, Table};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::{Simulation, simulate};
+use rlg_plan::AlignPlan;
 
 const TABLE: &str = include_str!("table_programme.toml");
 
@@ -374,7 +375,7 @@ fn together(effects: &str, seeds: RangeInclusive<u64>) -> Diagnosis {
             let mut simulation = recorded_at(TOGETHER_HZ, effects, seed);
             simulation.recording.name = format!("table {seed}");
             let of = model.get_or_insert(simulation.model);
-            Streams::align(&simulation.recording, of).expect("it aligns")
+            Streams::align(&simulation.recording, of, &AlignPlan::default()).expect("it aligns")
         })
         .collect();
     all.last_mut().expect("a recording").piece.held_out = true;

@@ -10,6 +10,7 @@ use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Settings, diagnose_streams, diagnose_together};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
+use rlg_plan::AlignPlan;
 
 const STILL: &str = "[[motion]]\nkind = \"still\"\nduration_s = 10.0\n";
 
@@ -37,7 +38,11 @@ impl Case<'_> {
         let scenario = Scenario::parse(&text, Path::new("next.toml")).expect("a scenario");
         let mut simulation = simulate(&scenario, seed, |_| {});
         simulation.recording.name = format!("recording {seed}");
-        let streams = Streams::align(&simulation.recording, &simulation.model);
+        let streams = Streams::align(
+            &simulation.recording,
+            &simulation.model,
+            &AlignPlan::default(),
+        );
         (streams.expect("it aligns"), simulation.model)
     }
 

@@ -1,6 +1,6 @@
 //! The engine of one likelihood: inputs on which its findings may depend.
 
-use rlg_plan::Plan;
+use rlg_plan::{AlignPlan, Plan};
 use std::path::Path;
 
 use super::support::{
@@ -52,7 +52,8 @@ fn rounded_increments_are_no_pulses() {
     let scenario = Scenario::parse(&turns(""), Path::new("turns.toml")).expect("a scenario");
     let simulation = simulate(&scenario, 5, |_| {});
     let model = &simulation.model;
-    let mut streams = Streams::align(&simulation.recording, model).expect("channels");
+    let mut streams =
+        Streams::align(&simulation.recording, model, &AlignPlan::default()).expect("channels");
     for value in streams.sensed_rad.iter_mut().flatten() {
         *value = (*value / ROUNDED_RAD).round() * ROUNDED_RAD;
     }
@@ -76,14 +77,17 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
     let simulation = simulate(&scenario, 5, |_| {});
     let file = Path::new("model.toml");
     let model = &simulation.model;
-    let mut whole = Streams::align(&simulation.recording, model).expect("channels");
-    let mut poisoned = Streams::align(&simulation.recording, model).expect("channels");
+    let mut whole =
+        Streams::align(&simulation.recording, model, &AlignPlan::default()).expect("channels");
+    let mut poisoned =
+        Streams::align(&simulation.recording, model, &AlignPlan::default()).expect("channels");
     let plan = Plan::default();
     let partition = Data::new(&mut whole, model, &plan, file)
         .expect("data")
         .partition;
     // Inputs not needed once the residual exists are dropped.
-    let mut whole = Streams::align(&simulation.recording, model).expect("channels");
+    let mut whole =
+        Streams::align(&simulation.recording, model, &AlignPlan::default()).expect("channels");
     let mut replaced = 0;
     for (row, of) in partition.uses.iter().enumerate() {
         if *of == Use::Test {

@@ -8,6 +8,7 @@ use rlg::error::InputError;
 use rlg::model::{EffectValue, Model, ModelEffect};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
+use rlg_plan::AlignPlan;
 use std::path::Path;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");
@@ -51,7 +52,12 @@ fn simulated(scene: &str, rate_hz: u32, name: &str, seed: u64, effect: &str) -> 
     let scenario = Scenario::parse(&text, Path::new("null.toml")).expect("a scenario");
     let mut simulation = simulate(&scenario, seed, |_| {});
     simulation.recording.name = name.to_string();
-    let streams = Streams::align(&simulation.recording, &simulation.model).expect("it aligns");
+    let streams = Streams::align(
+        &simulation.recording,
+        &simulation.model,
+        &AlignPlan::default(),
+    )
+    .expect("it aligns");
     (streams, simulation.model)
 }
 

@@ -5,7 +5,7 @@ use rlg::model::Model;
 use rlg::simulate::coning_demo;
 use rlg_diagnosis::data::Data;
 use rlg_diagnosis::portion::{Portion, inner};
-use rlg_plan::Plan;
+use rlg_plan::{AlignPlan, HeldOutPlan, Plan};
 use std::path::Path;
 
 const RATE_HZ: f64 = 4000.0;
@@ -13,7 +13,8 @@ const RATE_HZ: f64 = 4000.0;
 #[test]
 fn a_portion_keeps_sums_of_products() {
     let rows: Vec<f64> = (0..8000).map(|row| (row as f64 * 0.37).sin()).collect();
-    let portion = Portion::new(vec![0..3000, 5000..8000], RATE_HZ).expect("rows");
+    let portion =
+        Portion::new(vec![0..3000, 5000..8000], RATE_HZ, &HeldOutPlan::default()).expect("rows");
     let bins = portion.transform(&rows);
     let ones = vec![1.0; portion.bins()];
     let in_time: f64 = portion
@@ -31,7 +32,8 @@ fn a_dither_that_the_model_does_not_speak_of_is_taken_at_its_pickoffs_word() {
     let simulation = coning_demo(5).expect("a scenario");
     let file = Path::new("model.toml");
     let residual = |model: &Model| {
-        let mut streams = Streams::align(&simulation.recording, model).expect("channels");
+        let mut streams =
+            Streams::align(&simulation.recording, model, &AlignPlan::default()).expect("channels");
         let plan = Plan::default();
         let data = Data::new(&mut streams, model, &plan, file).expect("an installation");
         data.residual_rad

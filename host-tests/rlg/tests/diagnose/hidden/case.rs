@@ -16,7 +16,7 @@ use rlg_diagnosis::data::Data;
 use rlg_diagnosis::noise_spectrum::Noise;
 use rlg_diagnosis::settle::residual_of_model;
 use rlg_diagnosis::validate::validate;
-use rlg_plan::Plan;
+use rlg_plan::{AlignPlan, Plan};
 use rlg_signal::partition::Use;
 use std::ops::Range;
 use std::path::Path;
@@ -219,6 +219,7 @@ impl Case {
             (&before.tested, [0.0, before.rate_hz / 2.0]),
             &[],
             before.rate_hz,
+            &rlg_plan::HeldOutPlan::default(),
         );
         assert_eq!(channels.len(), 3);
         let falls = channels
@@ -239,7 +240,7 @@ struct Residual {
 
 fn residual(recording: &Recording, model: &Model) -> Residual {
     let plan = Plan::default();
-    let mut streams = Streams::align(recording, model).expect("it aligns");
+    let mut streams = Streams::align(recording, model, &AlignPlan::default()).expect("it aligns");
     qualify(&mut streams, &plan.signal.faults);
     let (start_s, rate_hz) = (streams.start_s, streams.rate_hz);
     let mut data = Data::new(&mut streams, model, &plan, Path::new("model.toml")).expect("data");

@@ -1,6 +1,6 @@
 //! A name that fits its fitted rows, and not the others, is withdrawn.
 
-use rlg_plan::Plan;
+use rlg_plan::{AlignPlan, Plan};
 use std::path::Path;
 
 use super::case::{Case, sensing_besides, slew, still, vibration};
@@ -20,7 +20,7 @@ fn a_name_that_the_held_out_rows_contradict_is_taken_back() {
         still(3.0),
     ];
     let (recording, model) = Case::of_increments(&motion, 71);
-    let mut streams = Streams::align(&recording, &model).expect("it aligns");
+    let mut streams = Streams::align(&recording, &model, &AlignPlan::default()).expect("it aligns");
     let plan = Plan::default();
     let file = Path::new("model.toml");
     let uses = Data::new(&mut streams, &model, &plan, file)
