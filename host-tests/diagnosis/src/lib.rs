@@ -125,4 +125,5 @@ pub mod at_rest;
 
 pub use diagnose::{align, diagnose};
 pub use outcome::Outcome;
+pub use rlg_inference::work::Work;
 pub use settings::Settings;

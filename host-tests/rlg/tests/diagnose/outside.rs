@@ -100,15 +100,9 @@ fn a_reversed_encoder_is_refused_and_put_right_anyway() {
 }
 
 #[test]
-fn an_encoder_on_one_axis_is_sound() {
-    accepted("encoder-yaw", false, is_sound);
-}
-
-#[test]
 #[ignore = "a quarter of a minute: --test diagnose -- --ignored in_full"]
 fn an_encoder_about_another_axis_is_sound_and_shows_its_delay_in_full() {
-    accepted("encoder-roll", false, is_sound);
-    shows_its_delay("encoder-roll", "x");
+    is_sound_and_shows_its_delay("encoder-roll", "x");
 }
 
 #[test]
@@ -235,13 +229,14 @@ fn a_low_pass_of_33_ms_is_a_low_pass() {
 }
 
 #[test]
-fn a_motor_with_an_encoder_shows_its_delay() {
-    shows_its_delay("encoder-yaw", "z");
+fn a_motor_with_an_encoder_is_sound_and_shows_its_delay() {
+    is_sound_and_shows_its_delay("encoder-yaw", "z");
 }
 
 /// An outside analysis found 6.5 to 7.1 ms.
-fn shows_its_delay(name: &str, axis: &str) {
+fn is_sound_and_shows_its_delay(name: &str, axis: &str) {
     accepted(name, false, |diagnosis| {
+        is_sound(diagnosis);
         let (late_s, std_s) = number(diagnosis, "gyro_delay", axis);
         assert!(
             (late_s - 6.8e-3).abs() < 1e-3 && std_s < 1e-3,
