@@ -49,6 +49,13 @@ pub struct Pictures {
     pub start_s: f64,
 }
 
+/// Returns a residual without that of unmeasured and faulty rows, which have none.
+fn measured(residual_rad: &Triad, streams: &Streams) -> Triad {
+    let of_row = |(value, is_usable): (&f64, &bool)| if *is_usable { *value } else { 0.0 };
+    let of_axis = |values: &Vec<f64>| values.iter().zip(&streams.usable).map(of_row).collect();
+    residual_rad.each_ref().map(of_axis)
+}
+
 /// Thins all series.
 pub fn draw(
     streams: &Streams,
@@ -58,6 +65,7 @@ pub fn draw(
     (tiles, plan): ((Vec<Tile>, Vec<Tile>), &TilePlan),
     held_out: &[Range<usize>],
 ) -> Pictures {
+    let [before_rad, after_rad] = [before_rad, after_rad].map(|triad| measured(triad, streams));
     let step = streams.rows.div_ceil(ANGLE_POINTS);
     let angle = |values: &Vec<f64>| {
         let mut sum = 0.0;
@@ -107,10 +115,10 @@ pub fn draw(
             .step_by(step)
             .map(|row| streams.middle_s(row))
             .collect(),
-        angle_before_rad: all(before_rad, &angle),
-        angle_after_rad: all(after_rad, &angle),
-        power_before: all(before_rad, &spectrum),
-        power_after: all(after_rad, &spectrum),
+        angle_before_rad: all(&before_rad, &angle),
+        angle_after_rad: all(&after_rad, &angle),
+        power_before: all(&before_rad, &spectrum),
+        power_after: all(&after_rad, &spectrum),
         power_noise: [0, 1, 2].map(|axis: usize| {
             frequency_hz
                 .iter()

@@ -8,6 +8,9 @@ use std::fs;
 use std::path::{Path, PathBuf};
 use std::process::{Command, Output, Stdio};
 
+use rlg::command::ideal;
+use rlg::diagnose::diagnose;
+use rlg::recording::Recording;
 use serde_json::Value;
 
 /// Lines of an answer, including the line with the page's path.
@@ -429,4 +432,13 @@ fn rows_lost_without_stamps_are_found_and_restored_beside_rates() {
         .as_f64()
         .expect("a share");
     assert!(share < 0.01, "{share}: {answer}");
+
+    // Unmeasured rows have no residual: the pictures show noise throughout, where the gap alone is some 0.3 rad.
+    let read = Recording::read(&bench).expect("a recording");
+    let model = ideal(&bench).expect("a model");
+    let outcome = diagnose(&read, &model, Path::new("ideal"), 0, &|_| {});
+    let pictures = outcome.expect("a diagnosis").pictures.expect("pictures");
+    let angles = pictures.angle_after_rad.iter().flatten();
+    let largest = angles.fold(0.0_f64, |most, angle| most.max(angle.abs()));
+    assert!(largest < 1e-3, "{largest} rad");
 }

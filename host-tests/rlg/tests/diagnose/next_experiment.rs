@@ -125,7 +125,7 @@ fn faster_motion_of_both_senses_tells_a_scale_error_from_one_that_grows_with_the
     keeps_its_promise(&Case {
         motion: "kind = \"slew\"\nangle_rad = 3.0\nduration_s = 20.0\n",
         truth: ("gyro_scale_quadratic", &[("x", 3e-5)]),
-        rate_hz: 200.0,
+        rate_hz: 400.0,
         rivals: &["gyro_scale", "gyro_scale_asymmetry"],
     });
 }

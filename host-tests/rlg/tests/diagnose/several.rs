@@ -159,8 +159,8 @@ fn three_recordings_find_together_what_none_finds_alone_in_full() {
 fn an_effect_that_is_not_the_same_in_each_recording_keeps_no_name_in_common() {
     let tilt = |size: f64| concealed("installation", &[("xy", size)]);
     let found = together(vec![
-        quick("cold", 31, &tilt(10e-6)),
-        quick("warm", 32, &tilt(50e-6)),
+        made("cold", 31, &tilt(10e-6)),
+        made("warm", 32, &tilt(50e-6)),
     ]);
     let summary = &found.summary;
     // If force_z is g all along its products are tilts, too: a class that contains the tilt is right.

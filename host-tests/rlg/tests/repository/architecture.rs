@@ -20,8 +20,11 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 29] = [
         &["rlg-plan", "rlg-recording", "rlg-model", "strapdown"],
     ),
     ("rlg-inference", &["rlg-plan"]),
-    ("rlg-catalogue", &["rlg-signal", "rlg-inference"]),
-    ("rlg-findings", &["rlg-recording", "rlg-model"]),
+    (
+        "rlg-catalogue",
+        &["rlg-plan", "rlg-signal", "rlg-inference"],
+    ),
+    ("rlg-findings", &["rlg-plan", "rlg-recording", "rlg-model"]),
     (
         "rlg-diagnosis",
         &[
