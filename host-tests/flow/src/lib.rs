@@ -31,6 +31,7 @@ pub use rlg_force::positions::serves as stands_in_positions;
 pub use rlg_signal::{qualify, streams};
 pub use together::diagnose_together;
 
+use std::borrow::Borrow;
 use std::path::Path;
 
 use rlg_diagnosis::put_right::Stopped;
@@ -81,33 +82,38 @@ pub fn diagnose_without(
     diagnose_under(&settings, recording, model, model_file, progress)
 }
 
-/// Diagnoses under the given settings.
+/// Diagnoses under the given settings; a recording that is given away takes no memory once its channels are aligned.
 ///
 /// # Errors
 /// A channel is missing or of another unit, or axes are exchanged or reversed; or the model holds an effect that cannot
 /// be predicted here.
 pub fn diagnose_under(
     settings: &Settings,
-    recording: &Recording,
+    recording: impl Borrow<Recording>,
     model: &Model,
     model_file: &Path,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
+    let read = recording.borrow();
     let of = (model, model_file);
-    if stands_in_positions(recording, &settings.plan) {
+    if stands_in_positions(read, &settings.plan) {
         rlg_diagnosis::data::is_predictable(model, model_file)?;
-        return rlg_force::positions::diagnose(settings, recording, model, progress);
+        return rlg_force::positions::diagnose(settings, read, model, progress);
     }
-    if is_slow(recording, model) {
-        let mut outcome = attitudes::diagnose(settings, recording, of, progress)?;
+    if is_slow(read, model) {
+        let mut outcome = attitudes::diagnose(settings, read, of, progress)?;
         outcome
             .diagnosis
             .judge_noise(&settings.plan.findings.instruments);
         return Ok(outcome);
     }
     progress("aligning the channels");
-    let aligned = align(settings, recording, model)?;
-    diagnose_aligned(settings, aligned, of, progress)
+    let aligned = align(settings, read, model)?;
+    // The tables of a recording given away are freed here; the rows are in the streams.
+    drop(recording);
+    let mut outcome = diagnose_streams(settings, aligned.streams, of, progress)?;
+    outcome.diagnosis.say_first(aligned.restored);
+    Ok(outcome)
 }
 
 /// Channels of a recording on the gyros' rows.
@@ -145,21 +151,6 @@ pub fn align(
         streams: whole.streams,
         restored: whole.said,
     })
-}
-
-/// Diagnoses aligned channels, so that the recording's own tables need not stay in memory.
-///
-/// # Errors
-/// As of [`diagnose_under`].
-pub fn diagnose_aligned(
-    settings: &Settings,
-    aligned: Aligned,
-    of: (&Model, &Path),
-    progress: &dyn Fn(&str),
-) -> Result<Outcome, InputError> {
-    let mut outcome = diagnose_streams(settings, aligned.streams, of, progress)?;
-    outcome.diagnosis.say_first(aligned.restored);
-    Ok(outcome)
 }
 
 /// Diagnoses channels without lost rows.

@@ -15,7 +15,7 @@ use super::plan;
 use super::steps::{Steps, Work};
 use super::timings::Timings;
 use crate::diagnose::{
-    LongRecording, MOST_ROWS, Settings, align, diagnose_aligned, diagnose_together, diagnose_under,
+    LongRecording, MOST_ROWS, Settings, align, diagnose_together, diagnose_under,
     stands_in_positions,
 };
 use crate::error::InputError;
@@ -334,14 +334,7 @@ impl Diagnose {
         check(folder, &recording)?;
         expect(work(&recording, model), rows(&recording));
         *recorded = rates(&recording, model.gyro.pulse_weight_rad);
-        if stands_in_positions(&recording, &settings.plan) || is_slow(&recording, model) {
-            return diagnose_under(settings, &recording, model, model_file, progress);
-        }
-        progress("aligning the channels");
-        let aligned = align(settings, &recording, model)?;
-        // The recording's own tables are dropped; the rows are in the streams.
-        drop(recording);
-        diagnose_aligned(settings, aligned, of, progress)
+        diagnose_under(settings, recording, model, model_file, progress)
     }
 
     /// Reads and diagnoses several recordings by one model.

@@ -9,10 +9,8 @@ use serde::Serialize;
 
 use crate::error::InputError;
 use crate::target::emulator::EMULATOR;
+use crate::target::image::TARGET;
 use crate::terminal::Terminal;
-
-/// Target of the firmware images.
-const TARGET: &str = "thumbv7em-none-eabihf";
 
 /// List what is installed, for a first look or a bug report
 ///

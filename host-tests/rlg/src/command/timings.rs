@@ -27,7 +27,7 @@ struct At {
     work: Work,
 }
 
-/// What the process used of the machine.
+/// Resources used by the process.
 #[derive(Debug, Clone, Copy)]
 struct Usage {
     /// Processor time of all threads \[s\].
@@ -61,8 +61,7 @@ impl Timings {
     /// Begins a stage, which ends the one before.
     pub(super) fn begin(&self, stage: &str) {
         // Numbers of passes and of seconds read.
-        let name = stage.trim_end_matches(|one: char| one.is_ascii_digit() || one == ' ');
-        let name = name.split(" of ").next().unwrap_or(name);
+        let name = stage.split(" of ").next().unwrap_or(stage);
         let name = name.trim_end_matches(|one: char| one.is_ascii_digit() || one == ' ');
         let mut stages = self.lock();
         match stages.last_mut() {
@@ -126,7 +125,7 @@ fn line(name: &str, (from, to): (At, At)) -> String {
     )
 }
 
-/// Returns what the process used up to now.
+/// Returns the resources used up to now; `None` where the system has no such call.
 #[cfg(all(target_os = "linux", target_env = "gnu"))]
 fn usage() -> Option<Usage> {
     let mut used = std::mem::MaybeUninit::<libc::rusage>::uninit();
