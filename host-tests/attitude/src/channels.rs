@@ -9,7 +9,7 @@ use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::{SlowSample, slow_samples};
 use rlg_signal::axes::Triad;
-use rlg_signal::known_channels::KINDS;
+use rlg_signal::known_channels::{self, KINDS};
 use rlg_signal::streams::Streams;
 
 /// Reference increments resampled to the gyros' rows.
@@ -105,6 +105,19 @@ pub(crate) fn map(effects: &[ModelEffect]) -> Matrix3<f64> {
     })
 }
 
+/// True if a map rotates, without reflection or scale.
+fn is_rotation(map: &Matrix3<f64>) -> bool {
+    map.determinant() > 0.0 && (map.transpose() * map - Matrix3::identity()).amax() < 1e-3
+}
+
+/// Maps increments of the reference \[rad\] by the model's channel effects, as [`put_right`] inverts on the gyros alone what is no
+/// rotation, and the streams hold the gyros as recorded.
+pub(crate) fn map_increments(effects: &[ModelEffect], increments_rad: &mut Triad) {
+    if !is_rotation(&map(effects)) {
+        known_channels::apply(increments_rad, &mut None, effects);
+    }
+}
+
 /// Transforms reference and gyros to the same axes: a rotation is applied to the reference, any other map is inverted on the
 /// gyros.
 pub(crate) fn put_right(
@@ -115,9 +128,7 @@ pub(crate) fn put_right(
     if *map == Matrix3::identity() {
         return;
     }
-    let is_rotation =
-        map.determinant() > 0.0 && (map.transpose() * map - Matrix3::identity()).amax() < 1e-3;
-    if is_rotation {
+    if is_rotation(map) {
         let gyros_from_reference = UnitQuaternion::from_matrix(map);
         for sample in samples {
             sample.shown = sample.shown.turned_back(&gyros_from_reference);

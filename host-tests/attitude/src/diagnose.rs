@@ -473,7 +473,8 @@ fn check_channels(
     let samples = observed.sound_samples();
     let reference_hz = channels::readings_hz(&observed.samples);
     let streams = &mut observed.streams;
-    let rows = channels::reference_rows(&samples, streams, &settings.plan.attitude.rows);
+    let mut rows = channels::reference_rows(&samples, streams, &settings.plan.attitude.rows);
+    channels::map_increments(&model.effects, &mut rows.increments_rad);
     let own_rad = std::mem::replace(&mut streams.case_rad, rows.increments_rad);
     let usable = streams.usable.clone();
     for (usable, doubtful) in streams.usable.iter_mut().zip(rows.doubtful) {

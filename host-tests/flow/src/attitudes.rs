@@ -5,7 +5,6 @@
 
 use std::path::Path;
 
-use rlg_attitude::Diagnosed;
 use rlg_attitude::conventions::converted;
 use rlg_model::Model;
 use rlg_recording::Recording;
@@ -13,7 +12,7 @@ use rlg_recording::error::InputError;
 use rlg_signal::streams::Streams;
 
 use crate::result::Verdict;
-use crate::{Outcome, Settings, lost_rows, unusable};
+use crate::{Outcome, Settings, lost_rows, second_pass, unusable};
 
 /// Diagnoses gyros with an attitude reference, and the accelerometers described by the model.
 ///
@@ -35,12 +34,13 @@ pub(super) fn diagnose(
         &settings.plan.signal.lost_rows,
         |recording, model| rlg_attitude::beside_gyros(recording, model, &settings.plan),
     )?;
-    let diagnosed = rlg_attitude::diagnose(settings, &whole.recording, of, progress)?;
-    let Some(Diagnosed {
-        mut outcome,
-        corrected,
-    }) = diagnosed
-    else {
+    let run = |settings: &Settings, model: &Model| {
+        let of = (model, model_file);
+        let found = rlg_attitude::diagnose(settings, &whole.recording, of, progress)?;
+        Ok(found.map(|one| (one.outcome, one.corrected)))
+    };
+    let found = second_pass::until_nothing_returns(settings, model, progress, run)?;
+    let Some((mut outcome, corrected)) = found else {
         let why = "fewer than two attitudes lie within the gyros' record";
         return Ok(unusable(&recording.name, settings, why, model));
     };

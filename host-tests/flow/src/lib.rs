@@ -21,6 +21,8 @@ mod long;
 
 mod lost_rows;
 
+mod second_pass;
+
 mod together;
 
 pub use long::{LongRecording, MOST_ROWS};
@@ -193,23 +195,29 @@ pub fn diagnose_streams(
 fn beside_reference(
     settings: &Settings,
     streams: &mut Streams,
-    of: (&Model, &Path),
+    (model, model_file): (&Model, &Path),
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
-    let (model, _) = of;
     let faults = qualify::unknown_faults(streams, &model.effects, &settings.plan.signal.faults);
-    let found = rlg_diagnosis::diagnose::diagnose_also(
-        settings,
-        streams,
-        &faults,
-        of,
-        progress,
-        |data, found| {
-            let has_any = data.streams.accelerometers.is_ok();
-            let noise = rlg_force::reference::measured_noise(&found.motion);
-            (noise, has_any.then(|| read_by_gyros(data, found)).flatten())
-        },
-    )?;
+    let sensed_rad = streams.sensed_rad.clone();
+    let run = |settings: &Settings, model: &Model| {
+        streams.sensed_rad.clone_from(&sensed_rad);
+        let of = (model, model_file);
+        rlg_diagnosis::diagnose::diagnose_also(
+            settings,
+            streams,
+            &faults,
+            of,
+            progress,
+            |data, found| {
+                let has_any = data.streams.accelerometers.is_ok();
+                let noise = rlg_force::reference::measured_noise(&found.motion);
+                (noise, has_any.then(|| read_by_gyros(data, found)).flatten())
+            },
+        )
+    };
+    let found = second_pass::until_nothing_returns(settings, model, progress, run)?;
+    drop(sensed_rad);
     let Some((mut found, (reference_noise, read_by_gyros))) = found else {
         return Ok(None);
     };

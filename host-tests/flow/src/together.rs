@@ -11,10 +11,11 @@ use rlg_force::Part;
 use rlg_force::reference::measured_noise;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
+use rlg_signal::fault::Fault;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 
-use crate::{Aligned, Outcome, Settings, accelerometers, unusable};
+use crate::{Aligned, Outcome, Settings, accelerometers, second_pass, unusable};
 
 /// Diagnoses aligned recordings of one unit together; recordings with a held-out piece serve validation only.
 ///
@@ -57,9 +58,18 @@ pub fn diagnose_together(
         lines.push(data_words::lines(&streams, &faults));
         all.push((streams, faults));
     }
-    let of = (model, model_file);
     let noise = |found: &Found| measured_noise(&found.motion);
-    let found = several::diagnose_also(settings, &mut all, of, progress, noise)?;
+    let sensed =
+        |(streams, faults): &(Streams, Vec<Fault>)| (streams.sensed_rad.clone(), faults.clone());
+    let kept: Vec<_> = all.iter().map(sensed).collect();
+    let run = |settings: &Settings, model: &Model| {
+        for ((streams, faults), (sensed_rad, own)) in all.iter_mut().zip(&kept) {
+            streams.sensed_rad.clone_from(sensed_rad);
+            faults.clone_from(own);
+        }
+        several::diagnose_also(settings, &mut all, (model, model_file), progress, noise)
+    };
+    let found = second_pass::until_nothing_returns(settings, model, progress, run)?;
     let Some((mut outcome, noises)) = found else {
         let why = "one of the recordings has too few rows with all channels measured";
         return Ok(unusable(&names.join(" + "), settings, why, model));

@@ -35,6 +35,10 @@ section! {
         excess_ratio: f64 = 1.1, "1", [1.0, 100.0];
         /// Largest ratio of powers of two octaves with the same white noise of angle: flat noise differs by four.
         same_angle_ratio: f64 = 1.2, "1", [1.0, 4.0];
+        /// Largest share of a number that a second fit, from the model with it, may find again: more is no convergence.
+        found_again: f64 = 0.5, "1", [0.0, 10.0];
+        /// Least significance of a number and of what a second fit finds of it again.
+        found_again_deviations: f64 = 3.0, "σ", [1.0, 100.0];
         /// Largest number of passes of motion, columns and search.
         passes: usize = 8, "1", [1.0, 1000.0];
         /// Largest number of events of a fit that are tried.
