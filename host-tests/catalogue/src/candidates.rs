@@ -64,6 +64,15 @@ impl Candidate {
     pub fn is_made_as(&self, other: &Self) -> bool {
         self.kind == other.kind && self.variant == other.variant && self.base == other.base
     }
+
+    /// Gyro on which it acts once; `None` if it acts throughout the record.
+    pub fn event_gyro(&self) -> Option<usize> {
+        match self.variant {
+            Variant::Event { axis, .. } => Some(axis),
+            Variant::Expression { axis, expression } => expression.is_window().then_some(axis),
+            _ => None,
+        }
+    }
 }
 
 /// Columns by place, without duplicates.

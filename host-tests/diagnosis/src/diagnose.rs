@@ -8,7 +8,9 @@ use rlg_recording::error::InputError;
 use super::confirm::{confirmed, fallen, until_none_falls};
 use super::outcome::Outcome;
 use super::settings::Settings;
-use super::{data, findings, registration, search, self_test, settle};
+use super::sharing::Together;
+use super::sums::Recordings;
+use super::{data, findings, registration, search, settle};
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::Streams;
 
@@ -80,22 +82,23 @@ pub fn diagnose_also<T>(
     let mut data = data::Data::new(streams, model, plan, model_file)?;
     data.take_own_lines(&plan.signal.own_lines);
     let searched = until_none_falls(left_out, progress, |without| {
-        let mut found = settle::find(&mut data, without, plan, progress)?;
+        let found = settle::find(&mut data, without, plan, progress)?;
         let also = also(&data, &found);
+        let mut together = Together::of_one(found);
         progress("trying the search on this recording");
-        let tested = self_test::self_test(&found, plan, seed);
-        // The set is final: its findings need no spectra of columns, which are most of the memory.
-        found.equations.truncate(0);
+        let tested = together.self_test(None, plan, seed);
+        together.release();
         progress("writing the findings");
-        let confirmed = confirmed(&data, &mut found, plan)?;
-        let fallen = fallen(&confirmed.reenacted_away, &found);
-        Some(((found, confirmed, tested, also), fallen))
+        let confirmed = confirmed(Recordings::of_one(&data), &mut together, plan)?;
+        let fallen = fallen(&confirmed.set.reenacted_away, &together.found[0]);
+        Some(((together, confirmed, tested, also), fallen))
     });
-    let Some(((found, mut confirmed, tested, also), shown_anyway)) = searched else {
+    let Some(((mut together, mut confirmed, tested, also), shown_anyway)) = searched else {
         return Ok(None);
     };
-    confirmed.shown_anyway = shown_anyway;
-    let mut outcome = findings::outcome((&data, &found), &confirmed, faults, seed, plan);
+    confirmed.set.shown_anyway = shown_anyway;
+    let share = confirmed.share(&mut together, &data, 0);
+    let mut outcome = findings::outcome((&data, &together.found[0]), &share, faults, seed, plan);
     outcome.diagnosis.tell(tested);
     Ok(Some((outcome, also)))
 }

@@ -15,7 +15,7 @@ use rlg_signal::partition::Use;
 use rlg_signal::streams::{Triad, each_axis};
 
 use super::by_regime;
-use super::confirm::{Confirmed, Final};
+use super::confirm::Share;
 use super::data::Data;
 use super::reenact::Reenactment;
 use super::regimes::Regime;
@@ -54,18 +54,19 @@ pub(crate) struct Finding<'a> {
 
 pub(crate) fn findings<'a>(
     (data, found): (&Data, &'a Found),
-    confirmed: &'a Confirmed,
+    share: &'a Share,
     regimes: &[Regime],
     plan: &Plan,
 ) -> Vec<Finding<'a>> {
-    let Final { fit, left_rad, .. } = &confirmed.last;
+    let (confirmed, left_rad) = (&share.set, &share.left_rad);
+    let fit = &confirmed.fit;
     let whitener = Whitener::new(data, &fit.levels).filter(|_| !confirmed.named.is_empty());
     let left_sigma = whitener
         .as_ref()
         .map(|whitener| each_axis(|gyro| whitener.rows(gyro, &left_rad[gyro])));
     let of_place = |place: usize| {
         let effect_rad = effect_rad(found, fit, place);
-        let mut one = finding((data, found), confirmed, (place, &effect_rad), plan);
+        let mut one = finding((data, found), share, (place, &effect_rad), plan);
         if let (Some(whitener), Some(left_sigma)) = (&whitener, &left_sigma) {
             one.regimes = by_regime::sizes(
                 whitener,
@@ -82,12 +83,13 @@ pub(crate) fn findings<'a>(
 
 fn finding<'a>(
     (data, found): (&Data, &'a Found),
-    confirmed: &'a Confirmed,
+    share: &'a Share,
     (place, effect_rad): (usize, &Triad),
     plan: &Plan,
 ) -> Finding<'a> {
+    let confirmed = &share.set;
     let member = confirmed.named[place];
-    let fit = &confirmed.last.fit;
+    let fit = &confirmed.fit;
     let judged = &found.judged[member];
     let candidate = &found.candidates[fit.members[place]];
     let alike: BTreeSet<&str> = judged
@@ -99,11 +101,11 @@ fn finding<'a>(
         .map(|rival| found.candidates[rival].kind)
         .filter(|kind| *kind != candidate.kind)
         .collect();
-    let share = share(data, found, &confirmed.last, effect_rad);
+    let of_power = share_of_power(data, found, &share.left_rad, effect_rad);
     Finding {
         combinations: plan.findings.combinations,
         candidate,
-        recording: confirmed.recordings[place].as_deref(),
+        recording: share.recordings[place].as_deref(),
         block: fit.blocks[place].clone(),
         // The parameters of a resonance or a threshold have no size without its fixed part: its likelihood ratio replaces
         // it.
@@ -114,15 +116,15 @@ fn finding<'a>(
             2.0 * (found.fit.log_likelihood - without.log_likelihood).max(0.0)
         },
         rank: fit.ranks[place],
-        told: confirmed.last.told[place],
+        told: confirmed.told[place],
         alike: alike.into_iter().map(str::to_string).collect(),
         or_drift: judged.cost_against_drift < plan.judgement.drift_within,
         cost_without: judged.cost_without,
         confirmed_gain: confirmed.predictions[member].gain,
         reenactment: confirmed.reenactments[place],
         instant_std_rows: confirmed.instant_std_rows[place],
-        share,
-        is_slight: share < plan.judgement.practical_share && !turns(effect_rad, &fit.levels),
+        share: of_power,
+        is_slight: of_power < plan.judgement.practical_share && !turns(effect_rad, &fit.levels),
         regimes: Vec::new(),
     }
 }
@@ -245,7 +247,7 @@ fn estimated(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
 }
 
 /// Share of the residual's power explained by an effect, given the others, on the fitted rows \[1\].
-fn share(data: &Data, found: &Found, last: &Final, effect_rad: &Triad) -> f64 {
+fn share_of_power(data: &Data, found: &Found, left_rad: &Triad, effect_rad: &Triad) -> f64 {
     let rows = data.ranges_of(&[Use::Fit]);
     let sum = |of: &dyn Fn(usize, usize) -> f64| -> f64 {
         let rows = rows.iter().cloned().flatten();
@@ -255,7 +257,7 @@ fn share(data: &Data, found: &Found, last: &Final, effect_rad: &Triad) -> f64 {
     let power = sum(&|gyro, row| found.residual_rad[gyro][row].powi(2));
     let explained = sum(&|gyro, row| {
         let effect = effect_rad[gyro][row];
-        effect * (effect + 2.0 * last.left_rad[gyro][row])
+        effect * (effect + 2.0 * left_rad[gyro][row])
     });
     (explained / power.max(f64::MIN_POSITIVE)).max(0.0)
 }

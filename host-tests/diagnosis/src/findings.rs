@@ -21,7 +21,7 @@ use rlg_signal::partition::Use;
 use rlg_signal::streams::{Streams, Triad, add_triad};
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use super::confirm::{Confirmed, Final};
+use super::confirm::Share;
 use super::data::Data;
 use super::entries_of_findings::{effect_of, entry};
 use super::entries_of_rows::{channel, fault_effect, fault_entry};
@@ -45,12 +45,12 @@ use super::validate::{Validation, validate};
 /// Writes the outcome of a confirmed set.
 pub fn outcome(
     of: (&Data, &Found),
-    confirmed: &Confirmed,
+    share: &Share,
     faults: &[Fault],
     seed: u64,
     plan: &Plan,
 ) -> Outcome {
-    written(of, confirmed, faults, seed, plan).0
+    written(of, share, faults, seed, plan).0
 }
 
 /// Writes the outcome of a confirmed set, with the effects added to its model.
@@ -59,18 +59,19 @@ pub fn outcome(
 /// The outcome, and the effects added to its model, named ones first.
 pub(super) fn written(
     (data, found): (&Data, &Found),
-    confirmed: &Confirmed,
+    share: &Share,
     faults: &[Fault],
     seed: u64,
     plan: &Plan,
 ) -> (Outcome, Vec<ModelEffect>) {
     let streams = data.streams;
-    let Final {
-        fit,
+    let Share {
+        set: confirmed,
         left_rad,
         misfits,
         ..
-    } = &confirmed.last;
+    } = share;
+    let fit = &confirmed.fit;
     let seen = Seen {
         before_rad: data.aside.with_all(&found.residual_rad),
         after_rad: data.aside.with_unexplained(left_rad),
@@ -79,7 +80,7 @@ pub(super) fn written(
         }),
         regimes: regimes_of(streams, &plan.judgement.regimes),
     };
-    let findings = findings((data, found), confirmed, &seen.regimes, plan);
+    let findings = findings((data, found), share, &seen.regimes, plan);
     let places = seen.places(data, &findings, plan);
     // No noise level is defined where the residual is not noise.
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();

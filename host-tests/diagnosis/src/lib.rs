@@ -83,6 +83,12 @@ pub mod settle;
 
 pub mod goodness;
 
+pub mod self_test;
+
+mod sharing;
+
+mod sums;
+
 pub mod reenact;
 
 mod told;
@@ -110,8 +116,6 @@ pub mod findings;
 pub mod relative_residual;
 
 pub mod own_lines;
-
-pub mod self_test;
 
 pub mod registration;
 

@@ -16,7 +16,7 @@ use rlg_findings::result::{ExperimentEntry, PrecisionEntry, SeparationEntry};
 use rlg_inference::{Fit, Hypothesis, Information, NoiseLevels, NormalEquations, Term};
 use rlg_signal::partition::Use;
 
-use super::confirm::{Confirmed, gyro_of_event};
+use super::confirm::ConfirmedSet;
 use super::data::Data;
 use super::entries_of_findings::DRIFT;
 use super::experiment_words::{in_words, move_entry};
@@ -57,7 +57,7 @@ fn deciding_sigma(within: f64, plan: &ExperimentPlan) -> f64 {
 /// Returns the next experiment for the first finding that the recording confuses with a rival or drift, else for the first.
 pub(crate) fn next_experiment(
     (data, found): (&Data, &Found),
-    confirmed: &Confirmed,
+    confirmed: &ConfirmedSet,
     findings: &[Finding],
     plan: &Plan,
 ) -> Next {
@@ -140,10 +140,10 @@ impl Said {
 impl<'a> Question<'a> {
     fn new(
         data: &Data,
-        (found, confirmed, place): (&'a Found, &'a Confirmed, usize),
+        (found, confirmed, place): (&'a Found, &'a ConfirmedSet, usize),
         one: &'a Finding<'a>,
     ) -> Option<Self> {
-        let fit = &confirmed.last.fit;
+        let fit = &confirmed.fit;
         let (pool, asked) = asked((found, confirmed, place), one)?;
         let mut here = of_recording(data, found, (&pool, &asked), &fit.levels)?;
         // Everyday errors are nuisance parameters of the experiment only: here the search has weighed them.
@@ -389,10 +389,10 @@ impl<'a> Question<'a> {
 /// Collects the finding first, then other findings, its rivals, everyday errors and the level of a drift; `None` for an
 /// event, which no table repeats on command.
 fn asked(
-    (found, confirmed, place): (&Found, &Confirmed, usize),
+    (found, confirmed, place): (&Found, &ConfirmedSet, usize),
     one: &Finding,
 ) -> Option<(Pool, Vec<Asked>)> {
-    let happens_again = |one: &Candidate| gyro_of_event(one).is_none();
+    let happens_again = |one: &Candidate| one.event_gyro().is_none();
     if !happens_again(one.candidate) {
         return None;
     }
@@ -412,7 +412,7 @@ fn asked(
     let whole = own.hypothesis.with_fixed_as_parameter();
     ask(own.kind, Role::Own, whole);
     let mut kinds = vec![own.kind];
-    let members = &confirmed.last.fit.members;
+    let members = &confirmed.fit.members;
     let others = members.iter().filter(|other| **other != members[place]);
     for other in others.map(|&other| &found.candidates[other]) {
         if happens_again(other) {

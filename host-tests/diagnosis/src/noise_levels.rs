@@ -77,6 +77,18 @@ pub fn drift_prior(gyro: &Gyro) -> DriftPrior {
     DriftPrior::Declared(drift.to_vec())
 }
 
+/// Joins the drift priors of the recordings.
+pub(crate) fn joint_drift(each: impl Iterator<Item = DriftPrior>) -> DriftPrior {
+    let mut declared = Vec::new();
+    for drift in each {
+        match drift {
+            DriftPrior::Declared(drift) => declared.extend(drift),
+            DriftPrior::Unknown => return DriftPrior::Unknown,
+        }
+    }
+    DriftPrior::Declared(declared)
+}
+
 fn median(values: &[f64]) -> f64 {
     let mut sorted = values.to_vec();
     sorted.sort_by(f64::total_cmp);

@@ -6,9 +6,8 @@ use rlg_signal::partition::Use;
 use rlg_signal::streams::{Triad, each_axis, weighted_sum};
 
 use super::case_motion::{add_filtered, levels_of};
-use super::confirm::left_by;
 use super::data::{Data, bridged};
-use super::search::Found;
+use super::search::{Found, left_by};
 
 /// Estimates the noise of the reference's increments from the gyros \[rad by row\]: added to the reference, it gives the
 /// motion with the least noise by both, however small the motion. Unseen rows are bridged, or zero outside the spans.

@@ -15,6 +15,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::case_motion::{Measured, estimate_from};
 use super::data::Data;
 use super::search::{Found, effect_rad};
+use super::sharing::{Together, set_of, with_noise_of};
 use rlg_signal::streams::{Triad, add, add_triad, each_axis};
 
 /// Parametric bootstrap of the recording under the hypothesis that an effect is absent.
@@ -30,7 +31,7 @@ pub struct Reenactment {
 
 impl Reenactment {
     /// Zero draws for each member of a fit.
-    pub(super) fn of_each(fit: &Fit) -> Vec<Self> {
+    fn of_each(fit: &Fit) -> Vec<Self> {
         let each = fit.ranks.iter().map(|&rank| Self {
             rank: rank.max(1),
             ..Self::default()
@@ -91,36 +92,52 @@ impl Named {
     }
 }
 
-/// Draws parametric bootstraps of the recording without each effect of a set in turn, until its name is decided.
+/// Draws parametric bootstraps of all recordings without each effect of a set in turn, until its name is decided; the
+/// projections of the recordings add up.
 ///
 /// The estimated motion takes the part of the true one; reference and gyros get fresh noise of the fitted levels, and the
 /// other effects act. Motion and columns are then estimated from the draw as from the recording.
 ///
 /// # Inputs
-/// `fit`: of members of `found`; `named`: of each member, in their order.
-pub fn reenact(
-    data: &Data,
-    found: &Found,
-    (fit, named): (&Fit, &[Named]),
+/// `fit`: of members of `together`; `named`: of each member, in their order.
+pub(crate) fn reenact(
+    each: &[Data],
+    together: &Together,
+    fit: &Fit,
+    named: &[Named],
     plan: &Plan,
 ) -> Vec<Reenactment> {
-    let mut all = Reenactment::of_each(fit);
-    if all.is_empty() {
-        return all;
+    let mut shown = Reenactment::of_each(fit);
+    if shown.is_empty() {
+        return shown;
     }
-    let stage = Stage::new(data, found, fit);
-    repeat(&mut all, named, plan, |draw, open| {
-        let shown = stage.play(draw as u64, open, plan);
-        shown.iter().map(squared_size).collect()
+    let fits: Vec<Fit> = (0..each.len()).map(|k| with_noise_of(fit, k)).collect();
+    let stages: Vec<Stage> = (0..each.len())
+        .map(|recording| {
+            let set = set_of(&fit.members, &together.shared, recording);
+            let (data, found) = (&each[recording], &together.found[recording]);
+            Stage::new(data, found, &fits[recording], set)
+        })
+        .collect();
+    repeat(&mut shown, named, plan, |draw, open| {
+        let each = stages.iter().enumerate().map(|(recording, stage)| {
+            // No two recordings have the same noise.
+            stage.play((draw * stages.len() + recording) as u64, open, plan)
+        });
+        let sum = each.reduce(|sum, own| {
+            let pairs = sum.iter().zip(&own);
+            pairs.map(|(sum, own)| sum.joined(own)).collect()
+        });
+        sum.iter().flatten().map(squared_size).collect()
     });
-    all
+    shown
 }
 
 /// Adds draws to `all` as long as a name is undecided.
 ///
 /// # Inputs
 /// `named`: of each member, in their order; `play`: squared sizes of the members in `open` in a draw \[σ²\].
-pub(super) fn repeat(
+fn repeat(
     all: &mut [Reenactment],
     named: &[Named],
     plan: &Plan,
@@ -146,12 +163,12 @@ pub(super) fn repeat(
 }
 
 /// Squared size of a hypothesis by its projection \[σ²\]: twice its gain in log likelihood.
-pub(super) fn squared_size(shown: &Projected) -> f64 {
+fn squared_size(shown: &Projected) -> f64 {
     2.0 * shown.gain().log_likelihood
 }
 
 /// Data common to all draws.
-pub(super) struct Stage<'a> {
+struct Stage<'a> {
     data: &'a Data<'a>,
     found: &'a Found,
     fit: &'a Fit,
@@ -166,16 +183,13 @@ pub(super) struct Stage<'a> {
 }
 
 impl<'a> Stage<'a> {
-    pub(super) fn new(data: &'a Data<'a>, found: &'a Found, fit: &'a Fit) -> Self {
+    fn new(data: &'a Data<'a>, found: &'a Found, fit: &'a Fit, set: Vec<Hypothesis>) -> Self {
         let rows = data.streams.rows;
         let seen = data.rows_of(&[Use::Fit]);
-        let members = fit.members.iter().map(|&place| &found.candidates[place]);
         let is_alone = fit.members.len() < 2;
         let effects_rad = (0..fit.members.len()).filter(|_| !is_alone);
         Self {
-            set: members
-                .map(|one| one.hypothesis.with_fixed_as_parameter())
-                .collect(),
+            set,
             effects_rad: effects_rad
                 .map(|place| effect_rad(found, fit, place))
                 .collect(),
@@ -192,13 +206,8 @@ impl<'a> Stage<'a> {
         }
     }
 
-    /// The same with `set` as the hypotheses of the members.
-    pub(super) fn with_set(self, set: Vec<Hypothesis>) -> Self {
-        Self { set, ..self }
-    }
-
     /// Projects each of the `absent` members on a draw without it.
-    pub(super) fn play(&self, draw: u64, absent: &[usize], plan: &Plan) -> Vec<Projected> {
+    fn play(&self, draw: u64, absent: &[usize], plan: &Plan) -> Vec<Projected> {
         let signals = &self.found.motion.signals;
         let (case_rad, dither_rad, noise_rad) = self.noises(draw);
         let measured = Measured {

@@ -584,3 +584,11 @@ pub fn effect_rad(found: &Found, fit: &Fit, place: usize) -> Triad {
     }
     effect_rad
 }
+
+/// Returns the residual of a fit over the found candidates \[rad\].
+pub(crate) fn left_by(found: &Found, fit: &Fit) -> Triad {
+    let mut left_rad = found.residual_rad.clone();
+    let signals = &found.motion.signals;
+    subtract(&mut left_rad, fit, &found.candidates, &found.pool, signals);
+    left_rad
+}

@@ -11,7 +11,7 @@ use rlg_findings::result::{RunnerUp, Verdict};
 use rlg_inference::{Drift, Fit};
 use rlg_signal::streams::Streams;
 
-use super::confirm::Confirmed;
+use super::confirm::ConfirmedSet;
 use super::finding::{Finding, Numbers, numbers};
 use super::goodness::Misfit;
 use super::search::Found;
@@ -19,10 +19,10 @@ use super::search::Found;
 pub(crate) fn summary(
     verdict: Verdict,
     findings: &[Finding],
-    confirmed: &Confirmed,
+    confirmed: &ConfirmedSet,
     found: &Found,
 ) -> Vec<String> {
-    let fit = &confirmed.last.fit;
+    let fit = &confirmed.fit;
     let kind_of = |place: usize| found.candidates[found.judged[place].hypothesis].kind;
     let mut lines = vec![rlg_findings::sentences::opening(verdict).to_string()];
     // Effects of practical size first; the others are quantified all the same.

@@ -1,8 +1,9 @@
 //! Rows whitened as in the likelihood: divided by the root of their noise, frequency by frequency.
 
 use rlg_inference::normal_equations::Transform;
-use rlg_inference::{NoiseBasis, NoiseLevels, Observations};
+use rlg_inference::{Hypothesis, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::partition::Use;
+use rlg_signal::streams::add;
 
 use super::data::Data;
 
@@ -45,4 +46,37 @@ impl Whitener {
         }
         rows
     }
+}
+
+/// Forms the whitened columns of a set's parameters, by gyro and parameter; empty where a parameter has no effect.
+///
+/// # Inputs
+/// `values`: values of a column by row.
+pub(super) fn columns_of(
+    set: &[Hypothesis],
+    rows: usize,
+    values: &impl Fn(usize) -> Vec<f64>,
+    whitened: &impl Fn(usize, &[f64]) -> Vec<f64>,
+) -> Vec<Vec<Vec<f64>>> {
+    let mut columns: Vec<Vec<Vec<f64>>> = vec![Vec::new(); 3];
+    for whole in set {
+        for (gyro, columns) in columns.iter_mut().enumerate() {
+            for parameter in 0..whole.parameters {
+                let mut sum: Vec<f64> = Vec::new();
+                let mut terms = whole.terms.iter();
+                let acts = terms.any(|term| term.record == gyro && term.parameter == parameter);
+                if acts {
+                    sum = vec![0.0; rows];
+                    let terms = whole.terms.iter();
+                    for term in terms.filter(|one| one.record == gyro && one.parameter == parameter)
+                    {
+                        add(&mut sum, &values(term.column), term.coefficient);
+                    }
+                    sum = whitened(gyro, &sum);
+                }
+                columns.push(sum);
+            }
+        }
+    }
+    columns
 }

@@ -29,8 +29,9 @@ use crate::findings;
 use crate::goodness::Misfit;
 use crate::outcome::Outcome;
 use crate::search::Found;
-use crate::self_test::self_test;
 use crate::settings::Settings;
+use crate::sharing::Together;
+use crate::sums::Recordings;
 
 /// Narrowband features of all gyros.
 pub(super) struct Narrow {
@@ -123,13 +124,16 @@ pub(super) fn look(
         fitted: runs_of(&[Use::Fit]),
         held_out: runs_of(&[Use::Test]),
     };
-    let tested = self_test(&found, plan, settings.seed);
-    found.equations.truncate(0);
+    let mut together = Together::of_one(found);
+    let tested = together.self_test(None, plan, settings.seed);
+    together.release();
     progress("writing the findings");
-    let Some(confirmed) = confirmed(&data, &mut found, plan) else {
+    let Some(confirmed) = confirmed(Recordings::of_one(&data), &mut together, plan) else {
         return Ok(None);
     };
-    let mut outcome = findings::outcome((&data, &found), &confirmed, faults, settings.seed, plan);
+    let share = confirmed.share(&mut together, &data, 0);
+    let of = (&data, &together.found[0]);
+    let mut outcome = findings::outcome(of, &share, faults, settings.seed, plan);
     outcome.diagnosis.tell(tested);
     // Sums of rows determine the noise less well than the recorded rows.
     let diagnosis = &mut outcome.diagnosis;

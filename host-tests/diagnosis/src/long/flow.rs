@@ -19,6 +19,7 @@ use rlg_signal::streams::{Streams, Triad};
 
 use super::cut::Long;
 use super::forming::{About, form};
+use crate::confirm::{Confirmed, confirmed};
 use crate::data::Data;
 use crate::data_words;
 use crate::entries_of_rows::channel;
@@ -32,12 +33,11 @@ use crate::put_right::{PutRight, put_right};
 use crate::regimes::regimes_of;
 use crate::search::Found;
 use crate::settings::Settings;
-use crate::several::confirm::{Confirmed, confirmed, in_recording, shares_of};
 use crate::several::report::{Beside, Whole, outcome};
-use crate::several::search::{Together, stand};
-use crate::several::shared::{Kin, with_noise_of};
-use crate::several::sums::{Summed, Sums};
+use crate::several::search::stand;
+use crate::sharing::{Kin, Together, in_recording, with_noise_of};
 use crate::summary::unlike_noise;
+use crate::sums::{Recordings, Summed, Sums};
 use crate::validate::validate;
 
 /// Kind that a stretch cannot show: it needs an attitude since the recording's beginning.
@@ -105,18 +105,20 @@ pub fn diagnose_also<T>(
     progress("searching beside the sums");
     let mut together = standing.judged(Some(sums.side()), plan);
     progress("trying the search on this recording");
-    let tested_on = together.self_test(Some(sums.side().equations), (plan, seed));
+    let tested_on = together.self_test(Some(sums.side().equations), plan, seed);
     progress("confirming the findings");
-    let mut found = shares_of(&mut together);
-    // The set is final: its findings need no spectra of the columns, which are most of the memory.
-    found.iter_mut().for_each(|own| own.equations.truncate(0));
+    together.release();
     sums.release();
-    let Some(confirmed) = confirmed(&fitted, Some(&sums), &mut together, &mut found, plan) else {
+    let recordings = Recordings {
+        each: &fitted,
+        sums: Some(&sums),
+    };
+    let Some(confirmed) = confirmed(recordings, &mut together, plan) else {
         return Ok(None);
     };
     progress("writing the findings");
-    for (place, own) in found.iter_mut().enumerate() {
-        without_level(own, &with_noise_of(&confirmed.fit, place));
+    for (place, own) in together.found.iter_mut().enumerate() {
+        without_level(own, &with_noise_of(&confirmed.set.fit, place));
     }
     let whole = whole(
         &sums,
@@ -131,7 +133,7 @@ pub fn diagnose_also<T>(
         .collect();
     let mut outcome = outcome(
         &fitted,
-        (&together, &mut found),
+        &mut together,
         &confirmed,
         (&faults, Beside::Whole(Box::new(whole))),
         (model, seed, plan),
@@ -141,8 +143,8 @@ pub fn diagnose_also<T>(
     if let Some(turned) = turned {
         turned.report(&mut outcome);
     }
-    let beside: Vec<T> = found.iter().map(also).collect();
-    drop((fitted, found));
+    let beside: Vec<T> = together.found.iter().map(also).collect();
+    drop((fitted, together));
     let streams = all.into_iter().map(|(streams, _)| streams);
     Ok(Some((outcome, streams.zip(beside).collect())))
 }
@@ -220,7 +222,7 @@ fn whole(
     let summed = &sums.summed;
     // The records of the sums follow those of the stretches.
     let count = stretches.len();
-    let fit = with_noise_of(&confirmed.fit, count);
+    let fit = with_noise_of(&confirmed.set.fit, count);
     let after_rad = sums.left_by(&fit, &in_recording(&together.shared, count));
     let blocks = summed.seen.len();
     let noise = [0, 1, 2].map(|axis| reported(fit.levels[axis], blocks, summed.rate_hz));

@@ -24,7 +24,7 @@ use crate::data::{Data, bridged};
 use crate::noise_levels::first_levels;
 use crate::put_right::PutRight;
 use crate::several::search::Shown;
-use crate::several::sums::Summed;
+use crate::sums::Summed;
 
 /// Inputs known before all rows are read.
 pub(super) struct About<'a> {
@@ -279,7 +279,7 @@ mod tests {
     use super::{About, form};
     use crate::long::Long;
     use crate::several::search::Shown;
-    use crate::several::sums::Summed;
+    use crate::sums::Summed;
 
     const RATE_HZ: f64 = 200.0;
     const ROWS: usize = 24_000;

@@ -19,18 +19,8 @@ use rlg_plan::Plan;
 
 use super::{Reach, Said, Trials as _, chance_of_name, sensitivity};
 use crate::scores::integrated;
-use crate::search::Found;
 
-/// Runs the trials; `None` if no candidate of the catalogue has a column.
-pub fn self_test(found: &Found, plan: &Plan, seed: u64) -> Option<Tested> {
-    let members = found.fit.members.iter();
-    let members = members.map(|&place| &found.candidates[place].hypothesis);
-    let rows: Vec<Row> = found.candidates.iter().filter_map(Row::of).collect();
-    let of = (&found.fit.levels[..], &members.collect::<Vec<_>>()[..]);
-    self_test_on(&found.equations, of, &rows, (plan, seed))
-}
-
-/// The same for any likelihood.
+/// Runs the trials on any likelihood; `None` if no candidate of the catalogue has a column.
 ///
 /// # Inputs
 /// `levels`: noise of each record; `members`: found effects, fitted in every trial; `rows`: of the catalogue.

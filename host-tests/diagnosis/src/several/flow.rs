@@ -11,13 +11,11 @@ use rlg_signal::fault::Fault;
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Streams, Triad};
 
-use super::confirm::{Confirmed, confirmed, shares_of};
 use super::report::{Beside, HeldOut, outcome, powers};
-use super::search::{Together, find};
-use super::shared::{Shared, Sharing, with_noise_of};
+use super::search::find;
 use crate::before::without_known;
 use crate::case_motion::estimate;
-use crate::confirm::{fallen, until_none_falls};
+use crate::confirm::{ConfirmedSet, confirmed, fallen, until_none_falls};
 use crate::data::Data;
 use crate::entries_of_rows::channel;
 use crate::noise_levels::reported;
@@ -25,6 +23,8 @@ use crate::outcome::Outcome;
 use crate::pass::subtract;
 use crate::search::Found;
 use crate::settings::Settings;
+use crate::sharing::{Shared, Sharing, Together, with_noise_of};
+use crate::sums::Recordings;
 use crate::validate::validate;
 
 /// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments; `None` where too few
@@ -66,45 +66,46 @@ pub fn diagnose_also<T>(
     let searched = until_none_falls(left_out, progress, |without| {
         let mut together = find(&mut fitted, without, plan, progress)?;
         progress("trying the search on these recordings");
-        let tested_on = together.self_test(None, (plan, seed));
+        let tested_on = together.self_test(None, plan, seed);
         progress("confirming the findings");
-        let mut found = shares_of(&mut together);
-        for own in &mut found {
-            // The set is final: its findings need no spectra of the columns, which are most of the memory.
-            own.equations.truncate(0);
-        }
-        let confirmed = confirmed(&fitted, None, &mut together, &mut found, plan)?;
-        let fallen = fallen(&confirmed.reenacted_away, &found[0]);
-        Some(((together, found, confirmed, tested_on), fallen))
+        together.release();
+        let recordings = Recordings {
+            each: &fitted,
+            sums: None,
+        };
+        let confirmed = confirmed(recordings, &mut together, plan)?;
+        let fallen = fallen(&confirmed.set.reenacted_away, &together.found[0]);
+        Some(((together, confirmed, tested_on), fallen))
     });
-    let Some(((together, mut found, mut confirmed, tested_on), shown_anyway)) = searched else {
+    let Some(((mut together, mut confirmed, tested_on), shown_anyway)) = searched else {
         return Ok(None);
     };
-    confirmed.shown_anyway = shown_anyway;
+    confirmed.set.shown_anyway = shown_anyway;
     progress("writing the findings");
     let held_out: Vec<HeldOut> = tested
         .iter_mut()
-        .map(|data| of_held_out(data, (&together, &found[0]), &confirmed, plan))
+        .map(|data| of_held_out(data, &together, &confirmed.set, plan))
         .collect();
     let mut outcome = outcome(
         &fitted,
-        (&together, &mut found),
+        &mut together,
         &confirmed,
         (&faults, Beside::HeldOut(held_out)),
         (model, seed, plan),
     );
     outcome.diagnosis.tell(tested_on);
-    Ok(Some((outcome, found.iter().map(also).collect())))
+    Ok(Some((outcome, together.found.iter().map(also).collect())))
 }
 
 /// Figures of a held-out recording: the common effects, predicted from its own reference. None of its rows is used before.
 fn of_held_out(
     data: &mut Data,
-    (together, first): (&Together, &Found),
-    confirmed: &Confirmed,
+    together: &Together,
+    confirmed: &ConfirmedSet,
     plan: &Plan,
 ) -> HeldOut {
     let streams = data.streams;
+    let first = &together.found[0];
     let rows = streams.rows;
     let levels: Vec<_> = confirmed.fit.levels[..3].to_vec();
     let path = first.motion.signals.path;

@@ -13,15 +13,12 @@ use rlg_model::kinds::NOISE_KINDS;
 use rlg_model::{EffectValue, Model};
 use rlg_signal::fault::Fault;
 
-use super::confirm::Confirmed;
-use super::search::Together;
-use super::shared::{Sharing, with_noise_of};
-use crate::confirm::{Final, left_by};
+use crate::confirm::Confirmed;
 use crate::data::Data;
 use crate::findings::written;
 use crate::outcome::Outcome;
 use crate::pictures::Pictures;
-use crate::search::Found;
+use crate::sharing::Together;
 
 /// Findings of one recording, before they are joined.
 struct OfRecording {
@@ -59,20 +56,19 @@ pub(crate) struct Whole {
 /// Writes the findings of all recordings.
 ///
 /// # Inputs
-/// `found`: each recording's share; `faults`: of its data.
+/// `faults`: of the data of each recording.
 pub(crate) fn outcome(
     all: &[Data],
-    (together, found): (&Together, &mut [Found]),
+    together: &mut Together,
     confirmed: &Confirmed,
     (faults, beside): (&[Vec<Fault>], Beside),
     (model, seed, plan): (&Model, u64, &Plan),
 ) -> Outcome {
     let each: Vec<OfRecording> = (0..all.len())
         .map(|recording| {
-            let of = (&all[recording], &mut found[recording]);
             of_recording(
-                of,
-                (recording, all.len()),
+                &all[recording],
+                recording,
                 together,
                 confirmed,
                 (&faults[recording], seed, plan),
@@ -155,90 +151,19 @@ pub(crate) fn powers(channels: &[ChannelEntry]) -> [Option<f64>; 3] {
 
 /// Findings of one recording: effects of its own, and common ones if it is the first that has them.
 fn of_recording(
-    (data, found): (&Data, &mut Found),
-    (recording, count): (usize, usize),
-    together: &Together,
+    data: &Data,
+    recording: usize,
+    together: &mut Together,
     confirmed: &Confirmed,
     (faults, seed, plan): (&[Fault], u64, &Plan),
 ) -> OfRecording {
-    let shared = &together.shared;
-    let fit = with_noise_of(&confirmed.fit, recording);
-    let left_rad = left_by(found, &fit);
-    let is_told_here = |place: &usize| {
-        let one = &shared[confirmed.headlines[*place]];
-        let first = one.own.iter().position(Option::is_some);
-        // Effects found in sums alone are reported with the first of the stretches.
-        let first = first.filter(|&first| first < count).or(Some(0));
-        match one.sharing {
-            Sharing::Apart if one.own[recording].is_some() => true,
-            _ => first == Some(recording),
-        }
-    };
-    let told: Vec<usize> = (0..confirmed.named.len()).filter(is_told_here).collect();
-    let is_here = |place: &usize| {
-        let member = &shared[together.judged[*place].hypothesis];
-        member.own[recording].is_some()
-    };
-    let mut own = fit.clone();
-    own.members = told.iter().map(|&place| fit.members[place]).collect();
-    own.ranks = told.iter().map(|&place| fit.ranks[place]).collect();
-    own.squared_sizes = told.iter().map(|&place| fit.squared_sizes[place]).collect();
-    own.blocks = Vec::with_capacity(told.len());
-    for &place in &told {
-        let headline = confirmed.headlines[place];
-        let (alone, first) = shared[headline].alone_in(recording, &together.candidates[recording]);
-        let begin = fit.blocks[place].start + first;
-        own.blocks.push(begin..begin + alone.names.len());
-        found.candidates[headline] = alone;
-    }
-    let name = &data.streams.piece.recording;
-    let here = |places: &[usize]| {
-        places
-            .iter()
-            .copied()
-            .filter(is_here)
-            .collect::<Vec<usize>>()
-    };
-    let of = |place: &usize| match shared[confirmed.headlines[*place]].sharing {
-        Sharing::Common => None,
-        Sharing::Apart | Sharing::Only(_) => Some(name.clone()),
-    };
-    let confirmed = crate::confirm::Confirmed {
-        named: told.iter().map(|&place| confirmed.named[place]).collect(),
-        headlines: told
-            .iter()
-            .map(|&place| confirmed.headlines[place])
-            .collect(),
-        predictions: confirmed.predictions.clone(),
-        unconfirmed: here(&confirmed.unconfirmed),
-        reenacted_away: here(&confirmed.reenacted_away),
-        // Common to all recordings, reported once.
-        shown_anyway: match recording {
-            0 => confirmed.shown_anyway.clone(),
-            _ => Vec::new(),
-        },
-        impossible: here(&confirmed.impossible),
-        reenactments: told
-            .iter()
-            .map(|&place| confirmed.reenactments[place])
-            .collect(),
-        instant_std_rows: told
-            .iter()
-            .map(|&place| confirmed.instant_std_rows[place])
-            .collect(),
-        recordings: told.iter().map(of).collect(),
-        last: Final {
-            fit: own,
-            left_rad,
-            misfits: confirmed.misfits[recording].clone(),
-            told: told.iter().map(|&place| confirmed.told[place]).collect(),
-        },
-    };
-    let (outcome, added) = written((data, found), &confirmed, faults, seed, plan);
+    let share = confirmed.share(together, data, recording);
+    let of = (data, &together.found[recording]);
+    let (outcome, added) = written(of, &share, faults, seed, plan);
     OfRecording {
         outcome,
         added,
-        named: told.len(),
+        named: share.set.named.len(),
     }
 }
 

@@ -6,70 +6,20 @@ use std::collections::BTreeSet;
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Sensed};
-use rlg_findings::result::Tested;
-use rlg_inference::search::{DriftPrior, Judged, best_of};
+use rlg_inference::search::{Judged, best_of};
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 
 use super::delays::{joint_delay, mean_delay};
-use super::shared::{Kin, RECORDS, Shared, Sharing, seen_by, spelt_out};
-use crate::confirm::gyro_of_event;
 use crate::data::Data;
+use crate::noise_levels::joint_drift;
 use crate::pass::Pass;
 use crate::path::{delays, is_settled, path_of};
-use crate::search::is_seen;
-use crate::self_test::{Row, self_test_on};
+use crate::search::{Found, is_seen};
 use crate::settle::{Begun, Rows, Settled, settle};
-
-/// Result of the structure search on the fitted rows of all recordings.
-pub(crate) struct Together {
-    /// Each recording's last pass.
-    pub(crate) passes: Vec<Pass>,
-    /// Candidates of each recording, over its own columns.
-    pub(crate) candidates: Vec<Vec<Candidate>>,
-    /// All candidates, indexed as in `fit`.
-    pub(crate) shared: Vec<Shared>,
-    /// Fit of the best set.
-    pub(crate) fit: Fit,
-    /// Members of the set, each with its cost in log posterior and its rivals.
-    pub(crate) judged: Vec<Judged>,
-    /// Rivals of each member whose columns span it.
-    pub(crate) spanned_by: Vec<Vec<usize>>,
-    /// Rivals in `spanned_by` that reproduce the member's effect to an insignificant residual.
-    pub(crate) reached_by: Vec<Vec<usize>>,
-    /// The set without each member, fitted anew.
-    pub(crate) without: Vec<Fit>,
-    /// Fit of the noise alone.
-    pub(crate) empty: Fit,
-    /// Number of evaluated sets.
-    pub(crate) tried: usize,
-}
-
-impl Together {
-    /// Runs the Monte Carlo self-test of the search on all recordings.
-    pub(crate) fn self_test(
-        &self,
-        sums: Option<&NormalEquations>,
-        (plan, seed): (&Plan, u64),
-    ) -> Option<Tested> {
-        let parts = self.passes.iter().map(|pass| &pass.equations);
-        let data = JointLikelihood::new(parts.chain(sums).collect());
-        let members = self.fit.members.iter();
-        let members = members.map(|&place| &self.shared[place].candidate.hypothesis);
-        let members: Vec<&Hypothesis> = members.collect();
-        let of = |one| {
-            let Shared {
-                candidate, sharing, ..
-            }: &Shared = one;
-            let row = Row::of(candidate)?;
-            Some(match sharing {
-                Sharing::Common => row,
-                Sharing::Apart | Sharing::Only(_) => row.only_tried(),
-            })
-        };
-        let rows: Vec<Row> = self.shared.iter().filter_map(of).collect();
-        self_test_on(&data, (&self.fit.levels, &members), &rows, (plan, seed))
-    }
-}
+use crate::sharing::{
+    Kin, RECORDS, Shared, Sharing, Together, in_recording, seen_by, spelt_out, with_noise_of,
+};
+use crate::sums::Side;
 
 /// State of one recording between two passes.
 struct Recording {
@@ -77,24 +27,13 @@ struct Recording {
     rows: Rows,
 }
 
-/// Data of one recording, or of sums over all of one, in a search.
-pub(crate) struct Side<'a> {
-    /// Candidates over its own columns.
-    pub(crate) candidates: &'a [Candidate],
-    pub(crate) equations: &'a NormalEquations,
-    pub(crate) drift: &'a DriftPrior,
-    /// Noise levels before any effect is found.
-    pub(crate) levels: &'a [NoiseLevels],
-}
-
-impl<'a> Side<'a> {
-    fn of(pass: &'a Pass) -> Self {
-        Self {
-            candidates: &pass.candidates,
-            equations: &pass.equations,
-            drift: &pass.drift,
-            levels: &[],
-        }
+/// Side of one recording.
+fn side_of(pass: &Pass) -> Side<'_> {
+    Side {
+        candidates: &pass.candidates,
+        equations: &pass.equations,
+        drift: &pass.drift,
+        levels: &[],
     }
 }
 
@@ -143,7 +82,7 @@ pub(crate) fn stand(
     let mut before: Option<Vec<Shared>> = None;
     for pass in 1..=plan.judgement.passes {
         progress(&format!("all together, pass {pass}"));
-        let sides: Vec<Side> = recordings.iter().map(|one| Side::of(&one.pass)).collect();
+        let sides: Vec<Side> = recordings.iter().map(|one| side_of(&one.pass)).collect();
         let shared = spell(&sides, kin, plan);
         let start = match &before {
             Some(before) => Start::Only(places_of(before, &shared)),
@@ -234,7 +173,7 @@ impl Standing {
             };
             let pass = &self.recordings[recording].pass;
             let candidate = &pass.candidates[*place];
-            if gyro_of_event(candidate).is_some() {
+            if candidate.event_gyro().is_some() {
                 continue;
             }
             let columns = &pass.pool.columns;
@@ -256,7 +195,7 @@ impl Standing {
         for pass in self.recordings.iter().map(|one| &one.pass) {
             for one in &pass.candidates {
                 let is_known = all.iter().any(|other| other.is_made_as(one));
-                if gyro_of_event(one).is_none() && !is_known {
+                if one.event_gyro().is_none() && !is_known {
                     all.push(pool.adopt(one, &pass.pool.columns));
                 }
             }
@@ -270,7 +209,7 @@ impl Standing {
         let mut sides: Vec<Side> = self
             .recordings
             .iter()
-            .map(|one| Side::of(&one.pass))
+            .map(|one| side_of(&one.pass))
             .collect();
         if let Some(sums) = sums {
             let members = members_of(&self.fit, &self.shared);
@@ -293,21 +232,46 @@ impl Standing {
         });
         let tried = self.tried + looked_at;
         drop(sides);
-        let passes: Vec<Pass> = self.recordings.into_iter().map(|one| one.pass).collect();
-        let candidates = passes.iter().map(|pass| pass.candidates.clone());
+        let passes = self.recordings.into_iter().map(|one| one.pass);
+        let (mut candidates, mut found) = (Vec::new(), Vec::new());
+        for (recording, pass) in passes.enumerate() {
+            candidates.push(pass.candidates);
+            found.push(Found {
+                candidates: in_recording(&self.shared, recording),
+                pool: pass.pool,
+                fit: with_noise_of(&self.fit, recording),
+                judged: judged_in(&judged.members, recording),
+                spanned_by: judged.spanned_by.clone(),
+                reached_by: judged.reached_by.clone(),
+                without: judged.without.clone(),
+                empty: with_noise_of(&judged.empty, recording),
+                motion: pass.motion,
+                residual_rad: pass.residual_rad,
+                tried,
+                equations: pass.equations,
+            });
+        }
+        candidates.extend(of_sums);
         Together {
-            candidates: candidates.chain(of_sums).collect(),
-            passes,
             shared: self.shared,
+            candidates,
             fit: self.fit,
-            judged: judged.members,
-            spanned_by: judged.spanned_by,
-            reached_by: judged.reached_by,
-            without: judged.without,
-            empty: judged.empty,
+            found,
             tried,
         }
     }
+}
+
+/// Judged members, with the drift levels of one recording's gyros.
+fn judged_in(judged: &[Judged], recording: usize) -> Vec<Judged> {
+    let of_one = |one: &Judged| {
+        let mut all = one.drift_levels.chunks(RECORDS);
+        Judged {
+            drift_levels: all.nth(recording).unwrap_or_default().to_vec(),
+            ..one.clone()
+        }
+    };
+    judged.iter().map(of_one).collect()
 }
 
 /// Forms the shared candidates of all sides.
@@ -421,8 +385,7 @@ fn spell_in_all(recordings: &mut [Recording], fits: &[Fit]) {
             .members
             .iter()
             .filter_map(|&member| one.pass.candidates.get(member));
-        let scanned = members
-            .filter(|one| !is_delay(one.kind) && crate::confirm::gyro_of_event(one).is_none());
+        let scanned = members.filter(|one| !is_delay(one.kind) && one.event_gyro().is_none());
         found.extend(scanned.map(|one| (place, one.clone())));
     }
     for (place, recording) in recordings.iter_mut().enumerate() {
@@ -444,18 +407,6 @@ fn spell_in_all(recordings: &mut [Recording], fits: &[Fit]) {
             place <= first || is_seen(&one.hypothesis, equations)
         });
     }
-}
-
-/// Joins the drift priors of the recordings.
-pub(crate) fn drift_of(each: impl Iterator<Item = DriftPrior>) -> DriftPrior {
-    let mut declared = Vec::new();
-    for drift in each {
-        match drift {
-            DriftPrior::Declared(drift) => declared.extend(drift),
-            DriftPrior::Unknown => return DriftPrior::Unknown,
-        }
-    }
-    DriftPrior::Declared(declared)
 }
 
 /// Hypotheses of candidates, and the number of their kinds.
@@ -485,7 +436,7 @@ fn searching<R>(
 ) -> (R, usize) {
     let likelihood = JointLikelihood::new(sides.iter().map(|one| one.equations).collect());
     let (hypotheses, kinds) = hypotheses_of(shared);
-    let drift = drift_of(sides.iter().map(|one| one.drift.clone()));
+    let drift = joint_drift(sides.iter().map(|one| one.drift.clone()));
     let mut search = Search::new(
         &likelihood,
         &hypotheses,

@@ -14,12 +14,38 @@ use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations, Obse
 use rlg_signal::partition::blocks;
 use rlg_signal::streams::{Triad, add};
 
-use super::search::Side;
-use crate::confirm::columns_of;
+use crate::data::Data;
 use crate::noise_levels::first_levels;
 use crate::pass::sizes_on;
 use crate::search::is_seen;
-use crate::whitened::Whitener;
+use crate::whitened::{Whitener, columns_of};
+
+/// Rows of all recordings, and sums over all rows of the one recording that they are stretches of.
+#[derive(Clone, Copy)]
+pub(crate) struct Recordings<'a> {
+    pub(crate) each: &'a [Data<'a>],
+    pub(crate) sums: Option<&'a Sums>,
+}
+
+impl<'a> Recordings<'a> {
+    /// A single recording.
+    pub(crate) fn of_one(data: &'a Data<'a>) -> Self {
+        Self {
+            each: std::slice::from_ref(data),
+            sums: None,
+        }
+    }
+}
+
+/// Data of one recording, or of sums over all of one, in a search.
+pub(crate) struct Side<'a> {
+    /// Candidates over its own columns.
+    pub(crate) candidates: &'a [Candidate],
+    pub(crate) equations: &'a NormalEquations,
+    pub(crate) drift: &'a DriftPrior,
+    /// Noise levels before any effect is found.
+    pub(crate) levels: &'a [NoiseLevels],
+}
 
 /// Sums over blocks of rows.
 pub(crate) struct Summed {

@@ -1,11 +1,13 @@
-//! Joins candidates of several recordings to common hypotheses.
+//! Joins candidates of several recordings to common hypotheses; one recording is several with n = 1.
 
 use rlg_catalogue::Candidate;
+use rlg_findings::result::Tested;
 use rlg_inference::likelihood::behind;
-use rlg_inference::{Bound, Fit, Hypothesis};
-use rlg_plan::SeveralPlan;
+use rlg_inference::{Bound, Fit, Hypothesis, JointLikelihood, NormalEquations};
+use rlg_plan::{Plan, SeveralPlan};
 
-use crate::confirm::gyro_of_event;
+use crate::search::Found;
+use crate::self_test::{Row, self_test_on};
 
 /// Number of records per recording: its gyros.
 pub(crate) const RECORDS: usize = 3;
@@ -41,7 +43,77 @@ pub(crate) struct Shared {
     pub(crate) own: Vec<Option<(usize, Vec<usize>)>>,
 }
 
+/// A found set over all recordings, and each recording's share of it.
+pub struct Together {
+    /// All candidates, indexed as in `fit`.
+    pub(crate) shared: Vec<Shared>,
+    /// Candidates of each recording, over its own columns.
+    pub(crate) candidates: Vec<Vec<Candidate>>,
+    /// Fit of the best set.
+    pub(crate) fit: Fit,
+    /// The set by recording: the same members, places as in `shared`, over the recording's own columns.
+    pub(crate) found: Vec<Found>,
+    /// Number of evaluated sets.
+    pub(crate) tried: usize,
+}
+
+impl Together {
+    /// Set of a single recording, whose effects are not distinguishable from those of the unit.
+    pub(crate) fn of_one(found: Found) -> Self {
+        let shared = |(place, one): (usize, &Candidate)| Shared {
+            candidate: one.clone(),
+            sharing: Sharing::Common,
+            own: vec![Some((place, (0..one.hypothesis.parameters).collect()))],
+        };
+        Self {
+            shared: found.candidates.iter().enumerate().map(shared).collect(),
+            candidates: vec![found.candidates.clone()],
+            fit: found.fit.clone(),
+            tried: found.tried,
+            found: vec![found],
+        }
+    }
+
+    /// Runs the Monte Carlo self-test of the search on all recordings.
+    pub(crate) fn self_test(
+        &self,
+        sums: Option<&NormalEquations>,
+        plan: &Plan,
+        seed: u64,
+    ) -> Option<Tested> {
+        let parts = self.found.iter().map(|own| &own.equations);
+        let data = JointLikelihood::new(parts.chain(sums).collect());
+        let members = self.fit.members.iter();
+        let members = members.map(|&place| &self.shared[place].candidate.hypothesis);
+        let members: Vec<&Hypothesis> = members.collect();
+        let of = |one| {
+            let Shared {
+                candidate, sharing, ..
+            }: &Shared = one;
+            let row = Row::of(candidate)?;
+            Some(match sharing {
+                Sharing::Common => row,
+                Sharing::Apart | Sharing::Only(_) => row.only_tried(),
+            })
+        };
+        let rows: Vec<Row> = self.shared.iter().filter_map(of).collect();
+        self_test_on(&data, (&self.fit.levels, &members), &rows, (plan, seed))
+    }
+
+    /// Frees the spectra of the columns, most of the memory, once the set is final.
+    pub(crate) fn release(&mut self) {
+        self.found
+            .iter_mut()
+            .for_each(|own| own.equations.truncate(0));
+    }
+}
+
 impl Shared {
+    /// First recording that has it.
+    pub(crate) fn first_recording(&self) -> Option<usize> {
+        self.own.iter().position(Option::is_some)
+    }
+
     /// True if effect and sharing are the same, columns aside.
     pub(crate) fn is_same(&self, other: &Self) -> bool {
         let (a, b) = (&self.candidate, &other.candidate);
@@ -75,8 +147,27 @@ impl Shared {
     }
 }
 
+/// Parts of all candidates in one recording.
+pub(crate) fn in_recording(shared: &[Shared], recording: usize) -> Vec<Candidate> {
+    shared
+        .iter()
+        .map(|one| one.in_recording(recording))
+        .collect()
+}
+
+/// Hypotheses of the members on one recording's records, fixed terms as one more parameter.
+pub(crate) fn set_of(members: &[usize], shared: &[Shared], recording: usize) -> Vec<Hypothesis> {
+    members
+        .iter()
+        .map(|&place| {
+            let whole = shared[place].candidate.hypothesis.with_fixed_as_parameter();
+            on_own_records(&whole, recording)
+        })
+        .collect()
+}
+
 /// Part of a hypothesis on one recording's records, counted from the recording's first.
-pub(crate) fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypothesis {
+fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypothesis {
     let first = recording * RECORDS;
     let mut own = hypothesis.clone();
     let is_own = |record: usize| (first..first + RECORDS).contains(&record);
@@ -134,7 +225,7 @@ pub(crate) fn spelt_out(candidates: &[&[Candidate]], kin: Kin, plan: &SeveralPla
             // In a single recording its own effects are not distinguishable from those of the unit in all, held-out ones
             // included; events are its own.
             let happens_once =
-                group[one].is_some_and(|place| gyro_of_event(&candidates[one][place]).is_some());
+                group[one].is_some_and(|place| candidates[one][place].event_gyro().is_some());
             let sharing = match candidates.len() == 1 && !happens_once {
                 true => Sharing::Common,
                 false => Sharing::Only(one),
@@ -157,7 +248,7 @@ fn may_be_one(a: &Candidate, b: &Candidate) -> bool {
     let is_one_column = rlg_catalogue::candidates::is_delay(a.kind)
         || (is_linear(a) && is_linear(b))
         || a.base == b.base;
-    a.kind == b.kind && a.variant == b.variant && is_one_column && gyro_of_event(a).is_none()
+    a.kind == b.kind && a.variant == b.variant && is_one_column && a.event_gyro().is_none()
 }
 
 /// True if the candidates of a group are linearised about the same values.

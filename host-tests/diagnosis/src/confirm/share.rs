@@ -1,0 +1,91 @@
+//! Share of one recording in a confirmed set, as the recording reports it.
+
+use rlg_signal::streams::Triad;
+
+use super::{Confirmed, ConfirmedSet};
+use crate::data::Data;
+use crate::goodness::Misfit;
+use crate::search::left_by;
+use crate::sharing::{Sharing, Together, with_noise_of};
+
+/// Members that a recording reports: its own, and common ones if it is the first that has them.
+pub struct Share {
+    pub(crate) set: ConfirmedSet,
+    /// Recording in which each named member acts, of several; `None` if in all.
+    pub(crate) recordings: Vec<Option<String>>,
+    /// Residual of the fit of all members \[rad\].
+    pub(crate) left_rad: Triad,
+    /// Octaves in which the residual departs from the fitted noise.
+    pub(crate) misfits: Vec<Misfit>,
+}
+
+impl Confirmed {
+    /// Share of one recording; its candidates become those reported.
+    pub(crate) fn share(&self, together: &mut Together, data: &Data, recording: usize) -> Share {
+        let Together { shared, found, .. } = together;
+        let count = found.len();
+        let found = &mut found[recording];
+        let set = &self.set;
+        let fit = with_noise_of(&set.fit, recording);
+        let left_rad = left_by(found, &fit);
+        let is_told_here = |place: &usize| {
+            let one = &shared[set.headlines[*place]];
+            // Effects found in sums alone are reported with the first of the stretches.
+            let first = one.first_recording().filter(|&first| first < count);
+            match one.sharing {
+                Sharing::Apart if one.own[recording].is_some() => true,
+                _ => first.unwrap_or(0) == recording,
+            }
+        };
+        let told: Vec<usize> = (0..set.named.len()).filter(is_told_here).collect();
+        let judged = &found.judged;
+        let is_here = |place: &usize| shared[judged[*place].hypothesis].own[recording].is_some();
+        let here = |places: &[usize]| places.iter().copied().filter(is_here).collect();
+        let of_told = |all: &[usize]| told.iter().map(|&place| all[place]).collect::<Vec<_>>();
+        let mut own = fit.clone();
+        own.members = of_told(&fit.members);
+        own.ranks = of_told(&fit.ranks);
+        own.squared_sizes = told.iter().map(|&place| fit.squared_sizes[place]).collect();
+        let (unconfirmed, reenacted_away) = (here(&set.unconfirmed), here(&set.reenacted_away));
+        let impossible = here(&set.impossible);
+        own.blocks = Vec::with_capacity(told.len());
+        for &place in &told {
+            let headline = set.headlines[place];
+            let of_recording = &together.candidates[recording];
+            let (alone, first) = shared[headline].alone_in(recording, of_recording);
+            let begin = fit.blocks[place].start + first;
+            own.blocks.push(begin..begin + alone.names.len());
+            found.candidates[headline] = alone;
+        }
+        let name = &data.streams.piece.recording;
+        let of = |place: &usize| match shared[set.headlines[*place]].sharing {
+            Sharing::Common => None,
+            Sharing::Apart | Sharing::Only(_) => Some(name.clone()),
+        };
+        Share {
+            recordings: told.iter().map(of).collect(),
+            left_rad,
+            misfits: self.misfits[recording].clone(),
+            set: ConfirmedSet {
+                named: of_told(&set.named),
+                headlines: of_told(&set.headlines),
+                predictions: set.predictions.clone(),
+                unconfirmed,
+                reenacted_away,
+                // Common to all recordings, reported once.
+                shown_anyway: match recording {
+                    0 => set.shown_anyway.clone(),
+                    _ => Vec::new(),
+                },
+                impossible,
+                reenactments: told.iter().map(|&place| set.reenactments[place]).collect(),
+                instant_std_rows: told
+                    .iter()
+                    .map(|&place| set.instant_std_rows[place])
+                    .collect(),
+                fit: own,
+                told: told.iter().map(|&place| set.told[place]).collect(),
+            },
+        }
+    }
+}
