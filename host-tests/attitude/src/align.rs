@@ -1,10 +1,9 @@
 //! Registration alone: alignment of gyros and attitudes without a search for physical effects.
 
-use std::path::Path;
 
 use rlg_catalogue::entries::CATALOGUE;
 use rlg_diagnosis::Outcome;
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
@@ -18,7 +17,7 @@ use rlg_diagnosis::Settings;
 pub fn align(
     settings: &Settings,
     recording: &Recording,
-    of: (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
     let left_out: Vec<&str> = CATALOGUE.iter().map(|entry| entry.kind).collect();

@@ -1,11 +1,10 @@
 //! Check of the attitude convention: from body to navigation frame, in the order w, x, y, z.
 
 use rlg_plan::{ConventionPlan, Plan};
-use std::path::Path;
 
 use nalgebra::{Quaternion, UnitQuaternion};
 use rlg_findings::sentences::READ_AS;
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
 use rlg_recording::error::InputError;
 use rlg_recording::{Quantity, Recording};
 use rlg_signal::attitude_samples::{Shown, SlowSample, has_attitude};
@@ -68,14 +67,15 @@ pub struct Converted {
 /// The attitudes are not as declared, several conventions fit, and `anyway` is not set; or a channel is missing or invalid.
 pub fn converted(
     recording: &Recording,
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     plan: &Plan,
     anyway: bool,
 ) -> Result<Option<Converted>, InputError> {
+    let model = of.model;
     if !has_attitude(recording) {
         return Ok(None);
     }
-    let Some(observed) = observe(recording, (model, model_file), plan)? else {
+    let Some(observed) = observe(recording, of, plan)? else {
         return Ok(None);
     };
     if observed.is_few {

@@ -1,15 +1,13 @@
 //! Workflow of a diagnosis against attitudes.
 
 use rlg_diagnosis::Settings;
-use rlg_plan::Plan;
-use std::path::Path;
 
 use nalgebra::Vector3;
 use rlg_catalogue::Pool;
 use rlg_catalogue::entries::PULL;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::put_right::{self, PutRight, Stopped};
-use rlg_model::{Model, MotionSource};
+use rlg_model::{DeclaredModel, Model, MotionSource};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Quantity, Recording};
 use rlg_signal::attitude_samples::has_attitude;
@@ -37,7 +35,7 @@ use crate::physics::{self, Gyro};
 use crate::registration::{self, Registration};
 use crate::rest::{self, Rest};
 use crate::said::{Few, Said};
-use crate::search::{Found, called_for, search};
+use crate::search::{Found, Physics, Registered, called_for, search};
 use crate::zeroing;
 
 /// A diagnosis and the corrected motion.
@@ -85,18 +83,19 @@ pub fn serves(recording: &Recording, model: &Model) -> bool {
 pub fn diagnose(
     settings: &Settings,
     recording: &Recording,
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Diagnosed>, InputError> {
+    let model = of.model;
     progress("aligning the channels");
-    let Some(mut observed) = observe(recording, (model, model_file), &settings.plan)? else {
+    let Some(mut observed) = observe(recording, of, &settings.plan)? else {
         return Ok(None);
     };
     let of_model = Alignment::of_model(model);
     let mut put_right = None;
     if !observed.is_few {
         observed.take_settling(&of_model, &settings.plan);
-        put_right = match check_channels(settings, &mut observed, (model, model_file)) {
+        put_right = match check_channels(settings, &mut observed, of) {
             Err(Stopped::Apart(why, _)) => {
                 let outcome =
                     put_right::of_two_motions(&recording.name, settings.seed, &why, model);
@@ -123,7 +122,7 @@ pub fn diagnose(
         observed.take_lines(lines);
     }
     let fit = if observed.is_few { of_few } else { of_many };
-    let Some(fitted) = fit(settings, &mut observed, (&of_model, model_file), progress)? else {
+    let Some(fitted) = fit(settings, &mut observed, &of_model, progress)? else {
         return Ok(None);
     };
     progress("writing the findings");
@@ -168,12 +167,12 @@ struct Fitted {
 fn of_many(
     settings: &Settings,
     observed: &mut Observed,
-    of: (&Alignment, &Path),
+    of_model: &Alignment,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Fitted>, InputError> {
     /// Most moves: each leaves the square of what it is wrong by.
     const MOVES: usize = 3;
-    let Some(mut fitted) = fit_many(settings, observed, of, progress)? else {
+    let Some(mut fitted) = fit_many(settings, observed, of_model, progress)? else {
         return Ok(None);
     };
     for _ in 0..MOVES {
@@ -185,7 +184,7 @@ fn of_many(
         let before = (observed.gyros.clone(), observed.late);
         gyro_times::advance(&mut observed.gyros, late.values_s);
         observed.late.add(&late);
-        let moved = fit_many(settings, observed, of, progress)?;
+        let moved = fit_many(settings, observed, of_model, progress)?;
         // By row: what looked like faults of the reference has fewer.
         let by_row = |one: &Fitted| {
             let registered = &one.registered;
@@ -208,7 +207,7 @@ fn of_many(
 fn fit_many(
     settings: &Settings,
     observed: &mut Observed,
-    (of_model, model_file): (&Alignment, &Path),
+    of_model: &Alignment,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Fitted>, InputError> {
     let start = Start::new(
@@ -219,8 +218,8 @@ fn fit_many(
     );
     let called_for = |observed: &Observed, registered: &Registration| {
         let beyond = registered.alignment.beyond(of_model);
-        let of = (&observed.gyros, registered);
-        called_for(of, (of_model, &beyond), &settings.plan)
+        let of = Registered::new(&observed.gyros, registered, of_model, &beyond);
+        called_for(of, &settings.plan)
     };
     let grown = |observed: &Observed| {
         let growth = Growth {
@@ -236,14 +235,14 @@ fn fit_many(
     let Some((mut registered, mut free)) = grown(observed) else {
         return Ok(None);
     };
-    let mut gyro = observed.gyro(&registered.about, model_file)?;
+    let mut gyro = observed.gyro(&registered.about)?;
     if !observed.is_without_known && observed.take_out(&gyro.known_rad(observed.model)) {
         progress("once more without what the model knows");
         let Some(again) = grown(observed) else {
             return Ok(None);
         };
         (registered, free) = again;
-        gyro = observed.gyro(&registered.about, model_file)?;
+        gyro = observed.gyro(&registered.about)?;
     }
     observed.is_without_known = true;
     let (pool, effects) = gyro.candidates(settings.left_out);
@@ -256,9 +255,13 @@ fn fit_many(
     }
     let searched = |registered: Registration, gyro: &Gyro, observed: &Observed| {
         progress("searching for physics");
-        let physics = (gyro, &pool, &candidates);
-        let told = (&plan, settings.seed);
-        searched((&observed.gyros, registered), of_model, physics, told)
+        let physics = Physics {
+            gyro,
+            pool: &pool,
+            candidates: &candidates,
+        };
+        let search = |of: Registered| search(of, physics, &plan, settings.seed);
+        searched(&observed.gyros, registered, of_model, physics, search)
     };
     let mut found;
     (registered, found) = searched(registered, &gyro, observed);
@@ -266,12 +269,12 @@ fn fit_many(
     let now = found.groups();
     if now != free {
         let start = registered.alignment.with(&now, of_model);
-        let about = (of_model, start, &now);
-        if let Some(again) = registration::settle(observed.records(), about, true, progress) {
+        let again = registration::settle(observed.records(), of_model, start, &now, true, progress);
+        if let Some(again) = again {
             let rivals = std::mem::take(&mut registered.rivals);
             registered = again.weighed(&observed.gyros, of_model);
             registered.rivals = rivals;
-            gyro = observed.gyro(&registered.about, model_file)?;
+            gyro = observed.gyro(&registered.about)?;
             (registered, found) = searched(registered, &gyro, observed);
         }
     }
@@ -287,30 +290,33 @@ fn fit_many(
 
 /// Searches for physical effects and, if any is found, again with the noise re-estimated given them, as it contained them.
 fn searched(
-    (gyros, mut registered): (&Gyros, Registration),
+    gyros: &Gyros,
+    mut registered: Registration,
     of_model: &Alignment,
-    physics: (&Gyro, &Pool, &Candidates),
-    told: (&Plan, u64),
+    physics: Physics,
+    search: impl Fn(Registered) -> Found,
 ) -> (Registration, Found) {
     let beyond = registered.alignment.beyond(of_model);
-    let about = (of_model, &beyond);
-    let found = search((gyros, &registered), about, physics, told);
+    let found = search(Registered::new(gyros, &registered, of_model, &beyond));
     if found.physics.is_empty() {
         return (registered, found);
     }
-    let (gyro, pool, candidates) = physics;
     let own = found.physics.iter();
-    let columns = own.flat_map(|named| named_columns(named, (gyro, pool, candidates), &registered));
+    let columns = own.flat_map(|named| named_columns(named, physics, &registered));
     let columns = columns.collect();
     registered = registered.weighed_beside(gyros, of_model, columns);
-    let found = search((gyros, &registered), about, physics, told);
+    let found = search(Registered::new(gyros, &registered, of_model, &beyond));
     (registered, found)
 }
 
 /// Columns of an accepted effect.
 fn named_columns(
     named: &Named,
-    (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
+    Physics {
+        gyro,
+        pool,
+        candidates,
+    }: Physics,
     registered: &Registration,
 ) -> Vec<ParameterColumn> {
     let about = &registered.about;
@@ -335,7 +341,7 @@ fn named_columns(
 fn of_few(
     settings: &Settings,
     observed: &mut Observed,
-    (of_model, model_file): (&Alignment, &Path),
+    of_model: &Alignment,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Fitted>, InputError> {
     /// Most passes, and the step of the alignment at convergence, in standard deviations.
@@ -353,7 +359,7 @@ fn of_few(
     let Some(about) = about_at(observed, of_model) else {
         return Ok(None);
     };
-    let known_rad = observed.gyro(&about, model_file)?.known_rad(observed.model);
+    let known_rad = observed.gyro(&about)?.known_rad(observed.model);
     observed.take_out(&known_rad);
     let belief = NoiseBelief::new(observed.model, &observed.gyros, &settings.plan);
     let rest = rest::find(&observed.gyros);
@@ -367,7 +373,7 @@ fn of_few(
         let Some(about) = about_at(observed, &alignment) else {
             return Ok(None);
         };
-        let gyro = observed.gyro(&about, model_file)?;
+        let gyro = observed.gyro(&about)?;
         let (pool, effects) = match is_registered {
             true => gyro.candidates(settings.left_out),
             false => Default::default(),
@@ -375,8 +381,14 @@ fn of_few(
         let candidates = Candidates::new(effects);
         let (columns, at_rest) = few_columns(
             observed,
-            (&about, &alignment, of_model),
-            (&gyro, &pool, &candidates),
+            &about,
+            &alignment,
+            of_model,
+            Physics {
+                gyro: &gyro,
+                pool: &pool,
+                candidates: &candidates,
+            },
             rest.as_ref(),
         );
         let rows = FewRows::new(
@@ -420,8 +432,14 @@ fn of_few(
 /// Columns of registration and physics about an alignment, and the gyros' mean rates at rest.
 fn few_columns(
     observed: &Observed,
-    (about, alignment, of_model): (&About, &Alignment, &Alignment),
-    (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
+    about: &About,
+    alignment: &Alignment,
+    of_model: &Alignment,
+    Physics {
+        gyro,
+        pool,
+        candidates,
+    }: Physics,
     rest: Option<&Rest>,
 ) -> (Vec<ParameterColumn>, Option<AtRest>) {
     let rate_hz = observed.gyros.rate_hz;
@@ -468,8 +486,9 @@ fn few_columns(
 fn check_channels(
     settings: &Settings,
     observed: &mut Observed,
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
 ) -> Result<Option<PutRight>, Stopped> {
+    let DeclaredModel { model, file } = of;
     let samples = observed.sound_samples();
     let reference_hz = channels::readings_hz(&observed.samples);
     let streams = &mut observed.streams;
@@ -481,7 +500,7 @@ fn check_channels(
         *usable &= !doubtful;
     }
     (streams.own_motion, streams.reference_hz) = (false, reference_hz);
-    let checked = put_right::put_right(settings, streams, model, model_file);
+    let checked = put_right::put_right(settings, streams, model, file);
     (streams.own_motion, streams.reference_hz) = (true, None);
     streams.case_rad = own_rad;
     streams.usable = usable;

@@ -8,7 +8,7 @@ use nalgebra::Vector3;
 
 use crate::alignment::{Alignment, Free, GROUPS, in_order, places};
 use crate::coarse::Start;
-use crate::registration::{Records, Registration, Steps, fitted, places_of, settle};
+use crate::registration::{How, Point, Records, Registration, Steps, fitted, places_of, settle};
 
 /// Groups selected about an alignment.
 pub(crate) struct Called {
@@ -45,18 +45,23 @@ impl Growth<'_> {
     /// linear range.
     pub(crate) fn grow(&self) -> Option<Grown> {
         let Self { of, model, .. } = *self;
-        let (gyros, samples, _) = of;
+        let gyros = of.gyros;
         // Far from convergence a gyro error resembles a fault of the reference, except in a fit of all parameters.
         let all: Free = GROUPS.iter().map(|group| group.kind).collect();
         let far = self.start.of(&all, model);
-        let known = settle(of, (model, far.clone(), &all), true, self.progress)?.known;
+        let known = settle(of, model, far.clone(), &all, true, self.progress)?.known;
         // A large misalignment is also significant at the model's alignment; the correlation of noise alone may peak
         // anywhere.
-        let of_known = (gyros, samples, &known);
+        let of_known = Records {
+            stamps: &known,
+            ..of
+        };
         let none = Free::new();
         let at_model = settle(
             of_known,
-            (model, model.clone(), &none),
+            model,
+            model.clone(),
+            &none,
             false,
             self.progress,
         )?;
@@ -93,9 +98,8 @@ impl Growth<'_> {
         loop {
             let has_faults = round > 0;
             let of_round = if has_faults { of } else { of_known };
-            let about = (model, start, &free);
-            let registered = settle(of_round, about, has_faults, self.progress)?;
-            let registered = registered.weighed(of.0, model);
+            let registered = settle(of_round, model, start, &free, has_faults, self.progress)?;
+            let registered = registered.weighed(of.gyros, model);
             let Called {
                 free: now, step, ..
             } = (self.called_for)(&registered);
@@ -105,7 +109,7 @@ impl Growth<'_> {
             }
             let moved = registered.alignment.with(&now, model);
             (start, free) = (moved.moved(&step.estimate), now);
-            let within = of.0.plan.registration.same_alignment;
+            let within = of.gyros.plan.registration.same_alignment;
             let is_there =
                 |(other, of): &Grown| *of == free && step.lead_to(&start, &other.alignment, within);
             if others.iter().any(is_there) {
@@ -118,7 +122,7 @@ impl Growth<'_> {
     /// delay.
     fn as_low_pass(&self, grown: Grown) -> Vec<Grown> {
         let (found, free) = &grown;
-        let plan = &self.of.0.plan.registration;
+        let plan = &self.of.gyros.plan.registration;
         if !found.may_be_low_pass(self.model, plan) {
             return vec![grown];
         }
@@ -127,8 +131,8 @@ impl Growth<'_> {
             let others = others.filter(|kind| delay || *kind != "reference_delay");
             let free = in_order(others.chain(std::iter::once("gyro_bandwidth")));
             let start = self.low_pass_start(found, &free)?;
-            let about = (self.model, start, &free);
-            Some((settle(self.of, about, true, self.progress)?, free))
+            let settled = settle(self.of, self.model, start, &free, true, self.progress)?;
+            Some((settled, free))
         };
         let low_passes = [settled(false), settled(true)].into_iter().flatten();
         let possible = low_passes.filter(|(one, _)| one.is_possible(plan));
@@ -141,7 +145,10 @@ impl Growth<'_> {
         /// Grid of time constants, relative to the gyros' lag.
         const SHARES: [f64; 11] = [0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0];
         let Self { of, model, .. } = *self;
-        let of_known = (of.0, of.1, &found.known);
+        let of_known = Records {
+            stamps: &found.known,
+            ..of
+        };
         let found = &found.alignment;
         let late_s = model.delay_s - found.delay_s;
         let has_delay = free.contains(&"reference_delay");
@@ -159,7 +166,16 @@ impl Growth<'_> {
                 },
                 ..begun.clone()
             };
-            let (_, fitting) = fitted(of_known, (model, &alignment), (&kept, true, None))?;
+            let point = Point {
+                of_model: model,
+                alignment: &alignment,
+            };
+            let how = How {
+                kept: &kept,
+                is_plain: true,
+                levels: None,
+            };
+            let (_, fitting) = fitted(of_known, point, how)?;
             Some((fitting.fit.log_likelihood, alignment))
         });
         let best = tried.max_by(|a, b| a.0.total_cmp(&b.0));

@@ -5,7 +5,7 @@ use std::path::Path;
 use std::sync::Arc;
 
 use nalgebra::Vector3;
-use rlg_model::{EffectValue, Model};
+use rlg_model::{DeclaredModel, EffectValue, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::{SlowSample, slow_samples};
@@ -38,6 +38,8 @@ use crate::zeroing::{self, Zeroed};
 pub(crate) struct Observed<'a> {
     pub(crate) recording: &'a Recording,
     pub(crate) model: &'a Model,
+    /// File of the model, for messages.
+    model_file: &'a Path,
     pub(crate) streams: Streams,
     pub(crate) faults: Vec<Fault>,
     pub(crate) samples: Vec<SlowSample>,
@@ -112,7 +114,11 @@ impl Observed<'_> {
 
     /// Data of a registration.
     pub(crate) fn records(&self) -> Records<'_> {
-        (&self.gyros, &self.samples, &self.stamps)
+        Records {
+            gyros: &self.gyros,
+            samples: &self.samples,
+            stamps: &self.stamps,
+        }
     }
 
     /// Flags of gyro rows that are measured, lie between two fitted stamps and are not `doubtful`.
@@ -136,11 +142,11 @@ impl Observed<'_> {
     ///
     /// # Errors
     /// The model's installation matrix has no inverse.
-    pub(crate) fn gyro(&self, about: &About, model_file: &Path) -> Result<Gyro, InputError> {
+    pub(crate) fn gyro(&self, about: &About) -> Result<Gyro, InputError> {
         let off_vertical = vertical::off_vertical(&self.samples, &self.streams);
         let motion = (&about.conditioned_rad, off_vertical.as_ref());
         let gyro = Gyro::new(&self.streams, self.model, motion, &self.catalogue);
-        gyro.ok_or_else(|| no_inverse(model_file))
+        gyro.ok_or_else(|| no_inverse(self.model_file))
     }
 
     /// Subtracts known effects from the sensed increments \[rad\]; true if there are any.
@@ -160,9 +166,10 @@ fn no_inverse(model_file: &Path) -> InputError {
 /// Prepares a recording; `None` for fewer than two attitudes.
 pub(crate) fn observe<'a>(
     recording: &'a Recording,
-    (model, model_file): (&'a Model, &Path),
+    of: DeclaredModel<'a>,
     plan: &Plan,
 ) -> Result<Option<Observed<'a>>, InputError> {
+    let DeclaredModel { model, file } = of;
     let mut samples = slow_samples(recording, &plan.signal.attitude_samples)?;
     let is_few = samples.len() < plan.attitude.least_stamps;
     if samples.len() < 2 {
@@ -171,7 +178,7 @@ pub(crate) fn observe<'a>(
     let mut streams = Streams::align_without_reference(recording, model, &plan.signal.align)?;
     let from_sensing = body_from_sensing(&model.gyro.installation_rad);
     if from_sensing.try_inverse().is_none() {
-        return Err(no_inverse(model_file));
+        return Err(no_inverse(file));
     }
     take_own_motion(&mut streams, model, &from_sensing);
     let faults = qualify::qualify(&mut streams, &plan.signal.faults)
@@ -210,6 +217,7 @@ pub(crate) fn observe<'a>(
     let mut observed = Observed {
         recording,
         model,
+        model_file: file,
         streams,
         faults,
         tested: Vec::new(),

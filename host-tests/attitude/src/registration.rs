@@ -49,21 +49,50 @@ const PLAIN_PASSES: usize = 2;
 const SETTLED: f64 = 0.1;
 
 /// Gyros, attitudes, and the flags of those left out or known to have jumped.
-pub(crate) type Records<'a> = (&'a Gyros, &'a [SlowSample], &'a Stamps);
+#[derive(Clone, Copy)]
+pub(crate) struct Records<'a> {
+    pub(crate) gyros: &'a Gyros,
+    pub(crate) samples: &'a [SlowSample],
+    pub(crate) stamps: &'a Stamps,
+}
+
+/// Linearisation point of rows, and the model's alignment, on which the priors are centred.
+#[derive(Clone, Copy)]
+pub(crate) struct Point<'a> {
+    pub(crate) of_model: &'a Alignment,
+    pub(crate) alignment: &'a Alignment,
+}
+
+/// Parameters and noise of a fit.
+pub(crate) struct How<'a> {
+    /// Column indices of the estimated parameters.
+    pub(crate) kept: &'a [usize],
+    /// True for the reduced noise model.
+    pub(crate) is_plain: bool,
+    /// Levels of the noise to start at.
+    pub(crate) levels: Option<Levels>,
+}
 
 /// Forms rows about an alignment, and fits the columns of the `kept` indices to them.
 pub(crate) fn fitted(
-    (gyros, samples, stamps): Records,
-    (model, alignment): (&Alignment, &Alignment),
-    (kept, is_plain, levels): (&[usize], bool, Option<Levels>),
+    Records {
+        gyros,
+        samples,
+        stamps,
+    }: Records,
+    Point {
+        of_model,
+        alignment,
+    }: Point,
+    how: How,
 ) -> Option<(About, Fitting)> {
     let about = About::new(gyros, samples, stamps, alignment)?;
-    let all = priced(about.columns(gyros.rate_hz), alignment, model);
+    let all = priced(about.columns(gyros.rate_hz), alignment, of_model);
     let own = all.into_iter().enumerate();
-    let own = own.filter(|(place, _)| kept.contains(place));
+    let own = own.filter(|(place, _)| how.kept.contains(place));
     let columns = own.map(|(_, column)| column).collect();
     let noise = &gyros.plan.noise;
-    let fitting = Fitting::new(&about.increments, columns, is_plain, levels, noise);
+    let fitting = Fitting::new(&about.increments, columns, how.is_plain, how.levels, noise);
     Some((about, fitting))
 }
 
@@ -148,11 +177,14 @@ impl Registration {
 /// # Inputs
 /// `has_faults`: detect faults of the reference.
 pub(crate) fn settle(
-    (gyros, samples, stamps): Records,
-    (model, start, free): (&Alignment, Alignment, &Free),
+    of: Records,
+    of_model: &Alignment,
+    start: Alignment,
+    free: &Free,
     has_faults: bool,
     progress: &dyn Fn(&str),
 ) -> Option<Registration> {
+    let Records { gyros, stamps, .. } = of;
     let kept = places_of(free);
     let mut walk = Walk::new(start);
     let mut levels: Option<Levels> = None;
@@ -165,8 +197,23 @@ pub(crate) fn settle(
         }
         let alignment = walk.alignment.clone();
         let fitted = |known: &Stamps, levels: Option<Levels>| {
-            let how = (&kept[..], is_plain, levels);
-            fitted((gyros, samples, known), (model, &alignment), how)
+            let how = How {
+                kept: &kept,
+                is_plain,
+                levels,
+            };
+            let point = Point {
+                of_model,
+                alignment: &alignment,
+            };
+            fitted(
+                Records {
+                    stamps: known,
+                    ..of
+                },
+                point,
+                how,
+            )
         };
         // Faults are detected anew in each pass: far from convergence a gyro error resembles a fault of the reference.
         let mut known = stamps.clone();

@@ -67,22 +67,55 @@ fn step_from(set: &[usize], estimates: &Estimates, beyond: &[f64; COUNT]) -> Ste
     Steps::new(&kept, &estimate, &std)
 }
 
+/// Physical effects sought beside a registration.
+#[derive(Clone, Copy)]
+pub struct Physics<'a> {
+    /// Signals of the gyros.
+    pub gyro: &'a Gyro,
+    /// Columns of the candidates.
+    pub pool: &'a Pool,
+    /// Effects, with the indices of their parameters.
+    pub candidates: &'a Candidates,
+}
+
+/// Gyros with a registration, and its linearisation point relative to the model.
+#[derive(Clone, Copy)]
+pub(crate) struct Registered<'a> {
+    pub(crate) gyros: &'a Gyros,
+    pub(crate) registration: &'a Registration,
+    pub(crate) of_model: &'a Alignment,
+    /// Parameters at the linearisation point, relative to the model.
+    pub(crate) beyond: &'a [f64; COUNT],
+}
+
+impl<'a> Registered<'a> {
+    /// About the alignment of a registration; `beyond`: of it relative to the model.
+    pub(crate) fn new(
+        gyros: &'a Gyros,
+        registration: &'a Registration,
+        of_model: &'a Alignment,
+        beyond: &'a [f64; COUNT],
+    ) -> Self {
+        Self {
+            gyros,
+            registration,
+            of_model,
+            beyond,
+        }
+    }
+}
+
 /// Selects registration groups without any physical effect.
-pub(crate) fn called_for(
-    of: (&Gyros, &Registration),
-    (of_model, beyond): (&Alignment, &[f64; COUNT]),
-    plan: &Plan,
-) -> Called {
+pub(crate) fn called_for(of: Registered, plan: &Plan) -> Called {
     let none = Candidates::new(Vec::new());
-    let basis = basis(of.1, &plan.attitude.noise);
-    let about = (of_model, beyond);
-    let search = Search::new(of, about, &basis, &none, std::iter::empty(), plan);
+    let basis = basis(of.registration, &plan.attitude.noise);
+    let search = Search::new(of, &basis, &none, std::iter::empty(), plan);
     let (chosen, nearly) = search.choice().chosen(&[]);
     let named_set: Vec<usize> = chosen.iter().flat_map(|group| places(group.kind)).collect();
     let step = step_from(
         &named_set,
         &search.blocks.sums.estimates(&named_set),
-        beyond,
+        of.beyond,
     );
     Called {
         free: in_order(chosen.iter().map(|group| group.kind)),
@@ -101,17 +134,18 @@ fn basis(registered: &Registration, plan: &AttitudeNoisePlan) -> (Band, NoiseTer
 }
 
 /// Searches for physical effects and bias steps by forward selection.
-pub fn search(
-    of: (&Gyros, &Registration),
-    (of_model, beyond): (&Alignment, &[f64; COUNT]),
-    (gyro, pool, candidates): (&Gyro, &Pool, &Candidates),
-    (plan, seed): (&Plan, u64),
-) -> Found {
-    let about = &of.1.about;
+pub(crate) fn search(of: Registered, physics: Physics, plan: &Plan, seed: u64) -> Found {
+    let Physics {
+        gyro,
+        pool,
+        candidates,
+    } = physics;
+    let (registered, beyond) = (of.registration, of.beyond);
+    let about = &registered.about;
     let effects = candidates.effects.iter();
     let columns = effects.flat_map(|(candidate, _)| gyro.columns(pool, candidate, about));
-    let basis = basis(of.1, &plan.attitude.noise);
-    let mut search = Search::new(of, (of_model, beyond), &basis, candidates, columns, plan);
+    let basis = basis(registered, &plan.attitude.noise);
+    let mut search = Search::new(of, &basis, candidates, columns, plan);
     let mut set: Vec<usize> = (0..COUNT).collect();
     let mut physics: Vec<Named> = Vec::new();
     while physics.len() < plan.attitude.most_effects {
@@ -119,7 +153,7 @@ pub fn search(
         search.tried += tried;
         let next = next.or_else(|| {
             let known: Vec<Step> = physics.iter().filter_map(|one| one.step).collect();
-            search.step((about, gyro), beyond, &set, &known)
+            search.step(about, gyro, beyond, &set, &known)
         });
         let Some(named) = next else {
             break;
@@ -148,8 +182,8 @@ pub fn search(
     let mut of_named = search.blocks.sums.estimates(&named_set);
     earth::on_its_length(&named_set, &mut of_named, &plan.attitude.earth);
     for named in &mut registration {
-        named.of_reference(&estimates, &of.1.alignment);
-        let rivals = of.1.rivals.iter();
+        named.of_reference(&estimates, &registered.alignment);
+        let rivals = registered.rivals.iter();
         for (_, rival) in rivals.filter(|(kind, _)| *kind == named.kind) {
             if !named.alike.contains(rival) {
                 named.alike.push(rival);
@@ -183,8 +217,12 @@ impl<'a> Search<'a> {
     /// # Inputs
     /// `of_effects`: columns of the candidates.
     fn new(
-        (gyros, registered): (&Gyros, &'a Registration),
-        (of_model, beyond): (&Alignment, &[f64; COUNT]),
+        Registered {
+            gyros,
+            registration: registered,
+            of_model,
+            beyond,
+        }: Registered<'a>,
         (band, terms): &'a (Band, NoiseTerms),
         candidates: &'a Candidates,
         of_effects: impl Iterator<Item = Triad>,
@@ -233,13 +271,14 @@ impl<'a> Search<'a> {
     /// Tests a step of a bias given a set, and appends its column to the blocks if it is accepted.
     fn step(
         &mut self,
-        about: (&About, &Gyro),
+        about: &About,
+        gyro: &Gyro,
         beyond: &[f64; COUNT],
         set: &[usize],
         known: &[Step],
     ) -> Option<Named> {
         let plan = &self.plan.attitude;
-        let sought = steps::seek(&self.blocks, about, beyond, set, &plan.blocks)?;
+        let sought = steps::seek(&self.blocks, about, gyro, beyond, set, &plan.blocks)?;
         let gain = sought.statistic.gain(sought.places, true, &plan.blocks);
         self.tried += sought.places;
         if gain <= plan.least_gain || known.contains(&sought.step) {

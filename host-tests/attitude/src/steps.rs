@@ -44,7 +44,8 @@ const AROUND: usize = 4;
 /// Finds the step of largest statistic given a set; `None` if a smooth drift of that gyro explains as much.
 pub fn seek(
     blocks: &Blocks,
-    (about, gyro): (&About, &Gyro),
+    about: &About,
+    gyro: &Gyro,
     beyond: &[f64; COUNT],
     set: &[usize],
     plan: &AttitudeBlockPlan,

@@ -1,13 +1,12 @@
 //! Sequence of a diagnosis against a reference on the gyros' rows.
 
-use std::path::Path;
 
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 
 use super::confirm::{confirmed, fallen, until_none_falls};
 use super::outcome::Outcome;
-use super::settings::Settings;
+use super::settings::{Scope, Settings};
 use super::sharing::Together;
 use super::sums::Recordings;
 use super::{data, findings, registration, search, settle};
@@ -22,7 +21,7 @@ pub fn diagnose(
     settings: &Settings,
     streams: &mut Streams,
     faults: &[Fault],
-    of: (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
     diagnose_also(settings, streams, faults, of, progress, |_, _| ())
@@ -38,7 +37,7 @@ pub fn align(
     settings: &Settings,
     streams: &mut Streams,
     faults: &[Fault],
-    of: (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
     let mut left_out = registration::physics();
@@ -69,20 +68,21 @@ pub fn diagnose_also<T>(
     settings: &Settings,
     streams: &mut Streams,
     faults: &[Fault],
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
     also: impl Fn(&data::Data, &search::Found) -> T,
 ) -> Result<Option<(Outcome, T)>, InputError> {
+    let DeclaredModel { model, file } = of;
     let Settings {
         left_out,
         ref plan,
         seed,
         ..
     } = *settings;
-    let mut data = data::Data::new(streams, model, plan, model_file)?;
+    let mut data = data::Data::new(streams, model, plan, file)?;
     data.take_own_lines(&plan.signal.own_lines);
     let searched = until_none_falls(left_out, progress, |without| {
-        let found = settle::find(&mut data, without, plan, progress)?;
+        let found = settle::find(&mut data, Scope { plan, left_out: without }, progress)?;
         let also = also(&data, &found);
         let mut together = Together::of_one(found);
         progress("trying the search on this recording");
@@ -98,7 +98,7 @@ pub fn diagnose_also<T>(
     };
     confirmed.set.shown_anyway = shown_anyway;
     let share = confirmed.share(&mut together, &data, 0);
-    let mut outcome = findings::outcome((&data, &together.found[0]), &share, faults, seed, plan);
+    let mut outcome = findings::outcome(together.of(&data, 0), &share, faults, seed, plan);
     outcome.diagnosis.tell(tested);
     Ok(Some((outcome, also)))
 }

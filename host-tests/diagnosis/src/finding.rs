@@ -19,7 +19,7 @@ use super::confirm::Share;
 use super::data::Data;
 use super::reenact::Reenactment;
 use super::regimes::Regime;
-use super::search::{Found, effect_rad};
+use super::search::{Found, Searched, effect_rad};
 use super::whitened::Whitener;
 
 /// One finding.
@@ -53,11 +53,12 @@ pub(crate) struct Finding<'a> {
 }
 
 pub(crate) fn findings<'a>(
-    (data, found): (&Data, &'a Found),
+    of: Searched<'a>,
     share: &'a Share,
     regimes: &[Regime],
     plan: &Plan,
 ) -> Vec<Finding<'a>> {
+    let Searched { data, found } = of;
     let (confirmed, left_rad) = (&share.set, &share.left_rad);
     let fit = &confirmed.fit;
     let whitener = Whitener::new(data, &fit.levels).filter(|_| !confirmed.named.is_empty());
@@ -66,7 +67,7 @@ pub(crate) fn findings<'a>(
         .map(|whitener| each_axis(|gyro| whitener.rows(gyro, &left_rad[gyro])));
     let of_place = |place: usize| {
         let effect_rad = effect_rad(found, fit, place);
-        let mut one = finding((data, found), share, (place, &effect_rad), plan);
+        let mut one = finding(of, share, place, &effect_rad, plan);
         if let (Some(whitener), Some(left_sigma)) = (&whitener, &left_sigma) {
             one.regimes = by_regime::sizes(
                 whitener,
@@ -82,9 +83,10 @@ pub(crate) fn findings<'a>(
 }
 
 fn finding<'a>(
-    (data, found): (&Data, &'a Found),
+    Searched { data, found }: Searched<'a>,
     share: &'a Share,
-    (place, effect_rad): (usize, &Triad),
+    place: usize,
+    effect_rad: &Triad,
     plan: &Plan,
 ) -> Finding<'a> {
     let confirmed = &share.set;

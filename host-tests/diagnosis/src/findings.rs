@@ -38,13 +38,13 @@ use super::own_lines;
 use super::pictures;
 use super::regimes::{Regime, regimes_of};
 use super::relative_residual::{self, Rows};
-use super::search::Found;
+use super::search::{Found, Searched};
 use super::summary::{not_excluded, runners_up, summary, unlike_noise};
 use super::validate::{Validation, validate};
 
 /// Writes the outcome of a confirmed set.
 pub fn outcome(
-    of: (&Data, &Found),
+    of: Searched,
     share: &Share,
     faults: &[Fault],
     seed: u64,
@@ -58,12 +58,13 @@ pub fn outcome(
 /// # Returns
 /// The outcome, and the effects added to its model, named ones first.
 pub(super) fn written(
-    (data, found): (&Data, &Found),
+    of: Searched,
     share: &Share,
     faults: &[Fault],
     seed: u64,
     plan: &Plan,
 ) -> (Outcome, Vec<ModelEffect>) {
+    let Searched { data, found } = of;
     let streams = data.streams;
     let Share {
         set: confirmed,
@@ -80,7 +81,7 @@ pub(super) fn written(
         }),
         regimes: regimes_of(streams, &plan.judgement.regimes),
     };
-    let findings = findings((data, found), share, &seen.regimes, plan);
+    let findings = findings(of, share, &seen.regimes, plan);
     let places = seen.places(data, &findings, plan);
     // No noise level is defined where the residual is not noise.
     let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
@@ -122,7 +123,7 @@ pub(super) fn written(
     effects.extend(faults.iter().map(|fault| fault_entry(streams, fault)));
     let span =
         |rows: &std::ops::Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
-    let next = next_experiment((data, found), confirmed, &findings, plan);
+    let next = next_experiment(of, confirmed, &findings, plan);
     let motion_rad = &found.motion.signals.independent.case_rad;
     let is_used = data.rows_of(&[Use::Fit, Use::Test]);
     let rows = Rows {

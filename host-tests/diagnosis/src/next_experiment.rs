@@ -21,7 +21,7 @@ use super::data::Data;
 use super::entries_of_findings::DRIFT;
 use super::experiment_words::{in_words, move_entry};
 use super::finding::{Finding, card, unit_of};
-use super::search::Found;
+use super::search::{Found, Searched};
 
 /// Errors of any gyro, nuisance parameters of a separation.
 const PLAIN: [&str; 3] = ["gyro_bias", "gyro_scale", "installation"];
@@ -56,7 +56,7 @@ fn deciding_sigma(within: f64, plan: &ExperimentPlan) -> f64 {
 
 /// Returns the next experiment for the first finding that the recording confuses with a rival or drift, else for the first.
 pub(crate) fn next_experiment(
-    (data, found): (&Data, &Found),
+    Searched { data, found }: Searched,
     confirmed: &ConfirmedSet,
     findings: &[Finding],
     plan: &Plan,
@@ -70,8 +70,13 @@ pub(crate) fn next_experiment(
         };
     };
     let kind = one.candidate.kind;
-    let of = (found, confirmed, place);
-    let next = Question::new(data, of, one).and_then(|question| {
+    let subject = Subject {
+        found,
+        confirmed,
+        place,
+        one,
+    };
+    let next = Question::new(data, subject).and_then(|question| {
         if is_confused(one) {
             question.separated(plan)
         } else {
@@ -79,6 +84,16 @@ pub(crate) fn next_experiment(
         }
     });
     next.unwrap_or_else(|| Next::of_card(kind))
+}
+
+/// Finding for which an experiment is sought.
+#[derive(Clone, Copy)]
+struct Subject<'a> {
+    found: &'a Found,
+    confirmed: &'a ConfirmedSet,
+    /// Its place among the named members.
+    place: usize,
+    one: &'a Finding<'a>,
 }
 
 /// Role of a hypothesis in the question.
@@ -140,12 +155,17 @@ impl Said {
 impl<'a> Question<'a> {
     fn new(
         data: &Data,
-        (found, confirmed, place): (&'a Found, &'a ConfirmedSet, usize),
-        one: &'a Finding<'a>,
+        subject: Subject<'a>,
     ) -> Option<Self> {
+        let Subject {
+            found,
+            confirmed,
+            place,
+            one,
+        } = subject;
         let fit = &confirmed.fit;
-        let (pool, asked) = asked((found, confirmed, place), one)?;
-        let mut here = of_recording(data, found, (&pool, &asked), &fit.levels)?;
+        let (pool, asked) = asked(subject)?;
+        let mut here = of_recording(data, found, &pool, &asked, &fit.levels)?;
         // Everyday errors are nuisance parameters of the experiment only: here the search has weighed them.
         let is_new = |one: &&Asked| matches!(one.role, Role::Plain | Role::Level);
         for place in asked
@@ -389,8 +409,12 @@ impl<'a> Question<'a> {
 /// Collects the finding first, then other findings, its rivals, everyday errors and the level of a drift; `None` for an
 /// event, which no table repeats on command.
 fn asked(
-    (found, confirmed, place): (&Found, &ConfirmedSet, usize),
-    one: &Finding,
+    Subject {
+        found,
+        confirmed,
+        place,
+        one,
+    }: Subject,
 ) -> Option<(Pool, Vec<Asked>)> {
     let happens_again = |one: &Candidate| one.event_gyro().is_none();
     if !happens_again(one.candidate) {
@@ -466,7 +490,8 @@ fn everyday(pool: &mut Pool, kind: &str, signals: &Signals) -> Option<Hypothesis
 fn of_recording(
     data: &Data,
     found: &Found,
-    (pool, asked): (&Pool, &[Asked]),
+    pool: &Pool,
+    asked: &[Asked],
     levels: &[NoiseLevels],
 ) -> Option<Information> {
     let rows = data.rows_of(&[Use::Fit]);

@@ -1,6 +1,6 @@
 //! The structure search of one pass: columns, their candidates, and the best set of them.
 
-use rlg_plan::{Plan, RatesPlan};
+use rlg_plan::Plan;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
@@ -21,6 +21,7 @@ use super::noise_levels::drift_prior;
 use super::pass::{Begin, Pass, left_on, sizes_on, subtract, subtract_by};
 use super::path::{SETTLED, is_of_path, shown};
 use super::scores::size_price;
+use super::settings::Scope;
 use super::turned::Turned;
 use super::windows::Edges;
 use rlg_signal::streams::{Triad, add_triad};
@@ -51,6 +52,15 @@ pub struct Found {
     pub tried: usize,
     /// Normal equations of the columns of all candidates on the fitted rows.
     pub equations: NormalEquations,
+}
+
+/// A recording, and the set found on it.
+#[derive(Clone, Copy)]
+pub struct Searched<'a> {
+    /// The recording.
+    pub data: &'a Data<'a>,
+    /// The set.
+    pub found: &'a Found,
 }
 
 /// Fits by their members, and the number of evaluated sets.
@@ -110,14 +120,14 @@ impl Pass {
     pub(super) fn new(
         data: &mut Data,
         motion: Motion,
-        (plan, left_out): (&RatesPlan, &[&str]),
+        scope: Scope,
         fitted: &Observations,
         levels: &[NoiseLevels],
         (before, turned): (&Before, &Turned),
     ) -> Self {
         let mut residual_rad = left_behind_known(data, &motion.signals);
         let mut pool = Pool::default();
-        let mut candidates = pool.candidates(&motion.signals, motion.is_moving, left_out);
+        let mut candidates = pool.candidates(&motion.signals, motion.is_moving, scope.left_out);
         if turned.is_seen(data, &motion.signals, levels) {
             turned.carry(&mut candidates, &mut pool, &motion.signals);
         }
@@ -133,7 +143,7 @@ impl Pass {
             }
             Before::Pass(fit, members) => {
                 for (&place, block) in fit.members.iter().zip(&fit.blocks) {
-                    let estimate = shown(fit, &members[place], block, plan);
+                    let estimate = shown(fit, &members[place], block, &scope.plan.rates);
                     candidates.extend(pool.again(&members[place], &estimate, &motion.signals));
                 }
             }
@@ -229,15 +239,15 @@ impl Pass {
         start: &[usize],
         levels: &[NoiseLevels],
         nonlinear_first: bool,
-        (plan, left_out): (&Plan, &[&str]),
+        scope: Scope,
         is_unsettled: impl Fn(&Fit, &[Candidate]) -> bool,
         is_standing: impl Fn(&Fit, &[Candidate]) -> bool,
     ) -> Run {
         let begin = Begin {
             kinds: self.kinds(),
             levels,
-            plan,
-            left_out,
+            plan: scope.plan,
+            left_out: scope.left_out,
         };
         let mut seen = Seen::default();
         if nonlinear_first {
@@ -251,7 +261,7 @@ impl Pass {
                 };
             }
         }
-        let most = self.most(start, plan);
+        let most = self.most(start, scope.plan);
         let (mut fit, empty) = self.searching(&mut seen, &begin, |search| {
             (search.run(start, most), search.fit(&[], None))
         });

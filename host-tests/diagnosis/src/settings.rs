@@ -2,6 +2,15 @@
 
 use rlg_plan::Plan;
 
+/// Thresholds of a search, and the kinds excluded from it.
+#[derive(Debug, Clone, Copy)]
+pub struct Scope<'a> {
+    /// Thresholds.
+    pub plan: &'a Plan,
+    /// Kinds excluded from the catalogue.
+    pub left_out: &'a [&'a str],
+}
+
 /// Settings of a diagnosis.
 #[derive(Debug, Clone, Copy, Default)]
 pub struct Settings<'a> {

@@ -19,18 +19,18 @@ use super::noise_levels::first_levels;
 use super::pass::Pass;
 use super::path::{is_alike, is_nonlinear, is_same, is_settled, path_of};
 use super::search::{Found, share_of};
+use super::settings::Scope;
 use super::step::Step;
 use super::turned::Turned;
 
 /// Finds the best set; `None` where too few rows can be fitted.
 pub fn find(
     data: &mut Data,
-    left_out: &[&str],
-    plan: &Plan,
+    scope: Scope,
     progress: &dyn Fn(&str),
 ) -> Option<Found> {
-    let settled = settle(data, left_out, plan, progress)?;
-    Some(settled.pass.judge(settled.fit, plan, settled.tried))
+    let settled = settle(data, scope, progress)?;
+    Some(settled.pass.judge(settled.fit, scope.plan, settled.tried))
 }
 
 /// Last pass of a search, with a converged set and delays.
@@ -88,10 +88,10 @@ pub fn residual_of_model(data: &mut Data, plan: &Plan) -> Option<Triad> {
 /// Alternates linearisation and structure search until set and delays converge; `None` where too few rows can be fitted.
 pub(super) fn settle(
     data: &mut Data,
-    left_out: &[&str],
-    plan: &Plan,
+    scope: Scope,
     progress: &dyn Fn(&str),
 ) -> Option<Settled> {
+    let plan = scope.plan;
     data.forget_found();
     let mut rows = Rows::of(data)?;
     let left = residual_of_model(data, plan)?;
@@ -121,7 +121,7 @@ pub(super) fn settle(
             asks = Asks::Anyway;
         }
         progress(&format!("pass {pass}"));
-        let done = begun.pass(data, &rows, asks, (plan, left_out));
+        let done = begun.pass(data, &rows, asks, scope);
         tried += done.tried;
         if done.has_ended || is_last && stood.is_none() {
             data.found_share = share_of(&done.fit, &done.pass.candidates, &done.pass.pool);
@@ -235,12 +235,12 @@ impl Begun {
         &self,
         data: &mut Data,
         rows: &Rows,
-        (plan, left_out): (&Plan, &[&str]),
+        scope: Scope,
     ) -> Pass {
         data.found_share = self.share;
-        let motion = self.motion(data, rows, plan);
+        let motion = self.motion(data, rows, scope.plan);
         let turned = Turned::said(data, &self.before);
-        self.over((motion, &turned), data, rows, (plan, left_out))
+        self.over((motion, &turned), data, rows, scope)
     }
 
     fn motion(&self, data: &Data, rows: &Rows, plan: &Plan) -> Motion {
@@ -260,11 +260,10 @@ impl Begun {
         (motion, turned): (Motion, &Turned),
         data: &mut Data,
         rows: &Rows,
-        (plan, left_out): (&Plan, &[&str]),
+        scope: Scope,
     ) -> Pass {
         let before = (&self.before, turned);
-        let asked = (&plan.rates, left_out);
-        Pass::new(data, motion, asked, &rows.fitted, &self.levels, before)
+        Pass::new(data, motion, scope, &rows.fitted, &self.levels, before)
     }
 
     /// Searches a pass; if a rotation of the reference would look like the found errors, searches once with it and once
@@ -274,18 +273,18 @@ impl Begun {
         data: &mut Data,
         rows: &Rows,
         asks: Asks,
-        (plan, left_out): (&Plan, &[&str]),
+        scope: Scope,
     ) -> Done {
-        let now = self.linearised(data, rows, (plan, left_out));
+        let now = self.linearised(data, rows, scope);
         let tried = Turned::tried(data, &self.before);
         let tried = tried.filter(|tried| tried.is_seen(data, &now.motion.signals, &self.levels));
-        let done = self.searched(now, data, asks, (plan, left_out));
+        let done = self.searched(now, data, asks, scope);
         let Some(tried) = tried else {
             return done;
         };
-        let motion = self.motion(data, rows, plan);
-        let turned = self.over((motion, &tried), data, rows, (plan, left_out));
-        let turned = self.searched(turned, data, asks, (plan, left_out));
+        let motion = self.motion(data, rows, scope.plan);
+        let turned = self.over((motion, &tried), data, rows, scope);
+        let turned = self.searched(turned, data, asks, scope);
         let mut members = turned.fit.members.iter();
         let holds_it = members.any(|&place| turned.pass.candidates[place].kind == TURNED);
         if holds_it && turned.fit.score > done.fit.score {
@@ -301,9 +300,9 @@ impl Begun {
         mut now: Pass,
         data: &Data,
         asks: Asks,
-        (plan, left_out): (&Plan, &[&str]),
+        scope: Scope,
     ) -> Done {
-        let levels = &self.levels;
+        let (levels, plan) = (&self.levels, scope.plan);
         let members: Option<Vec<&Candidate>> = match &self.before {
             Before::Coarse(_) => None,
             Before::Pass(fit, candidates) => {
@@ -338,7 +337,7 @@ impl Begun {
             &start,
             levels,
             is_first || self.is_settling,
-            (plan, left_out),
+            scope,
             |fit, candidates| {
                 // A strong delay or mount is linearised to convergence before other members are added.
                 is_nonlinear(fit, candidates, &plan.rates)

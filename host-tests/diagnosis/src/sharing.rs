@@ -6,7 +6,8 @@ use rlg_inference::likelihood::behind;
 use rlg_inference::{Bound, Fit, Hypothesis, JointLikelihood, NormalEquations};
 use rlg_plan::{Plan, SeveralPlan};
 
-use crate::search::Found;
+use crate::data::Data;
+use crate::search::{Found, Searched};
 use crate::self_test::{Row, self_test_on};
 
 /// Number of records per recording: its gyros.
@@ -71,6 +72,14 @@ impl Together {
             fit: found.fit.clone(),
             tried: found.tried,
             found: vec![found],
+        }
+    }
+
+    /// A recording with its share of the set.
+    pub(crate) fn of<'a>(&'a self, data: &'a Data<'a>, recording: usize) -> Searched<'a> {
+        Searched {
+            data,
+            found: &self.found[recording],
         }
     }
 

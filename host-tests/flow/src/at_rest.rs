@@ -1,9 +1,8 @@
 //! Unit at rest on the Earth, and the reason for its accelerometers not being tested.
 
-use std::path::Path;
 
 use rlg_diagnosis::{at_rest, data_words};
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
@@ -14,9 +13,10 @@ use crate::{Outcome, Settings};
 pub(super) fn diagnose(
     settings: &Settings,
     streams: &mut Streams,
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
+    let model = of.model;
     let faults = qualify::qualify(streams, &settings.plan.signal.faults);
     if !faults.is_empty() {
         streams.stand_still_again(model, &settings.plan.signal.align);
@@ -26,7 +26,6 @@ pub(super) fn diagnose(
     let faults: Vec<_> = faults.iter().filter(is_news).cloned().collect();
     let said = data_words::lines(streams, &faults);
     let reason = rlg_force::why_not_at_rest(streams);
-    let of = (model, model_file);
     let Some(mut found) = at_rest::diagnose(settings, streams, &faults, of, progress)? else {
         return Ok(None);
     };

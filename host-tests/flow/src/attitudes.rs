@@ -3,10 +3,9 @@
 //! Gravity is propagated by the gyros, corrected for their estimated errors. The remaining gyro errors are of the size
 //! of the undetectable effects; a slow rotation of the vertical is fitted with the accelerometers.
 
-use std::path::Path;
 
 use rlg_attitude::conventions::converted;
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::streams::Streams;
@@ -21,10 +20,10 @@ use crate::{Outcome, Settings, lost_rows, second_pass, unusable};
 pub(super) fn diagnose(
     settings: &Settings,
     recording: &Recording,
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
-    let of = (model, model_file);
+    let model = of.model;
     progress("aligning the channels");
     let converted = converted(recording, of, &settings.plan, settings.anyway)?;
     let recording = converted.as_ref().map_or(recording, |one| &one.recording);

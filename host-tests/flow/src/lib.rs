@@ -40,7 +40,7 @@ use rlg_diagnosis::put_right::Stopped;
 use rlg_diagnosis::read_by_gyros::read_by_gyros;
 use rlg_diagnosis::{data_words, put_right};
 use rlg_force::Part;
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
@@ -97,7 +97,7 @@ pub fn diagnose_under(
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     let read = recording.borrow();
-    let of = (model, model_file);
+    let of = DeclaredModel::new(model, model_file);
     if stands_in_positions(read, &settings.plan) {
         rlg_diagnosis::data::is_predictable(model, model_file)?;
         return rlg_force::positions::diagnose(settings, read, model, progress);
@@ -162,18 +162,18 @@ pub fn align(
 pub fn diagnose_streams(
     settings: &Settings,
     mut streams: Streams,
-    of: (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
-    let (model, model_file) = of;
+    let DeclaredModel { model, file } = of;
     let name = streams.piece.recording.clone();
-    let put_right = match put_right::put_right(settings, &mut streams, model, model_file) {
+    let put_right = match put_right::put_right(settings, &mut streams, model, file) {
         Err(Stopped::Apart(why, _)) => {
             return Ok(put_right::of_two_motions(&name, settings.seed, &why, model));
         }
         checked => checked?,
     };
-    rlg_diagnosis::data::is_predictable(model, model_file)?;
+    rlg_diagnosis::data::is_predictable(model, file)?;
     let found = if streams.at_rest.is_some() {
         at_rest::diagnose(settings, &mut streams, of, progress)?
     } else {
@@ -195,14 +195,14 @@ pub fn diagnose_streams(
 fn beside_reference(
     settings: &Settings,
     streams: &mut Streams,
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
+    let model = of.model;
     let faults = qualify::unknown_faults(streams, &model.effects, &settings.plan.signal.faults);
     let sensed_rad = streams.sensed_rad.clone();
-    let run = |settings: &Settings, model: &Model| {
+    let run = |settings: &Settings, of: DeclaredModel<'_>| {
         streams.sensed_rad.clone_from(&sensed_rad);
-        let of = (model, model_file);
         rlg_diagnosis::diagnose::diagnose_also(
             settings,
             streams,
@@ -216,7 +216,7 @@ fn beside_reference(
             },
         )
     };
-    let found = second_pass::until_nothing_returns(settings, model, progress, run)?;
+    let found = second_pass::until_nothing_returns(settings, of, progress, run)?;
     drop(sensed_rad);
     let Some((mut found, (reference_noise, read_by_gyros))) = found else {
         return Ok(None);

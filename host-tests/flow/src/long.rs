@@ -8,7 +8,7 @@ use rlg_diagnosis::long::{self, Long};
 use rlg_diagnosis::search::Found;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;
-use rlg_model::{Model, MotionSource};
+use rlg_model::{DeclaredModel, Model, MotionSource};
 use rlg_recording::error::InputError;
 use rlg_recording::{Extent, Quantity, Recording};
 use rlg_signal::streams::Streams;
@@ -65,10 +65,11 @@ impl<'a> LongRecording<'a> {
     pub fn diagnose(
         &self,
         settings: &Settings,
-        (model, model_file): (&Model, &Path),
+        of: DeclaredModel<'_>,
         progress: &dyn Fn(&str),
     ) -> Result<Outcome, InputError> {
-        is_predictable(model, model_file)?;
+    let DeclaredModel { model, file } = of;
+        is_predictable(model, file)?;
         let Extent {
             ref name,
             ref segments,
@@ -89,7 +90,6 @@ impl<'a> LongRecording<'a> {
             segments: segments.clone(),
             read: &read,
         };
-        let of = (model, model_file);
         let rows = (&long, self.most_rows);
         let noise = |found: &Found| measured_noise(&found.motion);
         let found = long::diagnose_also(settings, rows, of, progress, noise)?;

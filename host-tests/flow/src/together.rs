@@ -1,6 +1,5 @@
 //! Several recordings of one unit.
 
-use std::path::Path;
 
 use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::put_right::put_right;
@@ -9,7 +8,7 @@ use rlg_diagnosis::{data_words, several};
 use rlg_findings::result::ParameterEntry;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
 use rlg_signal::qualify;
@@ -25,15 +24,16 @@ use crate::{Aligned, Outcome, Settings, accelerometers, second_pass, unusable};
 pub fn diagnose_together(
     settings: &Settings,
     aligned: Vec<Aligned>,
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
+    let DeclaredModel { model, file } = of;
     let (mut aligned, restored): (Vec<Streams>, Vec<Vec<String>>) = aligned
         .into_iter()
         .map(|one| (one.streams, one.restored))
         .unzip();
     distinct(&aligned)?;
-    is_predictable(model, model_file)?;
+    is_predictable(model, file)?;
     for streams in &aligned {
         if streams.at_rest.is_some() {
             let name = &streams.piece.recording;
@@ -47,7 +47,7 @@ pub fn diagnose_together(
         .collect();
     let mut turned = Vec::with_capacity(aligned.len());
     for streams in &mut aligned {
-        turned.push(put_right(settings, streams, model, model_file)?);
+        turned.push(put_right(settings, streams, model, file)?);
     }
     progress("qualifying the data");
     let mut all = Vec::with_capacity(aligned.len());

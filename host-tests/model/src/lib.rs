@@ -4,6 +4,7 @@
 //! Units are SI; the meaning of every name is fixed by the project's contract.
 
 use std::collections::BTreeMap;
+use std::path::Path;
 
 mod bounds;
 pub mod catalogue;
@@ -140,6 +141,22 @@ pub struct Model {
     pub accelerometer: Option<Accelerometer>,
     /// The effects switched on.
     pub effects: Vec<ModelEffect>,
+}
+
+/// A model, and the file that declares it, named in messages.
+#[derive(Debug, Clone, Copy)]
+pub struct DeclaredModel<'a> {
+    /// The model.
+    pub model: &'a Model,
+    /// Its file.
+    pub file: &'a Path,
+}
+
+impl<'a> DeclaredModel<'a> {
+    /// A model as declared by a file.
+    pub fn new(model: &'a Model, file: &'a Path) -> Self {
+        Self { model, file }
+    }
 }
 
 /// Returns the names accepted by the reader of `model.toml`, by section.

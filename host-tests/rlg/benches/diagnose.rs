@@ -7,7 +7,7 @@
 use divan::Bencher;
 use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Settings, diagnose_streams};
-use rlg::model::Model;
+use rlg::model::{DeclaredModel, Model};
 use rlg::recording::Recording;
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
@@ -63,7 +63,7 @@ fn diagnose_once() {
         Streams::align(&recording, model, &settings.plan.signal.align).expect("it aligns");
     drop(recording);
     let file = Path::new("model.toml");
-    let outcome = diagnose_streams(&settings, streams, (model, file), &|_| {});
+    let outcome = diagnose_streams(&settings, streams, DeclaredModel::new(model, file), &|_| {});
     assert!(!outcome.expect("a diagnosis").diagnosis.summary.is_empty());
 }
 

@@ -5,7 +5,7 @@ use std::path::Path;
 use rlg_flow::{
     Aligned, LongRecording, Outcome, Settings, align, diagnose_together, diagnose_under,
 };
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Recording, Table};
 use serde::{Deserialize, Serialize};
@@ -28,9 +28,9 @@ impl ReadAs {
         self,
         settings: &Settings,
         recording: &Recording,
-        (model, file): (&Model, &Path),
+        of: DeclaredModel<'_>,
     ) -> Result<Outcome, InputError> {
-        let of = (model, file);
+    let DeclaredModel { model, file } = of;
         match self {
             Self::Whole => diagnose_under(settings, recording, model, file, &|_| {}),
             Self::Long => {

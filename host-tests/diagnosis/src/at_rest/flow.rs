@@ -1,9 +1,8 @@
 //! Diagnosis of a unit at rest, from its aligned channels to its findings.
 
-use std::path::Path;
 
 use rlg_findings::result::ForceNoiseEntry;
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::{AXES, Streams, add_triad};
@@ -25,7 +24,7 @@ pub fn diagnose(
     settings: &Settings,
     streams: &mut Streams,
     faults: &[Fault],
-    of: (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Outcome>, InputError> {
     let summing = settings.plan.rest.summing;
@@ -34,21 +33,21 @@ pub fn diagnose(
         .and_then(|rows| terms::of_accelerometers(rows, &settings.plan))
         .unwrap_or_default();
     let mut sensed_rad = streams.sensed_rad.clone();
-    let Some(first) = look(settings, streams, faults, (of, true), progress)? else {
+    let Some(first) = look(settings, streams, faults, of, true, progress)? else {
         return Ok(None);
     };
     progress("searching the same rows shuffled");
     let recorder = Recorder {
         rows: rows::search(
             streams,
-            of.0,
+            of.model,
             (&first.left_rad, &first.parted),
             (&settings.plan.rest, settings.seed),
         ),
         control: control::of_shuffled(&first, streams.rate_hz, &settings.plan, settings.seed),
     };
     let mut is_noise = first.is_noise;
-    let mut answer = Answer::new(first, recorder, streams, of.0);
+    let mut answer = Answer::new(first, recorder, streams, of.model);
     if let Some(narrow) = &answer.first.narrow {
         add_triad(&mut sensed_rad, &narrow.rows_rad(), -1.0);
     }
@@ -56,7 +55,7 @@ pub fn diagnose(
         streams.sensed_rad = sensed_rad;
         streams.sum_rows(summing.summed);
         sensed_rad = streams.sensed_rad.clone();
-        let Some(next) = look(settings, streams, &[], (of, false), progress)? else {
+        let Some(next) = look(settings, streams, &[], of, false, progress)? else {
             break;
         };
         is_noise = next.is_noise;

@@ -1,12 +1,11 @@
 //! Analysis of rows of one rate: slow effects, lines, and the noise beside them.
 
-use std::path::Path;
 
 use rlg_catalogue::candidates::Variant;
 use rlg_findings::result::{EffectEntry, NoiseTermsEntry, UNLISTED};
 use rlg_inference::Observations;
 use rlg_inference::observations::runs;
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
 use rlg_model::kinds::FAULT_KINDS;
 use rlg_plan::Plan;
 use rlg_recording::error::InputError;
@@ -92,14 +91,16 @@ pub(super) fn look(
     settings: &Settings,
     streams: &mut Streams,
     faults: &[Fault],
-    ((model, model_file), is_as_recorded): ((&Model, &Path), bool),
+    of: DeclaredModel<'_>,
+    is_as_recorded: bool,
     progress: &dyn Fn(&str),
 ) -> Result<Option<Looked>, InputError> {
+    let DeclaredModel { model, file } = of;
     let Some(mut rest) = streams.at_rest.clone() else {
         return Ok(None);
     };
     let plan = &settings.plan;
-    let mut data = Data::new(streams, model, plan, model_file)?;
+    let mut data = Data::new(streams, model, plan, file)?;
     let Some(observations) = Observations::bridged(&data.streams.usable) else {
         return Ok(None);
     };
@@ -132,7 +133,7 @@ pub(super) fn look(
         return Ok(None);
     };
     let share = confirmed.share(&mut together, &data, 0);
-    let of = (&data, &together.found[0]);
+    let of = together.of(&data, 0);
     let mut outcome = findings::outcome(of, &share, faults, settings.seed, plan);
     outcome.diagnosis.tell(tested);
     // Sums of rows determine the noise less well than the recorded rows.

@@ -16,7 +16,7 @@ use super::kinds::{BIAS, KINDS};
 use crate::case_motion::estimate;
 use crate::data::Data;
 use crate::search::{Found, effect_rad};
-use crate::settings::Settings;
+use crate::settings::{Scope, Settings};
 use crate::settle;
 
 /// Searches, and aligns the Earth's rotation to the constant part of the result, until it converges: effects of temperature
@@ -34,6 +34,10 @@ pub(super) fn settle(
     let others = others.filter(|kind| !KINDS.contains(kind));
     let left_out: Vec<&str> = settings.left_out.iter().copied().chain(others).collect();
     let plan = &settings.plan;
+    let scope = Scope {
+        plan,
+        left_out: &left_out,
+    };
     let motion = estimate(
         data,
         &Triad::default(),
@@ -49,7 +53,7 @@ pub(super) fn settle(
     lay(data, rest, constant);
     let mut turn = 1;
     loop {
-        let found = settle::find(data, &left_out, plan, progress)?;
+        let found = settle::find(data, scope, progress)?;
         let left_rad = without_effects(&found, |kind| kind != BIAS);
         let constant = constant_rad_s(data, rest, &left_rad);
         let change = rest.nearest_earth_rad_s(constant) - rest.earth_rad_s;

@@ -2,14 +2,13 @@
 
 use rlg_plan::{JudgementPlan, Plan};
 use std::ops::Range;
-use std::path::Path;
 
 use nalgebra::UnitQuaternion;
 use rlg_catalogue::signals::start_temperature_k;
 use rlg_findings::result::{LocationEntry, WholeEntry};
 use rlg_inference::observations::runs;
 use rlg_inference::{Drift, Fit};
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_recording::Segment;
 use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
@@ -32,7 +31,7 @@ use crate::pictures::{self, Pictures};
 use crate::put_right::{PutRight, put_right};
 use crate::regimes::regimes_of;
 use crate::search::Found;
-use crate::settings::Settings;
+use crate::settings::{Scope, Settings};
 use crate::several::report::{Beside, Whole, outcome};
 use crate::several::search::stand;
 use crate::sharing::{Kin, Together, in_recording, with_noise_of};
@@ -56,10 +55,11 @@ pub type WithStretches<T> = (Outcome, Vec<(Streams, T)>);
 pub fn diagnose_also<T>(
     settings: &Settings,
     (long, most_rows): (&Long, usize),
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
     also: impl Fn(&Found) -> T,
 ) -> Result<Option<WithStretches<T>>, InputError> {
+    let DeclaredModel { model, file } = of;
     let Settings {
         left_out,
         ref plan,
@@ -75,20 +75,24 @@ pub fn diagnose_also<T>(
         seconds: long.seconds(),
     };
     progress("reading the stretches");
-    let (mut all, turned) = stretches(settings, (long, &rows), &origin, (model, model_file))?;
+    let (mut all, turned) = stretches(settings, (long, &rows), &origin, of)?;
     let (mut fitted, mut faults) = (Vec::new(), Vec::new());
     for (streams, of_data) in &mut all {
-        fitted.push(Data::new(streams, model, plan, model_file)?);
+        fitted.push(Data::new(streams, model, plan, file)?);
         faults.push(std::mem::take(of_data));
     }
     let without: Vec<&str> = left_out.iter().copied().chain([OF_ATTITUDE]).collect();
-    let Some(standing) = stand(&mut fitted, Kin::Stretches, (&without, plan), progress) else {
+    let scope = Scope {
+        plan,
+        left_out: &without,
+    };
+    let Some(standing) = stand(&mut fitted, Kin::Stretches, scope, progress) else {
         return Ok(None);
     };
     let about = About {
         long,
         cut: &cut,
-        model: (model, model_file),
+        model: of,
         left_out,
         plan,
         origin,
@@ -165,8 +169,9 @@ fn stretches(
     settings: &Settings,
     (long, rows): (&Long, &[Range<usize>]),
     origin: &Origin,
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
 ) -> Result<(Stretches, Option<PutRight>), InputError> {
+    let DeclaredModel { model, file } = of;
     let mut all = rows
         .iter()
         .map(|rows| (long.read)(rows.clone()))
@@ -174,7 +179,7 @@ fn stretches(
     let mut turned = None;
     let mut first = 0;
     while turned.is_none() && first < all.len() {
-        turned = put_right(settings, &mut all[first], model, model_file)?;
+        turned = put_right(settings, &mut all[first], model, file)?;
         first += 1;
     }
     if let Some(turned) = &turned {

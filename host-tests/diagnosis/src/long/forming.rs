@@ -10,7 +10,7 @@ use rlg_catalogue::signals::Motions;
 use rlg_catalogue::{Candidate, Column, Pool, Signals};
 use rlg_inference::Observations;
 use rlg_inference::observations::runs;
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 use rlg_signal::partition::Use;
 use rlg_signal::piece::Origin;
@@ -30,7 +30,7 @@ use crate::sums::Summed;
 pub(super) struct About<'a> {
     pub(super) long: &'a Long<'a>,
     pub(super) cut: &'a Cut,
-    pub(super) model: (&'a Model, &'a std::path::Path),
+    pub(super) model: DeclaredModel<'a>,
     pub(super) left_out: &'a [&'a str],
     pub(super) plan: &'a Plan,
     /// Position of each chunk; its attitude is carried on here.
@@ -87,7 +87,7 @@ impl Forming<'_> {
         let About {
             long, cut, plan, ..
         } = self.about;
-        let (model, model_file) = self.about.model;
+        let DeclaredModel { model, file } = self.about.model;
         let around = (plan.long.around_s * long.rate_hz) as usize;
         let rows = core.start * cut.rows_each..core.end * cut.rows_each;
         let from = rows.start.saturating_sub(around);
@@ -99,7 +99,7 @@ impl Forming<'_> {
         let offset = long.first_row(&streams);
         let skipped = offset - from;
         streams.piece.origin = Some(self.about.origin.clone());
-        let mut data = Data::new(&mut streams, model, plan, model_file)?;
+        let mut data = Data::new(&mut streams, model, plan, file)?;
         let motion = self.motion(&mut data, offset);
         let signals = &motion.signals;
         let mut left_rad = left_behind_known(&mut data, signals);
@@ -329,7 +329,7 @@ mod tests {
         let about = About {
             long: &long,
             cut: &cut,
-            model: (&model, Path::new("model.toml")),
+            model: DeclaredModel::new(&model, Path::new("model.toml")),
             left_out: &[],
             plan: &plan,
             origin: Origin {

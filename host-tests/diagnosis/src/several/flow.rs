@@ -1,11 +1,10 @@
 //! The flow of a diagnosis of several recordings.
 
 use rlg_plan::Plan;
-use std::path::Path;
 
 use rlg_catalogue::signals::Path as SignalPath;
 use rlg_findings::result::RecordingEntry;
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
 use rlg_signal::partition::Use;
@@ -22,7 +21,7 @@ use crate::noise_levels::reported;
 use crate::outcome::Outcome;
 use crate::pass::subtract;
 use crate::search::Found;
-use crate::settings::Settings;
+use crate::settings::{Scope, Settings};
 use crate::sharing::{Shared, Sharing, Together, with_noise_of};
 use crate::sums::Recordings;
 use crate::validate::validate;
@@ -41,10 +40,11 @@ use crate::validate::validate;
 pub fn diagnose_also<T>(
     settings: &Settings,
     all: &mut [(Streams, Vec<Fault>)],
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
     also: impl Fn(&Found) -> T,
 ) -> Result<Option<(Outcome, Vec<T>)>, InputError> {
+    let DeclaredModel { model, file } = of;
     let Settings {
         left_out,
         ref plan,
@@ -54,7 +54,7 @@ pub fn diagnose_also<T>(
     let (mut fitted, mut faults, mut tested) = (Vec::new(), Vec::new(), Vec::new());
     for (streams, of_data) in all {
         let is_held_out = streams.piece.held_out;
-        let mut data = Data::new(streams, model, plan, model_file)?;
+        let mut data = Data::new(streams, model, plan, file)?;
         if is_held_out {
             data.partition.uses.fill(Use::Test);
             tested.push(data);
@@ -64,7 +64,7 @@ pub fn diagnose_also<T>(
         }
     }
     let searched = until_none_falls(left_out, progress, |without| {
-        let mut together = find(&mut fitted, without, plan, progress)?;
+        let mut together = find(&mut fitted, Scope { plan, left_out: without }, progress)?;
         progress("trying the search on these recordings");
         let tested_on = together.self_test(None, plan, seed);
         progress("confirming the findings");

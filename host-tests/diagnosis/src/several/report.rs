@@ -158,7 +158,7 @@ fn of_recording(
     (faults, seed, plan): (&[Fault], u64, &Plan),
 ) -> OfRecording {
     let share = confirmed.share(together, data, recording);
-    let of = (data, &together.found[recording]);
+    let of = together.of(data, recording);
     let (outcome, added) = written(of, &share, faults, seed, plan);
     OfRecording {
         outcome,

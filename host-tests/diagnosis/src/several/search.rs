@@ -15,6 +15,7 @@ use crate::noise_levels::joint_drift;
 use crate::pass::Pass;
 use crate::path::{delays, is_settled, path_of};
 use crate::search::{Found, is_seen};
+use crate::settings::Scope;
 use crate::settle::{Begun, Rows, Settled, settle};
 use crate::sharing::{
     Kin, RECORDS, Shared, Sharing, Together, in_recording, seen_by, spelt_out, with_noise_of,
@@ -49,12 +50,11 @@ pub(crate) struct Standing {
 /// Finds the best set of all recordings; `None` where too few rows of one can be fitted.
 pub(crate) fn find(
     all: &mut [Data],
-    left_out: &[&str],
-    plan: &Plan,
+    scope: Scope,
     progress: &dyn Fn(&str),
 ) -> Option<Together> {
-    let standing = stand(all, Kin::Recordings, (left_out, plan), progress)?;
-    Some(standing.judged(None, plan))
+    let standing = stand(all, Kin::Recordings, scope, progress)?;
+    Some(standing.judged(None, scope.plan))
 }
 
 /// Alternates linearisation of each recording and the search over all until both converge; `None` where too few rows of one
@@ -62,21 +62,22 @@ pub(crate) fn find(
 pub(crate) fn stand(
     all: &mut [Data],
     kin: Kin,
-    (left_out, plan): (&[&str], &Plan),
+    scope: Scope,
     progress: &dyn Fn(&str),
 ) -> Option<Standing> {
+    let plan = scope.plan;
     let mut recordings = Vec::with_capacity(all.len());
     let mut fits = Vec::with_capacity(all.len());
     let mut tried = 0;
     for data in all.iter_mut() {
         let name = data.streams.piece.recording.clone();
         let stage = |stage: &str| progress(&format!("{name} alone: {stage}"));
-        let settled = settle(data, left_out, plan, &stage)?;
+        let settled = settle(data, scope, &stage)?;
         tried += settled.tried;
         fits.push(settled.fit.clone());
         recordings.push(Recording::new(settled));
     }
-    join_delays(all, (&mut recordings, kin), &fits, (plan, left_out));
+    join_delays(all, &mut recordings, kin, &fits, scope);
     spell_in_all(&mut recordings, &fits);
     let mut levels: Vec<NoiseLevels> = fits.iter().flat_map(|fit| fit.levels.clone()).collect();
     let mut before: Option<Vec<Shared>> = None;
@@ -120,7 +121,7 @@ pub(crate) fn stand(
             .into_iter()
             .zip(all.iter_mut())
             .zip(seen)
-            .map(|((one, data), own)| one.linearised_about(data, own, None, (plan, left_out)))
+            .map(|((one, data), own)| one.linearised_about(data, own, None, scope))
             .collect();
         before = Some(members);
     }
@@ -318,14 +319,14 @@ impl Recording {
         data: &mut Data,
         fit: Fit,
         delay_s: Option<[f64; 3]>,
-        (plan, left_out): (&Plan, &[&str]),
+        scope: Scope,
     ) -> Self {
         let Self { pass, rows } = self;
-        let mut path = path_of(&fit, &pass.candidates, &plan.rates);
+        let mut path = path_of(&fit, &pass.candidates, &scope.plan.rates);
         path.delay_s = delay_s.unwrap_or(path.delay_s);
         let begun = Begun::behind((pass, fit), path, data, &rows);
         Self {
-            pass: begun.linearised(data, &rows, (plan, left_out)),
+            pass: begun.linearised(data, &rows, scope),
             rows,
         }
     }
@@ -335,9 +336,10 @@ impl Recording {
 /// they share one parameter. Stretches belong to one recording, which has one delay.
 fn join_delays(
     all: &mut [Data],
-    (recordings, kin): (&mut Vec<Recording>, Kin),
+    recordings: &mut Vec<Recording>,
+    kin: Kin,
     fits: &[Fit],
-    (plan, left_out): (&Plan, &[&str]),
+    scope: Scope,
 ) {
     let each: Vec<([f64; 3], [f64; 3])> = recordings
         .iter()
@@ -355,7 +357,7 @@ fn join_delays(
             Kin::Recordings => {
                 let spoken = own.enumerate().filter(|(place, _)| speaks(*place));
                 let spoken: Vec<(f64, f64)> = spoken.map(|(_, own)| own).collect();
-                joint_delay(&spoken, plan.several.same_delay)
+                joint_delay(&spoken, scope.plan.several.same_delay)
             }
         }
     });
@@ -372,7 +374,7 @@ fn join_delays(
         .zip(all.iter_mut())
         .zip(fits)
         .map(|((one, data), fit)| {
-            one.linearised_about(data, fit.clone(), Some(delay_s), (plan, left_out))
+            one.linearised_about(data, fit.clone(), Some(delay_s), scope)
         })
         .collect();
 }

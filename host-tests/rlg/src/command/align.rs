@@ -14,7 +14,7 @@ use super::diagnose::{rows, work};
 use super::inputs::{check_plausible, given_or_ideal, results_folder};
 use super::steps::Steps;
 use crate::error::InputError;
-use crate::model::{Model, MotionSource};
+use crate::model::{DeclaredModel, Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::recording::{Quantity, Recording};
 use crate::report::terminal::alignment;
@@ -113,7 +113,7 @@ impl Align {
         let accelerometer = model.accelerometer.take();
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
-        let mut outcome = self.outcome((&model, &model_file), terminal, &steps)?;
+        let mut outcome = self.outcome(DeclaredModel::new(&model, &model_file), terminal, &steps)?;
         spinner.finish_and_clear();
         outcome.model.accelerometer = accelerometer;
         let registration = Registration::of(&outcome.diagnosis);
@@ -128,15 +128,15 @@ impl Align {
 
     fn outcome(
         &self,
-        (model, model_file): (&Model, &Path),
+        of: DeclaredModel<'_>,
         terminal: &Terminal,
         steps: &Steps<'_>,
     ) -> Result<Outcome, InputError> {
+    let model = of.model;
         let recording = Recording::read(&self.recording)?;
         check_plausible(&self.recording, &recording, model, self.anyway, terminal)?;
         steps.expect(work(&recording, model), rows(&recording));
         let progress: &dyn Fn(&str) = &|stage| steps.show(stage);
-        let of = (model, model_file);
         let outcome = match is_slow(&recording, model) {
             true => self.beside_attitudes(&recording, of, progress)?,
             false => self.beside_rates(&recording, of, progress)?,
@@ -157,7 +157,7 @@ impl Align {
     fn beside_attitudes(
         &self,
         recording: &Recording,
-        of: (&Model, &Path),
+        of: DeclaredModel<'_>,
         progress: &dyn Fn(&str),
     ) -> Result<Option<Outcome>, InputError> {
         rlg_attitude::align(&self.settings(), recording, of, progress)
@@ -166,18 +166,18 @@ impl Align {
     fn beside_rates(
         &self,
         recording: &Recording,
-        (model, model_file): (&Model, &Path),
+        of: DeclaredModel<'_>,
         progress: &dyn Fn(&str),
     ) -> Result<Option<Outcome>, InputError> {
-        let of = (model, model_file);
+    let DeclaredModel { model, file } = of;
         progress("aligning the channels");
         let settings = self.settings();
         let Aligned {
             mut streams,
             restored,
         } = rlg_flow::align(&settings, recording, model)?;
-        let put_right = put_right::put_right(&settings, &mut streams, model, model_file)?;
-        rlg_diagnosis::data::is_predictable(model, model_file)?;
+        let put_right = put_right::put_right(&settings, &mut streams, model, file)?;
+        rlg_diagnosis::data::is_predictable(model, file)?;
         let faults =
             qualify::unknown_faults(&mut streams, &model.effects, &settings.plan.signal.faults);
         let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress)?;

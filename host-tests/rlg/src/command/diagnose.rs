@@ -20,7 +20,7 @@ use crate::diagnose::{
 };
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
-use crate::model::{Model, MotionSource};
+use crate::model::{DeclaredModel, Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::recording::{About, Quantity, Recording};
 use crate::report::beside::{Beside, Rate, rates};
@@ -134,7 +134,7 @@ impl Diagnosed {
 
     /// Gathers the page's content beyond the diagnosis.
     fn beside(&self) -> Result<Beside, InputError> {
-        let of = (&self.model, self.model_file.as_path());
+        let of = DeclaredModel::new(&self.model, &self.model_file);
         let beside = gather(&self.recordings, of, self.assumed.as_deref())?;
         Ok(Beside {
             rates: self.recorded.clone(),
@@ -278,7 +278,7 @@ impl Diagnose {
         let check = |folder: &Path, recording: &Recording| {
             check_plausible(folder, recording, &model, self.anyway, terminal)
         };
-        let of = (&model, model_file.as_path());
+        let of = DeclaredModel::new(&model, &model_file);
         let mut work = || {
             self.outcome(
                 &settings,
@@ -315,12 +315,12 @@ impl Diagnose {
     fn outcome(
         &self,
         settings: &Settings,
-        of: (&Model, &Path),
+        of: DeclaredModel<'_>,
         held_out: &[bool],
         recorded: &mut Vec<Rate>,
         (check, expect, progress): Told<'_>,
     ) -> Result<Outcome, InputError> {
-        let (model, model_file) = of;
+        let DeclaredModel { model, file } = of;
         let [folder] = self.recordings.as_slice() else {
             return self.together(settings, of, held_out, (check, expect, progress));
         };
@@ -334,17 +334,18 @@ impl Diagnose {
         check(folder, &recording)?;
         expect(work(&recording, model), rows(&recording));
         *recorded = rates(&recording, model.gyro.pulse_weight_rad);
-        diagnose_under(settings, recording, model, model_file, progress)
+        diagnose_under(settings, recording, model, file, progress)
     }
 
     /// Reads and diagnoses several recordings by one model.
     fn together(
         &self,
         settings: &Settings,
-        (model, model_file): (&Model, &Path),
+        of: DeclaredModel<'_>,
         held_out: &[bool],
         (check, expect, progress): Told<'_>,
     ) -> Result<Outcome, InputError> {
+    let model = of.model;
         let mut aligned = Vec::with_capacity(self.recordings.len());
         let mut all_rows = 0;
         for (folder, held_out) in self.recordings.iter().zip(held_out) {
@@ -373,7 +374,7 @@ impl Diagnose {
             aligned.push(one);
         }
         expect(Work::Dithered, all_rows);
-        diagnose_together(settings, aligned, (model, model_file), progress)
+        diagnose_together(settings, aligned, of, progress)
     }
 }
 

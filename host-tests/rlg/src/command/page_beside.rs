@@ -8,7 +8,7 @@ use indicatif::ProgressBar;
 
 use crate::error::InputError;
 use crate::import::hashed::Hashed;
-use crate::model::Model;
+use crate::model::DeclaredModel;
 use crate::recording::Recording;
 use crate::report::beside::{Beside, Declared};
 
@@ -21,9 +21,10 @@ const MOST_SUMMED: usize = 3;
 /// Gathers provenance and declared noise; rates are added by the caller that has the rows.
 pub(super) fn gather(
     recordings: &[PathBuf],
-    (model, model_file): (&Model, &Path),
+    of: DeclaredModel<'_>,
     note: Option<&str>,
 ) -> Result<Beside, InputError> {
+    let DeclaredModel { model, file } = of;
     let mut provenance = Vec::new();
     for folder in recordings {
         provenance.push(("recording", name(folder)));
@@ -31,7 +32,7 @@ pub(super) fn gather(
             provenance.push(("start", start));
         }
     }
-    provenance.push(("model", name(model_file)));
+    provenance.push(("model", name(file)));
     for folder in recordings.iter().take(MOST_SUMMED) {
         // Files of several recordings have the same names.
         let of = match recordings.len() {
@@ -43,10 +44,10 @@ pub(super) fn gather(
             provenance.push(("SHA-256", format!("{sum} {of}{file}")));
         }
     }
-    if model_file.is_file() {
+    if file.is_file() {
         provenance.push((
             "SHA-256",
-            format!("{} {}", sum(model_file)?, name(model_file)),
+            format!("{} {}", sum(file)?, name(file)),
         ));
     }
     Ok(Beside {

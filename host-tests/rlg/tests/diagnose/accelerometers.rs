@@ -380,7 +380,7 @@ fn together(effects: &str, seeds: RangeInclusive<u64>) -> Diagnosis {
         .collect();
     all.last_mut().expect("a recording").piece.held_out = true;
     let model = model.expect("a recording");
-    let of = (&model, Path::new("model.toml"));
+    let of = rlg::model::DeclaredModel::new(&model, Path::new("model.toml"));
     let all = all.into_iter().map(Into::into).collect();
     let outcome = diagnose_together(&Settings::default(), all, of, &|_| {});
     outcome.expect("a diagnosis").diagnosis
@@ -419,7 +419,7 @@ fn long(effects: &str) -> Diagnosis {
     let model = &simulation.model;
     let long = LongRecording::of(folder.path(), model, recording.tables[0].rows / 3);
     let long = long.expect("it can be read").expect("it is longer");
-    let of = (model, Path::new("model.toml"));
+    let of = rlg::model::DeclaredModel::new(model, Path::new("model.toml"));
     let outcome = long.diagnose(&Settings::default(), of, &|_| {});
     outcome.expect("a diagnosis").diagnosis
 }

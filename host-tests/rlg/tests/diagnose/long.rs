@@ -59,7 +59,7 @@ fn diagnosed(simulation: &Simulation) -> Diagnosis {
     let long = long
         .expect("it can be read")
         .expect("it is longer than that");
-    let of = (model, Path::new("model.toml"));
+    let of = rlg::model::DeclaredModel::new(model, Path::new("model.toml"));
     let outcome = long.diagnose(&Settings::default(), of, &|_| {});
     let diagnosis = outcome.expect("a diagnosis").diagnosis;
     let whole = diagnosis.fit.whole.as_ref().expect("how it was looked at");

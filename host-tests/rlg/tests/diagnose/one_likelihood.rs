@@ -59,7 +59,7 @@ fn rounded_increments_are_no_pulses() {
     }
     let file = Path::new("model.toml");
     let settings = rlg_diagnosis::Settings::default();
-    let outcome = diagnose(&settings, &mut streams, &[], (model, file), &|_| {});
+    let outcome = diagnose(&settings, &mut streams, &[], rlg::model::DeclaredModel::new(model, file), &|_| {});
     let diagnosis = outcome.expect("a model").expect("rows enough").diagnosis;
     assert_ne!(diagnosis.verdict, Verdict::Matches);
     for named in ["pulse_quantisation", "counter_slip", "lock_in"] {
@@ -107,7 +107,7 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
             &rlg_diagnosis::Settings::default(),
             streams,
             &[],
-            (model, file),
+            rlg::model::DeclaredModel::new(model, file),
             &|_| {},
         )
         .expect("a model that can be used")

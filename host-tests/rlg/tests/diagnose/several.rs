@@ -5,7 +5,7 @@ use rlg::diagnose::result::{Diagnosis, EffectEntry, ParameterEntry, Verdict};
 use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Outcome, Settings, diagnose_streams, diagnose_together};
 use rlg::error::InputError;
-use rlg::model::{EffectValue, Model, ModelEffect};
+use rlg::model::{DeclaredModel, EffectValue, Model, ModelEffect};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
 use rlg_plan::AlignPlan;
@@ -69,7 +69,7 @@ fn together(recordings: Vec<(Streams, Model)>) -> Diagnosis {
 }
 
 fn diagnosed(streams: Vec<Streams>, model: &Model) -> Result<Outcome, InputError> {
-    let of = (model, Path::new("model.toml"));
+    let of = DeclaredModel::new(model, Path::new("model.toml"));
     let aligned = streams.into_iter().map(Into::into).collect();
     diagnose_together(&Settings::default(), aligned, of, &|_| {})
 }
@@ -77,7 +77,7 @@ fn diagnosed(streams: Vec<Streams>, model: &Model) -> Result<Outcome, InputError
 /// One recording on the same engine.
 fn alone((streams, model): (Streams, Model)) -> Diagnosis {
     let settings = Settings::default();
-    let of = (&model, Path::new("model.toml"));
+    let of = DeclaredModel::new(&model, Path::new("model.toml"));
     let outcome = diagnose_streams(&settings, streams, of, &|_| {});
     outcome.expect("a diagnosis").diagnosis
 }
