@@ -9,9 +9,9 @@ use rlg_plan::AttitudeBlockPlan;
 use rlg_signal::axes::Triad;
 
 use crate::block_sums::{BlockSums, Sums};
-use crate::equations::Band;
+use crate::equations::BandNoise;
 use crate::increments::Increments;
-use crate::noise::{Levels, NoiseTerms};
+use crate::noise::Levels;
 use crate::whitener::Whitener;
 
 /// Normal equations of all blocks over all parameters, with their whitened rows.
@@ -23,21 +23,31 @@ pub struct Blocks<'a> {
     plan: &'a AttitudeBlockPlan,
 }
 
+/// Prior of each parameter, of zero mean, and the point about which its column is linearised.
+#[derive(Clone, Copy)]
+pub struct Prior<'a> {
+    /// Precision of the prior.
+    pub precisions: &'a [f64],
+    /// Parameter at the linearisation point, relative to the model.
+    pub moved: &'a [f64],
+}
+
 impl<'a> Blocks<'a> {
     /// Whitens rows and columns.
     ///
     /// # Inputs
-    /// `rows_rad`: outliers subtracted; `precisions`: of a zero-mean prior on each parameter; `moved`: parameters at the
-    /// linearisation point, relative to the model.
+    /// `rows_rad`: outliers subtracted.
     pub fn new(
-        (band, terms, levels): (&'a Band, &NoiseTerms, &Levels),
+        noise: &'a BandNoise,
+        levels: &Levels,
         increments: &Increments,
         rows_rad: &Triad,
         columns: &mut dyn Iterator<Item = Triad>,
-        (precisions, moved): (&[f64], &[f64]),
+        prior: Prior,
         plan: &'a AttitudeBlockPlan,
     ) -> Self {
-        let whitener = Whitener::new(band, terms, levels, increments);
+        let (band, Prior { precisions, moved }) = (&noise.band, prior);
+        let whitener = Whitener::new(noise, levels, increments);
         let record = whitener.whiten(rows_rad);
         let columns: Vec<Triad> = columns.map(|column| whitener.whiten(&column)).collect();
         let span_s = increments.period_s * increments.rows() as f64;

@@ -80,6 +80,14 @@ impl Band {
     }
 }
 
+/// Analysed band of records, and the terms of their noise.
+pub struct BandNoise {
+    /// The band.
+    pub band: Band,
+    /// The terms.
+    pub terms: NoiseTerms,
+}
+
 /// Divides the spectra of three records by the noise's levels.
 fn levelled(band: &Band, spectra: &Triad, along: &Along) -> Triad {
     std::array::from_fn(|axis| band.levelled(spectra[axis].clone(), &along[axis]))
@@ -130,19 +138,19 @@ impl Equations {
     /// # Inputs
     /// `along`: the noise's levels; `free`: rows with a nuisance parameter on each axis.
     pub fn new(
-        band: &Band,
-        terms: &NoiseTerms,
-        (rows_rad, along): (&Triad, Along),
+        noise: &BandNoise,
+        rows_rad: &Triad,
+        along: Along,
         columns: &[ParameterColumn],
         free: &[usize],
     ) -> Self {
-        let spectra = |values: &Triad| values.each_ref().map(|values| band.spectrum(values));
+        let spectra = |values: &Triad| values.each_ref().map(|values| noise.band.spectrum(values));
         let mut unlevelled: Vec<Triad> = columns
             .iter()
             .map(|column| spectra(&column.values))
             .collect();
         for &row in free {
-            let of_row = band.of_row(row);
+            let of_row = noise.band.of_row(row);
             unlevelled.extend((0..3).map(|axis| {
                 std::array::from_fn(|own| match own == axis {
                     true => of_row.clone(),
@@ -158,16 +166,16 @@ impl Equations {
             unlevelled,
             ..Self::default()
         };
-        equations.set_levels(band, terms, along);
+        equations.set_levels(noise, along);
         equations
     }
 
     /// Replaces the levels of the noise along the record.
-    pub fn set_levels(&mut self, band: &Band, terms: &NoiseTerms, along: Along) {
+    pub fn set_levels(&mut self, noise: &BandNoise, along: Along) {
         let mut columns: Vec<Triad> = self
             .unlevelled
             .iter()
-            .map(|column| levelled(band, column, &along))
+            .map(|column| levelled(&noise.band, column, &along))
             .collect();
         self.scale = columns
             .iter_mut()
@@ -193,21 +201,21 @@ impl Equations {
         self.log_levels = -logs.map(|level| level.ln()).sum::<f64>();
         self.along = along;
         let of_group = |axes: &&[usize]| {
-            let bins = terms.edges.windows(2);
+            let bins = noise.terms.edges.windows(2);
             bins.map(|bin| self.products(bin[0]..bin[1], axes))
                 .collect()
         };
-        self.gram = terms.alike.iter().map(of_group).collect();
-        self.take(band, terms);
+        self.gram = noise.terms.alike.iter().map(of_group).collect();
+        self.take(noise);
     }
 
     /// Replaces the records on the same columns.
-    pub fn set_records(&mut self, band: &Band, terms: &NoiseTerms, rows_rad: &Triad) {
-        self.records = rows_rad.each_ref().map(|values| band.spectrum(values));
-        self.take(band, terms);
+    pub fn set_records(&mut self, noise: &BandNoise, rows_rad: &Triad) {
+        self.records = rows_rad.each_ref().map(|values| noise.band.spectrum(values));
+        self.take(noise);
     }
 
-    fn take(&mut self, band: &Band, terms: &NoiseTerms) {
+    fn take(&mut self, BandNoise { band, terms }: &BandNoise) {
         self.spectra = levelled(band, &self.records, &self.along);
         let dot = |a: &[f64], b: &[f64]| -> f64 { a.iter().zip(b).map(|(a, b)| a * b).sum() };
         let of_bin = |axes: &[usize], bin: std::ops::Range<usize>| {
@@ -309,12 +317,8 @@ impl Equations {
 
     /// Expected squares of the noise at each sample of every octave of an axis, relative to its mean power: squared
     /// residuals, plus the variance absorbed by the fit.
-    pub fn squares(
-        &self,
-        (band, terms): (&Band, &NoiseTerms),
-        fit: &Fit,
-        axis: usize,
-    ) -> Vec<Vec<f64>> {
+    pub fn squares(&self, noise: &BandNoise, fit: &Fit, axis: usize) -> Vec<Vec<f64>> {
+        let BandNoise { band, terms } = noise;
         let powers = terms.of_coefficients(fit.levels.of(axis));
         let series = |spectrum: &[f64]| -> Vec<Vec<f64>> {
             let pairs = spectrum.iter().zip(&powers);

@@ -4,7 +4,7 @@ use rlg_plan::{AttitudeNoisePlan, AttitudeOutlierPlan, ModulationPlan};
 use rlg_signal::axes::Triad;
 
 use crate::alignment::{Alignment, GROUPS, LOW_PASS_STD_S};
-use crate::equations::{Band, Equations, Fit, ParameterColumn};
+use crate::equations::{Band, BandNoise, Equations, Fit, ParameterColumn};
 use crate::increments::Increments;
 use crate::modulation::{Modulation, Piece};
 use crate::noise::{Along, Levels, NoiseTerms};
@@ -39,8 +39,7 @@ pub fn priced(
 
 /// Joint fit of columns to rows.
 pub struct Fitting {
-    band: Band,
-    terms: NoiseTerms,
+    noise: BandNoise,
     equations: Equations,
     columns: Vec<ParameterColumn>,
     plan: ModulationPlan,
@@ -59,12 +58,12 @@ impl Fitting {
     ) -> Self {
         let band = Band::new(increments.rows(), increments.period_s, &plan.band);
         let (rows, period_s) = (increments.rows(), increments.period_s);
-        let walk = (
-            increments.declared_walk_rad_sqrt_s,
-            increments.least_walk_rad2,
-        );
         let terms = NoiseTerms::new(rows, period_s, band.cut, is_plain, plan)
-            .with_walk(walk, period_s)
+            .with_walk(
+                increments.declared_walk_rad_sqrt_s,
+                increments.least_walk_rad2,
+                period_s,
+            )
             .with_alike(increments.alike);
         let rows_rad = &increments.rows_rad;
         let known = levels.filter(|levels| levels.terms() == terms.count());
@@ -72,13 +71,12 @@ impl Fitting {
             Some(levels) => levels.along(&band.octaves, &increments.times_s),
             None => Along::default(),
         };
-        let rows = (rows_rad, along);
-        let equations = Equations::new(&band, &terms, rows, &columns, &increments.free);
-        let start = known.unwrap_or_else(|| terms.start(equations.energy()));
-        let fit = equations.fit(&terms, &start);
+        let noise = BandNoise { band, terms };
+        let equations = Equations::new(&noise, rows_rad, along, &columns, &increments.free);
+        let start = known.unwrap_or_else(|| noise.terms.start(equations.energy()));
+        let fit = equations.fit(&noise.terms, &start);
         Self {
-            band,
-            terms,
+            noise,
             equations,
             columns,
             plan: plan.modulation,
@@ -92,8 +90,8 @@ impl Fitting {
         let levels = &self.fit.levels;
         let sum = self
             .equations
-            .log_likelihood_here(&self.terms, levels, places);
-        let count = 3.0 * self.band.cut as f64;
+            .log_likelihood_here(&self.noise.terms, levels, places);
+        let count = 3.0 * self.noise.band.cut as f64;
         (sum / count, count)
     }
 
@@ -110,15 +108,14 @@ impl Fitting {
 
     /// Divides rows by the power of the noise.
     pub fn weighted(&self, left_rad: &Triad, increments: &Increments) -> Weighted {
-        let noise = (&self.band, &self.terms, &self.fit.levels);
-        Weighted::new(noise, left_rad, &increments.times_s)
+        let (noise, levels) = (&self.noise, &self.fit.levels);
+        Weighted::new(noise, levels, left_rad, &increments.times_s)
     }
 
     /// Estimates the noise's levels along the record from pieces of it, in every octave.
     pub fn levels_along(&self, times_s: &[f64]) -> Levels {
         let of_group = |axes: &&[usize]| -> Vec<Modulation> {
-            let noise = (&self.band, &self.terms);
-            let squares = |axis: &usize| self.equations.squares(noise, &self.fit, *axis);
+            let squares = |axis: &usize| self.equations.squares(&self.noise, &self.fit, *axis);
             let of_axes: Vec<Vec<Vec<f64>>> = axes.iter().map(squares).collect();
             let of_octave = |octave: usize| {
                 let series: Vec<&[f64]> = of_axes.iter().map(|one| &one[octave][..]).collect();
@@ -127,16 +124,16 @@ impl Fitting {
             };
             (0..of_axes[0].len()).map(of_octave).collect()
         };
-        let groups = self.terms.alike.iter();
+        let groups = self.noise.terms.alike.iter();
         self.fit.levels.modulated(groups.map(of_group).collect())
     }
 
     /// Fits again, with the noise's levels estimated from pieces of the record.
     pub fn modulate(&mut self, times_s: &[f64]) {
         let levels = self.levels_along(times_s);
-        let along = levels.along(&self.band.octaves, times_s);
-        self.equations.set_levels(&self.band, &self.terms, along);
-        self.fit = self.equations.fit(&self.terms, &levels);
+        let along = levels.along(&self.noise.band.octaves, times_s);
+        self.equations.set_levels(&self.noise, along);
+        self.fit = self.equations.fit(&self.noise.terms, &levels);
     }
 
     /// Subtracts errors of single stamps in excess of the noise, adds them to `corrected_rad`, and fits again.
@@ -166,9 +163,10 @@ impl Fitting {
 
     /// Fits again, to other rows.
     pub fn fit_to(&mut self, rows_rad: &Triad) {
-        self.equations
-            .set_records(&self.band, &self.terms, rows_rad);
-        self.fit = self.equations.fit(&self.terms, &self.fit.levels);
+        self.equations.set_records(&self.noise, rows_rad);
+        self.fit = self
+            .equations
+            .fit(&self.noise.terms, &self.fit.levels);
     }
 }
 

@@ -218,7 +218,8 @@ impl NoiseTerms {
     /// `declared_rad_sqrt_s`: declared by the model; `least_rad2`: lower bound of a row's variance by axis.
     pub fn with_walk(
         mut self,
-        (declared_rad_sqrt_s, least_rad2): (Option<f64>, [f64; 3]),
+        declared_rad_sqrt_s: Option<f64>,
+        least_rad2: [f64; 3],
         period_s: f64,
     ) -> Self {
         self.declared = declared_rad_sqrt_s.map(|walk| walk * walk * period_s);
@@ -460,7 +461,7 @@ mod tests {
     fn walk_beside(truth: [f64; 3], declared: f64) -> f64 {
         let period_s: f64 = 0.01;
         let terms =
-            plain_terms().with_walk((Some((declared / period_s).sqrt()), [0.0; 3]), period_s);
+            plain_terms().with_walk(Some((declared / period_s).sqrt()), [0.0; 3], period_s);
         let powers = terms.expected(&terms.of_bins(&Levels::of_all(truth.to_vec())));
         terms.fit(&powers, &terms.start(&powers)).of(0)[0]
     }

@@ -6,8 +6,8 @@
 use rlg_plan::AttitudeOutlierPlan;
 use rlg_signal::axes::Triad;
 
-use crate::equations::Band;
-use crate::noise::{Alike, Levels, NoiseTerms};
+use crate::equations::BandNoise;
+use crate::noise::{Alike, Levels};
 
 /// Median of χ² with three degrees of freedom.
 pub(crate) const MEDIAN_CHI_SQUARED: f64 = 2.366;
@@ -27,7 +27,8 @@ impl Weighted {
     /// # Inputs
     /// `left_rad`: residuals of rows bounded by `times_s`; `levels`: of the noise.
     pub fn new(
-        (band, terms, levels): (&Band, &NoiseTerms, &Levels),
+        BandNoise { band, terms }: &BandNoise,
+        levels: &Levels,
         left_rad: &Triad,
         times_s: &[f64],
     ) -> Self {

@@ -101,7 +101,8 @@ impl Registration {
     pub(crate) fn of_few(
         alignment: Alignment,
         about: About,
-        (walk_rad_sqrt_s, angle_rad): (f64, f64),
+        walk_rad_sqrt_s: f64,
+        angle_rad: f64,
         known: Stamps,
     ) -> Self {
         let rows = about.increments.rows();

@@ -10,10 +10,10 @@ use rlg_signal::axes::{Triad, add_triad};
 use crate::about::{About, Gyros};
 use crate::alignment::{Alignment, COUNT, Free, in_order, places};
 use crate::block_sums::Estimates;
-use crate::blocks::Blocks;
+use crate::blocks::{Blocks, Prior};
 use crate::choice::{Candidates, Choice, Named, chance, without};
 use crate::earth;
-use crate::equations::Band;
+use crate::equations::{Band, BandNoise};
 use crate::fitting::priced;
 use crate::growth::Called;
 use crate::noise::NoiseTerms;
@@ -125,12 +125,12 @@ pub(crate) fn called_for(of: Registered, plan: &Plan) -> Called {
 }
 
 /// Band and noise terms of a registration's rows.
-fn basis(registered: &Registration, plan: &AttitudeNoisePlan) -> (Band, NoiseTerms) {
+fn basis(registered: &Registration, plan: &AttitudeNoisePlan) -> BandNoise {
     let increments = &registered.about.increments;
     let (rows, period_s) = (increments.rows(), increments.period_s);
     let band = Band::new(rows, period_s, &plan.band);
     let terms = NoiseTerms::new(rows, period_s, band.cut, false, plan).with_alike(increments.alike);
-    (band, terms)
+    BandNoise { band, terms }
 }
 
 /// Searches for physical effects and bias steps by forward selection.
@@ -223,7 +223,7 @@ impl<'a> Search<'a> {
             of_model,
             beyond,
         }: Registered<'a>,
-        (band, terms): &'a (Band, NoiseTerms),
+        noise: &'a BandNoise,
         candidates: &'a Candidates,
         of_effects: impl Iterator<Item = Triad>,
         plan: &'a Plan,
@@ -245,11 +245,15 @@ impl<'a> Search<'a> {
         moved.resize(precisions.len(), 0.0);
         let of_registration = columns.into_iter().map(|column| column.values);
         let blocks = Blocks::new(
-            (band, terms, &registered.levels),
+            noise,
+            &registered.levels,
             increments,
             &rows_rad,
             &mut of_registration.chain(of_effects),
-            (&precisions, &moved),
+            Prior {
+                precisions: &precisions,
+                moved: &moved,
+            },
             &plan.attitude.blocks,
         );
         Self {

@@ -5,9 +5,9 @@ use rlg_inference::Dct;
 use rlg_inference::linear::invert;
 use rlg_signal::axes::Triad;
 
-use crate::equations::Band;
+use crate::equations::{Band, BandNoise};
 use crate::increments::Increments;
-use crate::noise::{Alike, Along, Levels, NoiseTerms};
+use crate::noise::{Alike, Along, Levels};
 
 /// Whitening transform of rows and columns.
 #[derive(Clone)]
@@ -31,8 +31,7 @@ struct OfGroup {
 
 impl<'a> Whitener<'a> {
     pub(crate) fn new(
-        band: &'a Band,
-        terms: &NoiseTerms,
+        BandNoise { band, terms }: &'a BandNoise,
         levels: &Levels,
         increments: &Increments,
     ) -> Self {

@@ -8,7 +8,7 @@ use rlg_plan::{Plan, SeveralPlan};
 
 use crate::data::Data;
 use crate::search::{Found, Searched};
-use crate::self_test::{Row, self_test_on};
+use crate::self_test::{FoundSet, Row, self_test_on};
 
 /// Number of records per recording: its gyros.
 pub(crate) const RECORDS: usize = 3;
@@ -106,7 +106,11 @@ impl Together {
             })
         };
         let rows: Vec<Row> = self.shared.iter().filter_map(of).collect();
-        self_test_on(&data, (&self.fit.levels, &members), &rows, (plan, seed))
+        let set = FoundSet {
+            levels: &self.fit.levels,
+            members: &members,
+        };
+        self_test_on(&data, set, &rows, plan, seed)
     }
 
     /// Frees the spectra of the columns, most of the memory, once the set is final.

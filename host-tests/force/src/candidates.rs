@@ -3,7 +3,7 @@
 
 use rlg_findings::result::UNLISTED;
 use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
-use rlg_plan::OddsPlan;
+use rlg_plan::{OddsPlan, Plan};
 
 use crate::column::Column;
 use crate::kinds::{DELAY, KINDS, Kind, Law, REFERENCE_KINDS, columns};
@@ -81,6 +81,17 @@ pub fn terms_of(kind: &Kind, name: &str, axis: usize, size: f64) -> Vec<(Column,
         .collect()
 }
 
+/// Thresholds of a search, and the kinds in it.
+#[derive(Clone, Copy)]
+pub struct Scope<'a> {
+    /// Thresholds.
+    pub plan: &'a Plan,
+    /// Kinds excluded from the catalogue.
+    pub left_out: &'a [&'a str],
+    /// Kinds of reference errors that are also tested.
+    pub open: &'a [&'a str],
+}
+
 impl Pool {
     /// Returns the place of a column, adding it if new.
     pub fn place(&mut self, column: Column) -> usize {
@@ -94,15 +105,19 @@ impl Pool {
     /// Lists the candidates, kinds in `left_out` excepted.
     ///
     /// # Inputs
-    /// `delay_s`: estimated delay of each accelerometer, the linearisation point of its delay column; `open`: kinds of
-    /// reference errors that are also tested.
+    /// `delay_s`: estimated delay of each accelerometer, the linearisation point of its delay column.
     pub fn candidates(
         &mut self,
         made_of: &Prediction,
         delay_s: [f64; 3],
-        (left_out, open): (&[&str], &[&str]),
-        odds: &OddsPlan,
+        scope: Scope,
     ) -> Vec<Candidate> {
+        let Scope {
+            plan,
+            left_out,
+            open,
+        } = scope;
+        let odds = &plan.catalogue.odds;
         let of_reference = REFERENCE_KINDS.iter();
         let sought: Vec<&Kind> = KINDS
             .iter()
@@ -114,7 +129,7 @@ impl Pool {
             let everyday = if kind.everyday { odds.everyday } else { 1.0 };
             for (variant, places) in variants(kind, odds) {
                 let price = (places * everyday).ln();
-                found.push(self.of_kind(kind, (variant, price), made_of, delay_s));
+                found.push(self.of_kind(kind, variant, price, made_of, delay_s));
             }
         }
         if !left_out.contains(&UNLISTED) {
@@ -126,7 +141,8 @@ impl Pool {
     fn of_kind(
         &mut self,
         kind: &Kind,
-        (variant, price): (Variant, f64),
+        variant: Variant,
+        price: f64,
         made_of: &Prediction,
         delay_s: [f64; 3],
     ) -> Candidate {

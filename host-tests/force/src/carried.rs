@@ -98,7 +98,8 @@ impl Carried {
     /// at `turning_rad_s`.
     pub fn in_body(
         &self,
-        (readings, piece): (&Readings, &Piece),
+        readings: &Readings,
+        piece: &Piece,
         at_start: Vector3<f64>,
         turning_rad_s: Vector3<f64>,
     ) -> Triad {

@@ -15,6 +15,7 @@ use rlg_signal::partition::{Partition, Use};
 use rlg_signal::streams::Streams;
 
 use crate::candidates::Pool;
+use crate::candidates::Scope;
 use crate::carried::Carried;
 use crate::confirm::{Confirmed, confirm};
 use crate::prediction::{Prediction, warming_k};
@@ -99,9 +100,12 @@ pub fn diagnose(
     settle_verticals(&mut made_of, model, &seen, plan)?;
     let fitted = runs(&seen);
     let residual = residual_m_s(&made_of, model);
-    let of = (&regimes[..], &fitted[..]);
-    let beside = (plan, asked.left_out, asked.open);
-    let was_shaken = shaken(&made_of, &residual, of, beside);
+    let scope = Scope {
+        plan,
+        left_out: asked.left_out,
+        open: asked.open,
+    };
+    let was_shaken = shaken(&made_of, &residual, &regimes, &fitted, scope);
     let quiet: Vec<Range<usize>> = regimes
         .iter()
         .zip(&was_shaken)
@@ -119,7 +123,7 @@ pub fn diagnose(
     let levels = settle_verticals(&mut made_of, model, &seen, plan)?;
     progress("searching the accelerometers' effects");
     let observations = observed(&made_of, &seen)?.to_fast_length();
-    let found = find(&mut made_of, model, &observations, levels, beside);
+    let found = find(&mut made_of, model, &observations, levels, scope);
     let confirmed = confirm(&made_of, &found, &seen, plan).ok_or_else(too_few)?;
     let rate_hz = bare.rate_hz;
     let declared = model

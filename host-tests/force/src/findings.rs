@@ -7,7 +7,7 @@ use nalgebra::{DMatrix, DVector};
 use rlg_diagnosis::locate::{self, Location};
 use rlg_diagnosis::noise_levels::reported;
 use rlg_diagnosis::noise_spectrum::Noise;
-use rlg_diagnosis::self_test::{Reach, Row, self_test_on, tell_also};
+use rlg_diagnosis::self_test::{FoundSet, Reach, Row, self_test_on, tell_also};
 use rlg_diagnosis::validate::{Validation, drift_chance, validate};
 use rlg_diagnosis::{Outcome, entries_of_rows};
 use rlg_findings::combinations::{Number, Written, identifiable, written};
@@ -568,8 +568,11 @@ impl Diagnosed {
             .iter()
             .map(|&place| &candidates[place].hypothesis);
         let rows: Vec<Row> = candidates.iter().filter_map(row_of).collect();
-        let of = (&fit.levels[..], &members.collect::<Vec<_>>()[..]);
-        self_test_on(equations, of, &rows, (&self.plan, seed))
+        let set = FoundSet {
+            levels: &fit.levels,
+            members: &members.collect::<Vec<_>>(),
+        };
+        self_test_on(equations, set, &rows, &self.plan, seed)
     }
 
     fn not_excluded(&self) -> Vec<String> {

@@ -78,7 +78,7 @@ impl Prediction {
         self.force_m_s2 = Triad::default();
         self.spectra.clear();
         for (piece, vertical) in self.rows.pieces.iter().zip(&self.verticals) {
-            let own = vertical.force_m_s2((&self.rows, piece), &self.carried);
+            let own = vertical.force_m_s2(&self.rows, piece, &self.carried);
             self.spectra.push(spectra_of(&own, self.rows.rate_hz));
             for (all, own) in self.force_m_s2.iter_mut().zip(own) {
                 all.extend(own);
@@ -127,7 +127,7 @@ impl Prediction {
         let mut columns = Vec::with_capacity(places.len() * UNKNOWNS * 3);
         for &place in places {
             let piece = &self.rows.pieces[place];
-            let tilts = self.verticals[place].columns((&self.rows, piece), &self.carried);
+            let tilts = self.verticals[place].columns(&self.rows, piece, &self.carried);
             for triad in tilts {
                 for (values, scale_error) in triad.into_iter().zip(self.scale_error) {
                     let factor = period_s / (1.0 - scale_error);

@@ -1,6 +1,5 @@
 //! Iterates prediction, columns and structure search until the set, its delays and the vertical converge.
 
-use rlg_plan::Plan;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
@@ -10,7 +9,7 @@ use rlg_inference::{Fit, Hypothesis, NoiseLevels, NormalEquations, Observations,
 use rlg_model::Model;
 use rlg_signal::axes::{Triad, add};
 
-use crate::candidates::{Candidate, Pool, PoolColumns};
+use crate::candidates::{Candidate, Pool, PoolColumns, Scope};
 use crate::kinds::DELAY;
 use crate::prediction::Prediction;
 use crate::residual::residual_m_s;
@@ -108,8 +107,9 @@ pub fn find(
     model: &Model,
     observations: &Observations,
     mut levels: Vec<NoiseLevels>,
-    (plan, left_out, open): (&Plan, &[&str], &[&str]),
+    scope: Scope,
 ) -> Found {
+    let plan = scope.plan;
     let recordings = made_of.rows.looked_at(observations);
     let mut delay_s = [0.0; 3];
     let mut before: Vec<Candidate> = Vec::new();
@@ -119,7 +119,7 @@ pub fn find(
         let residual_m_s = residual_m_s(made_of, model);
         let mut pool = Pool::default();
         let mut candidates =
-            pool.candidates(made_of, delay_s, (left_out, open), &plan.catalogue.odds);
+            pool.candidates(made_of, delay_s, scope);
         let mean = NoiseLevels::mean(&levels);
         let sums = equations(made_of, &residual_m_s, observations, &pool, mean);
         candidates.retain(|one| {

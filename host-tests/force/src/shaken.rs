@@ -4,7 +4,6 @@
 //! catalogue to that stretch alone. So effects of the catalogue are never mistaken for shaking, and unexplained power is
 //! excluded rather than named.
 
-use rlg_plan::Plan;
 use std::ops::Range;
 
 use rlg_diagnosis::locate::band_edges_hz;
@@ -16,7 +15,7 @@ use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels};
 use rlg_signal::axes::Triad;
 use statrs::distribution::{ContinuousCDF, FisherSnedecor};
 
-use crate::candidates::{Candidate, Pool, Variant};
+use crate::candidates::{Candidate, Pool, Scope, Variant};
 use crate::prediction::Prediction;
 use crate::search::{delays_in, equations, linearised_at};
 
@@ -30,14 +29,16 @@ type Level = Option<(f64, f64)>;
 pub fn shaken(
     made_of: &Prediction,
     residual_m_s: &Triad,
-    (regimes, fitted): (&[Regime], &[Range<usize>]),
-    (plan, left_out, open): (&Plan, &[&str], &[&str]),
+    regimes: &[Regime],
+    fitted: &[Range<usize>],
+    scope: Scope,
 ) -> Vec<bool> {
+    let plan = scope.plan;
     let measured: Vec<Option<[Vec<Level>; 3]>> = regimes
         .iter()
         .map(|regime| {
             let rows = intersect(std::slice::from_ref(&regime.rows), fitted);
-            of_regime(made_of, residual_m_s, &rows, (plan, left_out, open))
+            of_regime(made_of, residual_m_s, &rows, scope)
         })
         .collect();
     let quietest = |axis: usize, band: usize| {
@@ -73,10 +74,11 @@ fn of_regime(
     made_of: &Prediction,
     residual_m_s: &Triad,
     rows: &[Range<usize>],
-    (plan, left_out, open): (&Plan, &[&str], &[&str]),
+    scope: Scope,
 ) -> Option<[Vec<Level>; 3]> {
     /// A delay is nonlinear: steps until its remainder is below the noise.
     const STEPS: usize = 3;
+    let plan = scope.plan;
     let mut seen = vec![false; made_of.rows.count];
     for rows in rows {
         seen[rows.clone()].fill(true);
@@ -88,9 +90,11 @@ fn of_regime(
     loop {
         step += 1;
         let mut pool = Pool::default();
-        let without_expressions = [left_out, &[UNLISTED]].concat();
-        let odds = &plan.catalogue.odds;
-        let mut all = pool.candidates(made_of, delay_s, (&without_expressions, open), odds);
+        let without_expressions = Scope {
+            left_out: &[scope.left_out, &[UNLISTED]].concat(),
+            ..scope
+        };
+        let mut all = pool.candidates(made_of, delay_s, without_expressions);
         all.retain(|one| one.variant == Variant::Whole);
         let sums = equations(
             made_of,

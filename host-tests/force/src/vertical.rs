@@ -75,19 +75,20 @@ impl Vertical {
     }
 
     /// Specific force at the body's origin on the rows of its recording \[m/s²\].
-    pub fn force_m_s2(&self, of: (&Readings, &Piece), carried: &Carried) -> Triad {
-        carried.in_body(of, self.gravity_m_s2 * self.up, self.turning_rad_s)
+    pub fn force_m_s2(&self, readings: &Readings, piece: &Piece, carried: &Carried) -> Triad {
+        carried.in_body(readings, piece, self.gravity_m_s2 * self.up, self.turning_rad_s)
     }
 
     /// Derivative of that force by each unknown \[m/s² per rad, per rad/s\].
     pub fn columns(
         &self,
-        (readings, piece): (&Readings, &Piece),
+        readings: &Readings,
+        piece: &Piece,
         carried: &Carried,
     ) -> [Triad; UNKNOWNS] {
         let [first, second] = self.level().map(|axis| {
             let along = self.gravity_m_s2 * axis;
-            carried.in_body((readings, piece), along, self.turning_rad_s)
+            carried.in_body(readings, piece, along, self.turning_rad_s)
         });
         let drifting = |tilt: &Triad| {
             let mut tilt = tilt.clone();

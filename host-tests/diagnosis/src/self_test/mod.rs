@@ -13,7 +13,7 @@ use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
 pub mod moments;
 
-pub use moments::{Row, self_test_on};
+pub use moments::{FoundSet, Row, self_test_on};
 
 /// Named effect of a trial.
 pub struct Said {

@@ -20,17 +20,27 @@ use rlg_plan::Plan;
 use super::{Reach, Said, Trials as _, chance_of_name, sensitivity};
 use crate::scores::integrated;
 
+/// Noise of each record, and the found effects, fitted in every trial.
+#[derive(Clone, Copy)]
+pub struct FoundSet<'a> {
+    /// Noise of each record.
+    pub levels: &'a [NoiseLevels],
+    /// Found effects.
+    pub members: &'a [&'a Hypothesis],
+}
+
 /// Runs the trials on any likelihood; `None` if no candidate of the catalogue has a column.
 ///
 /// # Inputs
-/// `levels`: noise of each record; `members`: found effects, fitted in every trial; `rows`: of the catalogue.
+/// `rows`: of the catalogue.
 pub fn self_test_on(
     data: &impl Likelihood,
-    (levels, members): (&[NoiseLevels], &[&Hypothesis]),
+    set: FoundSet,
     rows: &[Row],
-    (plan, seed): (&Plan, u64),
+    plan: &Plan,
+    seed: u64,
 ) -> Option<Tested> {
-    let trials = Trials::new(data, (levels, members), rows, plan)?;
+    let trials = Trials::new(data, set, rows, plan)?;
     Some(trials.told(seed, &plan.judgement.self_test))
 }
 
@@ -232,7 +242,7 @@ fn root_of(information: &ByRecord) -> Option<ByRecord> {
 impl<'a> Trials<'a> {
     fn new(
         data: &impl Likelihood,
-        (levels, members): (&[NoiseLevels], &[&Hypothesis]),
+        FoundSet { levels, members }: FoundSet,
         rows: &[Row<'a>],
         plan: &Plan,
     ) -> Option<Self> {

@@ -5,7 +5,7 @@ use std::ops::Range;
 
 use nalgebra::DMatrix;
 use rlg_diagnosis::Outcome;
-use rlg_diagnosis::self_test::{Reach, Row, self_test_on};
+use rlg_diagnosis::self_test::{FoundSet, Reach, Row, self_test_on};
 use rlg_findings::combinations::choice;
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
@@ -446,7 +446,10 @@ impl Diagnosed {
             Some(Row::new(one.kind, &one.hypothesis, Some(reach)))
         });
         let rows: Vec<Row> = rows.collect();
-        let of = (&found.fit.levels[..], &members[..]);
-        self_test_on(&found.lengths, of, &rows, (&self.plan, self.seed))
+        let set = FoundSet {
+            levels: &found.fit.levels,
+            members: &members,
+        };
+        self_test_on(&found.lengths, set, &rows, &self.plan, self.seed)
     }
 }
