@@ -1,6 +1,5 @@
 //! Registration alone: alignment of gyros and attitudes without a search for physical effects.
 
-
 use rlg_catalogue::entries::CATALOGUE;
 use rlg_diagnosis::Outcome;
 use rlg_model::DeclaredModel;

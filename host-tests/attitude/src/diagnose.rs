@@ -410,7 +410,13 @@ fn of_few(
         let is_settled = pass % PASSES == 0 || (now == free && step.largest() < SETTLED);
         if is_settled && is_registered {
             return Ok(Some(Fitted {
-                registered: Registration::of_few(alignment, about, noise.0, noise.1, observed.stamps.clone()),
+                registered: Registration::of_few(
+                    alignment,
+                    about,
+                    noise.0,
+                    noise.1,
+                    observed.stamps.clone(),
+                ),
                 gyro,
                 pool,
                 candidates,

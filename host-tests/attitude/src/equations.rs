@@ -211,7 +211,9 @@ impl Equations {
 
     /// Replaces the records on the same columns.
     pub fn set_records(&mut self, noise: &BandNoise, rows_rad: &Triad) {
-        self.records = rows_rad.each_ref().map(|values| noise.band.spectrum(values));
+        self.records = rows_rad
+            .each_ref()
+            .map(|values| noise.band.spectrum(values));
         self.take(noise);
     }
 

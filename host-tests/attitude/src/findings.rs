@@ -65,8 +65,12 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         .iter()
         .map(|(one, numbers)| entry(said, one, numbers))
         .collect();
-    let clock = (streams.rows, streams.rate_hz);
-    let mut preprocessed = own_lines::entries(&observed.lines, clock, observed.model);
+    let mut preprocessed = own_lines::entries(
+        &observed.lines,
+        streams.rows,
+        streams.rate_hz,
+        observed.model,
+    );
     preprocessed.extend(observed.settling.map(|one| one.entry()));
     preprocessed.extend(zeroing::entry(&observed.zeroed));
     preprocessed.extend(gyro_times::entry(&observed.late));

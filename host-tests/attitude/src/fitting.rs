@@ -164,9 +164,7 @@ impl Fitting {
     /// Fits again, to other rows.
     pub fn fit_to(&mut self, rows_rad: &Triad) {
         self.equations.set_records(&self.noise, rows_rad);
-        self.fit = self
-            .equations
-            .fit(&self.noise.terms, &self.fit.levels);
+        self.fit = self.equations.fit(&self.noise.terms, &self.fit.levels);
     }
 }
 

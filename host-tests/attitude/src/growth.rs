@@ -57,14 +57,7 @@ impl Growth<'_> {
             ..of
         };
         let none = Free::new();
-        let at_model = settle(
-            of_known,
-            model,
-            model.clone(),
-            &none,
-            false,
-            self.progress,
-        )?;
+        let at_model = settle(of_known, model, model.clone(), &none, false, self.progress)?;
         let called = (self.called_for)(&at_model.weighed(gyros, model));
         let is_off = !called.free.is_empty();
         let start = if is_off { far } else { model.clone() };

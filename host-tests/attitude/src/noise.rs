@@ -460,8 +460,7 @@ mod tests {
     /// Fits the random-walk level to rows with the mean spectrum of `truth`, given the value `declared` by the model.
     fn walk_beside(truth: [f64; 3], declared: f64) -> f64 {
         let period_s: f64 = 0.01;
-        let terms =
-            plain_terms().with_walk(Some((declared / period_s).sqrt()), [0.0; 3], period_s);
+        let terms = plain_terms().with_walk(Some((declared / period_s).sqrt()), [0.0; 3], period_s);
         let powers = terms.expected(&terms.of_bins(&Levels::of_all(truth.to_vec())));
         terms.fit(&powers, &terms.start(&powers)).of(0)[0]
     }

@@ -132,8 +132,8 @@ impl Gyro {
             return None;
         };
         let axis = AXES.iter().position(|name| name == axis)?;
-        let clock = (self.signals.start_s, self.signals.rate_hz);
-        let row = event_row(effect, clock, self.signals.rows);
+        let signals = &self.signals;
+        let row = event_row(effect, signals.start_s, signals.rate_hz, signals.rows);
         let size = effect.number("size");
         let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
         match effect.kind.as_str() {

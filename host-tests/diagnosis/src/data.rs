@@ -420,7 +420,7 @@ fn low_pass_of(effect: &ModelEffect, axis: usize) -> Option<LowPass> {
 }
 
 /// Row of an event: a step begins with it, a slip lies within it.
-pub fn event_row(effect: &ModelEffect, (start_s, rate_hz): (f64, f64), rows: usize) -> usize {
+pub fn event_row(effect: &ModelEffect, start_s: f64, rate_hz: f64, rows: usize) -> usize {
     let at = (number(effect, "time_s") - start_s) * rate_hz;
     let row = if effect.kind == STEP {
         at.round()
@@ -463,7 +463,7 @@ fn known(
     };
     if kind == STEP || kind == SLIP {
         let axis = axis_of(effect)?;
-        let row = event_row(effect, (streams.start_s, streams.rate_hz), streams.rows);
+        let row = event_row(effect, streams.start_s, streams.rate_hz, streams.rows);
         let mut pool = Pool::default();
         let event = if kind == STEP { STEP } else { SLIP };
         let one = pool.event(event, axis, row, 1.0, signals);

@@ -1,6 +1,5 @@
 //! Sequence of a diagnosis against a reference on the gyros' rows.
 
-
 use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 
@@ -82,7 +81,14 @@ pub fn diagnose_also<T>(
     let mut data = data::Data::new(streams, model, plan, file)?;
     data.take_own_lines(&plan.signal.own_lines);
     let searched = until_none_falls(left_out, progress, |without| {
-        let found = settle::find(&mut data, Scope { plan, left_out: without }, progress)?;
+        let found = settle::find(
+            &mut data,
+            Scope {
+                plan,
+                left_out: without,
+            },
+            progress,
+        )?;
         let also = also(&data, &found);
         let mut together = Together::of_one(found);
         progress("trying the search on this recording");

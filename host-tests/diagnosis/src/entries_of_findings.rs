@@ -2,7 +2,6 @@
 
 use std::collections::BTreeMap;
 
-use rlg_catalogue::Signals;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::STEP;
 use rlg_catalogue::signals::AXES;
@@ -14,15 +13,13 @@ use rlg_signal::streams::Streams;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::finding::{Finding, Numbers, card, fixed, numbers, of_the_others};
+use super::search::Searched;
 
 /// Entry in a class for drift of a gyro.
 pub const DRIFT: &str = "rate_random_walk";
 
-pub(crate) fn entry(
-    one: &Finding,
-    fit: &Fit,
-    (streams, signals): (&Streams, &Signals),
-) -> EffectEntry {
+pub(crate) fn entry(one: &Finding, fit: &Fit, of: Searched) -> EffectEntry {
+    let (streams, signals) = (of.data.streams, &of.found.motion.signals);
     let card = card(one.candidate.kind);
     let Numbers {
         each: numbers,
@@ -140,12 +137,8 @@ fn event_std_s(one: &Finding, streams: &Streams) -> f64 {
     one.instant_std_rows.unwrap_or(0.5) / streams.rate_hz
 }
 
-pub(crate) fn effect_of(
-    one: &Finding,
-    fit: &Fit,
-    streams: &Streams,
-    signals: &Signals,
-) -> ModelEffect {
+pub(crate) fn effect_of(one: &Finding, fit: &Fit, of: Searched) -> ModelEffect {
+    let (streams, signals) = (of.data.streams, &of.found.motion.signals);
     let Numbers { each, choice, .. } = numbers(one, fit);
     let mut parameters: BTreeMap<String, EffectValue> = each
         .into_iter()

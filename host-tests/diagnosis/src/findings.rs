@@ -4,8 +4,8 @@ use rlg_plan::Plan;
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use rlg_catalogue::Column;
 use rlg_catalogue::signals::AXES;
-use rlg_catalogue::{Column, Signals};
 use rlg_findings::absolute;
 use rlg_findings::entries::noise as noise_entry;
 use rlg_findings::excess::{Excess, WALK};
@@ -43,13 +43,7 @@ use super::summary::{not_excluded, runners_up, summary, unlike_noise};
 use super::validate::{Validation, validate};
 
 /// Writes the outcome of a confirmed set.
-pub fn outcome(
-    of: Searched,
-    share: &Share,
-    faults: &[Fault],
-    seed: u64,
-    plan: &Plan,
-) -> Outcome {
+pub fn outcome(of: Searched, share: &Share, faults: &[Fault], seed: u64, plan: &Plan) -> Outcome {
     written(of, share, faults, seed, plan).0
 }
 
@@ -97,18 +91,14 @@ pub(super) fn written(
         plan,
     );
 
-    let mut effects: Vec<EffectEntry> = findings
-        .iter()
-        .map(|one| entry(one, fit, (streams, &found.motion.signals)))
-        .collect();
+    let mut effects: Vec<EffectEntry> = findings.iter().map(|one| entry(one, fit, of)).collect();
     effects.extend(noise_found.iter().map(|one| {
         let mut entry = noise_entry(one);
         let lock_in = (one.kind == WALK.kind).then(|| behind_walk(one.values, data));
         entry.what_was_left_out.extend(lock_in.flatten());
         entry
     }));
-    let clock = (streams.rows, streams.rate_hz);
-    let own = own_lines::entries(&data.own_lines, clock, data.model);
+    let own = own_lines::entries(&data.own_lines, streams.rows, streams.rate_hz, data.model);
     effects.extend(own.iter().map(|(entry, _)| entry.clone()));
     effects.extend(unexplained(&places.left, streams));
     // A fit to some rows and not to others explains nothing.
@@ -198,12 +188,7 @@ pub(super) fn written(
         )]);
     }
     let mut model = data.model.clone();
-    let mut added = added(
-        (&findings, fit),
-        &noise_found,
-        faults,
-        (streams, &found.motion.signals),
-    );
+    let mut added = added(of, fit, &findings, &noise_found, faults);
     added.extend(own.into_iter().map(|(_, effect)| effect));
     for effect in &added {
         switch_on(&mut model, effect.clone());
@@ -320,15 +305,16 @@ fn noise_entries(fit: &Fit, noise: &[Noise; 3], span_s: f64) -> Vec<NoiseEntry> 
 
 /// Effects added to the model, named ones first.
 fn added(
-    (findings, fit): (&[Finding], &Fit),
+    of: Searched,
+    fit: &Fit,
+    findings: &[Finding],
     noise_found: &[Excess],
     faults: &[Fault],
-    (streams, signals): (&Streams, &Signals),
 ) -> Vec<ModelEffect> {
-    let of_findings = findings
+    let of_findings = findings.iter().map(|one| effect_of(one, fit, of));
+    let of_faults = faults
         .iter()
-        .map(|one| effect_of(one, fit, streams, signals));
-    let of_faults = faults.iter().map(|fault| fault_effect(fault, streams));
+        .map(|fault| fault_effect(fault, of.data.streams));
     of_findings
         .chain(noise_found.iter().map(noise_effect))
         .chain(of_faults)

@@ -153,10 +153,7 @@ impl Said {
 }
 
 impl<'a> Question<'a> {
-    fn new(
-        data: &Data,
-        subject: Subject<'a>,
-    ) -> Option<Self> {
+    fn new(data: &Data, subject: Subject<'a>) -> Option<Self> {
         let Subject {
             found,
             confirmed,

@@ -60,7 +60,8 @@ fn predicted_hz(effect: &ModelEffect) -> Option<f64> {
 /// `rows`, `rate_hz`: of the record that the lines were found in.
 pub fn entries(
     lines: &[OwnLine],
-    (rows, rate_hz): (usize, f64),
+    rows: usize,
+    rate_hz: f64,
     model: &Model,
 ) -> Vec<(EffectEntry, ModelEffect)> {
     let clock = Clock { rows, rate_hz };

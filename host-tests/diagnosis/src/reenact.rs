@@ -167,6 +167,25 @@ fn squared_size(shown: &Projected) -> f64 {
     2.0 * shown.gain().log_likelihood
 }
 
+/// Source of random numbers in a draw, independent of the others.
+#[derive(Clone, Copy)]
+enum Source {
+    Reference,
+    Pickoff,
+    Gyro,
+    /// Fraction of a pulse in a counter at the beginning.
+    Pulses,
+}
+
+impl Source {
+    /// Generator of one axis, the same for the same draw.
+    fn of(self, draw: u64, axis: usize) -> ChaCha8Rng {
+        let mut random = ChaCha8Rng::seed_from_u64(draw);
+        random.set_stream(3 * self as u64 + axis as u64);
+        random
+    }
+}
+
 /// Data common to all draws.
 struct Stage<'a> {
     data: &'a Data<'a>,
@@ -266,11 +285,12 @@ impl<'a> Stage<'a> {
             angle: self.data.model.pickoff_white_rad2(axis),
             ..NoiseLevels::default()
         };
-        let reference = each_axis(|axis| self.draw((draw, axis, 0), of_reference(axis)));
+        let reference =
+            each_axis(|axis| self.draw(Source::Reference.of(draw, axis), of_reference(axis)));
         let pickoff = signals
             .dither_rad
             .as_ref()
-            .map(|_| each_axis(|axis| self.draw((draw, axis, 1), of_pickoff(axis))));
+            .map(|_| each_axis(|axis| self.draw(Source::Pickoff.of(draw, axis), of_pickoff(axis))));
         let noise_rad = each_axis(|gyro| {
             let mut own = self.fit.levels[gyro];
             if pickoff.is_some() {
@@ -283,7 +303,7 @@ impl<'a> Stage<'a> {
             }
             own.white = own.white.max(0.0);
             own.angle = own.angle.max(0.0);
-            let mut noise = self.own_noise((draw, gyro), own);
+            let mut noise = self.own_noise(draw, gyro, own);
             for (axis, values) in reference.iter().enumerate() {
                 let passed = signals.path.along(gyro, values, signals.rate_hz);
                 add(&mut noise, &passed, -signals.shared[(gyro, axis)]);
@@ -316,15 +336,14 @@ impl<'a> Stage<'a> {
     }
 
     /// Draws a gyro's own noise \[rad\]; a counter without a dither quantises it together with its motion.
-    fn own_noise(&self, (draw, gyro): (u64, usize), mut levels: NoiseLevels) -> Vec<f64> {
+    fn own_noise(&self, draw: u64, gyro: usize, mut levels: NoiseLevels) -> Vec<f64> {
         let Some(sensed_rad) = &self.data.counted_rad[gyro] else {
-            return self.draw((draw, gyro, 2), levels);
+            return self.draw(Source::Gyro.of(draw, gyro), levels);
         };
         let pulse_rad = self.data.lattice.counted_rad[gyro];
         levels.angle = (levels.angle - pulse_rad.powi(2) / 12.0).max(0.0);
-        let noise = self.draw((draw, gyro, 2), levels);
-        let mut random = ChaCha8Rng::seed_from_u64(draw);
-        random.set_stream(9 + gyro as u64);
+        let noise = self.draw(Source::Gyro.of(draw, gyro), levels);
+        let mut random = Source::Pulses.of(draw, gyro);
         let mut pulses: f64 = random.random();
         let pairs = noise.iter().zip(sensed_rad);
         pairs
@@ -337,10 +356,8 @@ impl<'a> Stage<'a> {
             .collect()
     }
 
-    /// Draws noise on all rows \[rad\], the same for the same draw, axis and source.
-    fn draw(&self, (draw, axis, source): (u64, usize, u64), levels: NoiseLevels) -> Vec<f64> {
-        let mut random = ChaCha8Rng::seed_from_u64(draw);
-        random.set_stream(3 * source + axis as u64);
+    /// Draws noise on all rows \[rad\].
+    fn draw(&self, mut random: ChaCha8Rng, levels: NoiseLevels) -> Vec<f64> {
         let mut values: Vec<f64> = self
             .basis
             .by_coefficient(levels)

@@ -116,15 +116,39 @@ pub(super) struct Run {
     pub(super) tried: usize,
 }
 
+/// Effects and noise about which the columns of a pass are formed.
+#[derive(Clone, Copy)]
+pub(super) struct About<'a> {
+    /// Effects found before.
+    pub(super) before: &'a Before,
+    /// Rotation of the reference.
+    pub(super) turned: &'a Turned,
+    /// Noise of each gyro.
+    pub(super) levels: &'a [NoiseLevels],
+}
+
+/// An event in the residual of a gyro.
+#[derive(Clone, Copy)]
+struct Scanned {
+    gyro: usize,
+    /// Noise under which it was scanned.
+    noise: NoiseLevels,
+    event: Event,
+}
+
 impl Pass {
     pub(super) fn new(
         data: &mut Data,
         motion: Motion,
-        scope: Scope,
         fitted: &Observations,
-        levels: &[NoiseLevels],
-        (before, turned): (&Before, &Turned),
+        about: About,
+        scope: Scope,
     ) -> Self {
+        let About {
+            before,
+            turned,
+            levels,
+        } = about;
         let mut residual_rad = left_behind_known(data, &motion.signals);
         let mut pool = Pool::default();
         let mut candidates = pool.candidates(&motion.signals, motion.is_moving, scope.left_out);
@@ -326,7 +350,7 @@ impl Pass {
     fn add_events(&mut self, fits: &[&Fit], begin: &Begin) -> Vec<usize> {
         let mut new: Vec<Candidate> = Vec::new();
         for fit in fits {
-            let mut events: Vec<(usize, NoiseLevels, Event)> = Vec::new();
+            let mut events: Vec<Scanned> = Vec::new();
             for gyro in 0..3 {
                 let residual = left_on(&self.equations, fit, &self.candidates, gyro);
                 let mut noises = vec![fit.levels[gyro]];
@@ -341,24 +365,28 @@ impl Pass {
                         noise,
                         &begin.plan.inference.events,
                     );
-                    events.extend(found.into_iter().map(|event| (gyro, noise, event)));
+                    events.extend(
+                        found
+                            .into_iter()
+                            .map(|event| Scanned { gyro, noise, event }),
+                    );
                 }
             }
-            events.retain(|(.., event)| begin.seeks(kind_of(event)));
+            events.retain(|one| begin.seeks(kind_of(&one.event)));
             // At rest a slip and a nudge of the case are not distinguishable without a reference.
-            events.retain(|(.., event)| !self.is_at_rest || event.kind == EventKind::Step);
-            events.retain(|(gyro, _, event)| {
-                event.size.abs() > begin.plan.judgement.event
-                    && !self.lattice.hides_event(*gyro, event)
+            events.retain(|one| !self.is_at_rest || one.event.kind == EventKind::Step);
+            events.retain(|one| {
+                one.event.size.abs() > begin.plan.judgement.event
+                    && !self.lattice.hides_event(one.gyro, &one.event)
             });
-            events.sort_by(|a, b| b.2.size.abs().total_cmp(&a.2.size.abs()));
-            for (gyro, noise, event) in events.into_iter().take(begin.plan.judgement.events_tried) {
-                let together = match event.kind {
-                    EventKind::Impulse => self.swarm((fit, gyro), noise, event, begin.plan),
-                    EventKind::Step | EventKind::Window => vec![event],
+            events.sort_by(|a, b| b.event.size.abs().total_cmp(&a.event.size.abs()));
+            for scanned in events.into_iter().take(begin.plan.judgement.events_tried) {
+                let together = match scanned.event.kind {
+                    EventKind::Impulse => self.swarm(fit, scanned, begin.plan),
+                    EventKind::Step | EventKind::Window => vec![scanned.event],
                 };
                 for event in together {
-                    let one = self.candidate_of(gyro, &event);
+                    let one = self.candidate_of(scanned.gyro, &event);
                     let mut known = self.candidates.iter().chain(&new);
                     if !known.any(|other| other.kind == one.kind && other.variant == one.variant) {
                         new.push(one);
@@ -370,13 +398,8 @@ impl Pass {
     }
 
     /// Returns a slip with all other significant slips of its gyro: a counter that slips does so repeatedly.
-    fn swarm(
-        &self,
-        (fit, gyro): (&Fit, usize),
-        noise: NoiseLevels,
-        strongest: Event,
-        plan: &Plan,
-    ) -> Vec<Event> {
+    fn swarm(&self, fit: &Fit, strongest: Scanned, plan: &Plan) -> Vec<Event> {
+        let Scanned { gyro, noise, event } = strongest;
         let most = plan.judgement.most_slips;
         let rows = self.motion.signals.rows as f64;
         let least = (2.0 * (3.0 * rows).ln()).sqrt();
@@ -392,7 +415,7 @@ impl Pass {
         );
         all.retain(|event| !self.lattice.hides_event(gyro, event));
         if all.is_empty() || all.len() == most {
-            return vec![strongest];
+            return vec![event];
         }
         all
     }
@@ -468,7 +491,8 @@ impl Pass {
     /// with different transfer functions the two noises could not be identified as one.
     pub(super) fn clean_by(
         &self,
-        (data, fit): (&Data, &Fit),
+        data: &Data,
+        fit: &Fit,
         path: Path,
         looked_at: &Observations,
     ) -> Triad {

@@ -18,17 +18,13 @@ use super::data::{Data, bridged};
 use super::noise_levels::first_levels;
 use super::pass::Pass;
 use super::path::{is_alike, is_nonlinear, is_same, is_settled, path_of};
-use super::search::{Found, share_of};
+use super::search::{About, Found, share_of};
 use super::settings::Scope;
 use super::step::Step;
 use super::turned::Turned;
 
 /// Finds the best set; `None` where too few rows can be fitted.
-pub fn find(
-    data: &mut Data,
-    scope: Scope,
-    progress: &dyn Fn(&str),
-) -> Option<Found> {
+pub fn find(data: &mut Data, scope: Scope, progress: &dyn Fn(&str)) -> Option<Found> {
     let settled = settle(data, scope, progress)?;
     Some(settled.pass.judge(settled.fit, scope.plan, settled.tried))
 }
@@ -86,11 +82,7 @@ pub fn residual_of_model(data: &mut Data, plan: &Plan) -> Option<Triad> {
 }
 
 /// Alternates linearisation and structure search until set and delays converge; `None` where too few rows can be fitted.
-pub(super) fn settle(
-    data: &mut Data,
-    scope: Scope,
-    progress: &dyn Fn(&str),
-) -> Option<Settled> {
+pub(super) fn settle(data: &mut Data, scope: Scope, progress: &dyn Fn(&str)) -> Option<Settled> {
     let plan = scope.plan;
     data.forget_found();
     let mut rows = Rows::of(data)?;
@@ -199,10 +191,10 @@ struct Done {
 
 impl Begun {
     /// Starting point behind a pass, with the residual of its fit along `path`.
-    pub(super) fn behind((pass, fit): (Pass, Fit), path: Path, data: &Data, rows: &Rows) -> Self {
+    pub(super) fn behind(pass: Pass, fit: Fit, path: Path, data: &Data, rows: &Rows) -> Self {
         Self {
             levels: fit.levels.clone(),
-            clean_rad: pass.clean_by((data, &fit), path, &rows.looked_at),
+            clean_rad: pass.clean_by(data, &fit, path, &rows.looked_at),
             share: share_of(&fit, &pass.candidates, &pass.pool),
             path,
             path_before: None,
@@ -231,16 +223,11 @@ impl Begun {
     }
 
     /// Estimates the motion and forms the columns.
-    pub(super) fn linearised(
-        &self,
-        data: &mut Data,
-        rows: &Rows,
-        scope: Scope,
-    ) -> Pass {
+    pub(super) fn linearised(&self, data: &mut Data, rows: &Rows, scope: Scope) -> Pass {
         data.found_share = self.share;
         let motion = self.motion(data, rows, scope.plan);
         let turned = Turned::said(data, &self.before);
-        self.over((motion, &turned), data, rows, scope)
+        self.over(motion, &turned, data, rows, scope)
     }
 
     fn motion(&self, data: &Data, rows: &Rows, plan: &Plan) -> Motion {
@@ -257,24 +244,23 @@ impl Begun {
     /// Forms the columns of a motion over a rotated reference.
     fn over(
         &self,
-        (motion, turned): (Motion, &Turned),
+        motion: Motion,
+        turned: &Turned,
         data: &mut Data,
         rows: &Rows,
         scope: Scope,
     ) -> Pass {
-        let before = (&self.before, turned);
-        Pass::new(data, motion, scope, &rows.fitted, &self.levels, before)
+        let about = About {
+            before: &self.before,
+            turned,
+            levels: &self.levels,
+        };
+        Pass::new(data, motion, &rows.fitted, about, scope)
     }
 
     /// Searches a pass; if a rotation of the reference would look like the found errors, searches once with it and once
     /// without, and keeps the better.
-    fn pass(
-        &self,
-        data: &mut Data,
-        rows: &Rows,
-        asks: Asks,
-        scope: Scope,
-    ) -> Done {
+    fn pass(&self, data: &mut Data, rows: &Rows, asks: Asks, scope: Scope) -> Done {
         let now = self.linearised(data, rows, scope);
         let tried = Turned::tried(data, &self.before);
         let tried = tried.filter(|tried| tried.is_seen(data, &now.motion.signals, &self.levels));
@@ -283,7 +269,7 @@ impl Begun {
             return done;
         };
         let motion = self.motion(data, rows, scope.plan);
-        let turned = self.over((motion, &tried), data, rows, scope);
+        let turned = self.over(motion, &tried, data, rows, scope);
         let turned = self.searched(turned, data, asks, scope);
         let mut members = turned.fit.members.iter();
         let holds_it = members.any(|&place| turned.pass.candidates[place].kind == TURNED);
@@ -295,13 +281,7 @@ impl Begun {
     }
 
     /// Runs the structure search of a pass.
-    fn searched(
-        &self,
-        mut now: Pass,
-        data: &Data,
-        asks: Asks,
-        scope: Scope,
-    ) -> Done {
+    fn searched(&self, mut now: Pass, data: &Data, asks: Asks, scope: Scope) -> Done {
         let (levels, plan) = (&self.levels, scope.plan);
         let members: Option<Vec<&Candidate>> = match &self.before {
             Before::Coarse(_) => None,
@@ -373,15 +353,14 @@ impl Done {
     /// Starting point of the next pass.
     fn next(self, data: &Data, rows: &Rows, begun: &Begun, plan: &RatesPlan) -> Begun {
         let path = path_of(&self.fit, &self.pass.candidates, plan);
-        let of = (self.odds, &self.fit);
         let step = self
             .is_comparable
-            .then(|| Step::of(of, &self.pass.candidates));
+            .then(|| Step::of(self.odds, &self.fit, &self.pass.candidates));
         Begun {
             path_before: Some(begun.path),
             step: step.flatten(),
             is_settling: self.is_settling,
-            ..Begun::behind((self.pass, self.fit), path, data, rows)
+            ..Begun::behind(self.pass, self.fit, path, data, rows)
         }
     }
 }

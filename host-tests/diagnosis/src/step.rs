@@ -24,7 +24,7 @@ pub(super) struct Step {
 
 impl Step {
     /// Full step of a fit; `None` without such parameters.
-    pub(super) fn of((odds, fit): (f64, &Fit), candidates: &[Candidate]) -> Option<Self> {
+    pub(super) fn of(odds: f64, fit: &Fit, candidates: &[Candidate]) -> Option<Self> {
         let moved = moved(fit, candidates);
         (!moved.is_empty()).then(|| Self {
             odds,
@@ -132,7 +132,7 @@ mod tests {
         ];
         let mut fit = fit(&[8.0, 8.0, 8.0, -8.0, 8.0, 8.0]);
         let mut step =
-            Step::of((0.0, &fit), &candidates).expect("two members have numbers in columns");
+            Step::of(0.0, &fit, &candidates).expect("two members have numbers in columns");
         for left in [4.0, 2.0, 1.0, 0.0] {
             assert!(!step.is_none());
             step = step.halved(&mut fit, &candidates);
@@ -142,14 +142,14 @@ mod tests {
         assert!(step.is_none());
         assert!(!step.is_worse(f64::NEG_INFINITY));
         let linear = &candidates[..1];
-        assert!(Step::of((0.0, &self::fit(&[8.0, 8.0])), linear).is_none());
+        assert!(Step::of(0.0, &self::fit(&[8.0, 8.0]), linear).is_none());
     }
 
     #[test]
     fn a_pass_is_worse_that_has_less_than_no_step_would() {
         let candidates = [candidate("isolator_mode", &[59.0, 0.02])];
         // Steps of 3 and 4 standard deviations gain 12.5.
-        let long = Step::of((100.0, &fit(&[3.0 * STD, -4.0 * STD])), &candidates)
+        let long = Step::of(100.0, &fit(&[3.0 * STD, -4.0 * STD]), &candidates)
             .expect("a mount has numbers in columns");
         assert!(!long.is_worse(87.6));
         assert!(long.is_worse(87.4));

@@ -3,7 +3,6 @@
 //! Gravity is propagated by the gyros, corrected for their estimated errors. The remaining gyro errors are of the size
 //! of the undetectable effects; a slow rotation of the vertical is fitted with the accelerometers.
 
-
 use rlg_attitude::conventions::converted;
 use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;

@@ -68,7 +68,7 @@ impl<'a> LongRecording<'a> {
         of: DeclaredModel<'_>,
         progress: &dyn Fn(&str),
     ) -> Result<Outcome, InputError> {
-    let DeclaredModel { model, file } = of;
+        let DeclaredModel { model, file } = of;
         is_predictable(model, file)?;
         let Extent {
             ref name,

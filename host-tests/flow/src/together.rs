@@ -1,6 +1,5 @@
 //! Several recordings of one unit.
 
-
 use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::put_right::put_right;
 use rlg_diagnosis::search::Found;

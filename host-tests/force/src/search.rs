@@ -118,8 +118,7 @@ pub fn find(
         pass += 1;
         let residual_m_s = residual_m_s(made_of, model);
         let mut pool = Pool::default();
-        let mut candidates =
-            pool.candidates(made_of, delay_s, scope);
+        let mut candidates = pool.candidates(made_of, delay_s, scope);
         let mean = NoiseLevels::mean(&levels);
         let sums = equations(made_of, &residual_m_s, observations, &pool, mean);
         candidates.retain(|one| {

@@ -76,7 +76,12 @@ impl Vertical {
 
     /// Specific force at the body's origin on the rows of its recording \[m/s²\].
     pub fn force_m_s2(&self, readings: &Readings, piece: &Piece, carried: &Carried) -> Triad {
-        carried.in_body(readings, piece, self.gravity_m_s2 * self.up, self.turning_rad_s)
+        carried.in_body(
+            readings,
+            piece,
+            self.gravity_m_s2 * self.up,
+            self.turning_rad_s,
+        )
     }
 
     /// Derivative of that force by each unknown \[m/s² per rad, per rad/s\].

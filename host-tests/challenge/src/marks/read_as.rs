@@ -30,7 +30,7 @@ impl ReadAs {
         recording: &Recording,
         of: DeclaredModel<'_>,
     ) -> Result<Outcome, InputError> {
-    let DeclaredModel { model, file } = of;
+        let DeclaredModel { model, file } = of;
         match self {
             Self::Whole => diagnose_under(settings, recording, model, file, &|_| {}),
             Self::Long => {

@@ -1,6 +1,5 @@
 //! Diagnosis of a unit at rest, from its aligned channels to its findings.
 
-
 use rlg_findings::result::ForceNoiseEntry;
 use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
@@ -38,12 +37,7 @@ pub fn diagnose(
     };
     progress("searching the same rows shuffled");
     let recorder = Recorder {
-        rows: rows::search(
-            streams,
-            of.model,
-            (&first.left_rad, &first.parted),
-            (&settings.plan.rest, settings.seed),
-        ),
+        rows: rows::search(streams, of.model, &first.left_rad, &first.parted, settings),
         control: control::of_shuffled(&first, streams.rate_hz, &settings.plan, settings.seed),
     };
     let mut is_noise = first.is_noise;

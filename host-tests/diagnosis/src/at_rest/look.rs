@@ -1,12 +1,11 @@
 //! Analysis of rows of one rate: slow effects, lines, and the noise beside them.
 
-
 use rlg_catalogue::candidates::Variant;
 use rlg_findings::result::{EffectEntry, NoiseTermsEntry, UNLISTED};
 use rlg_inference::Observations;
 use rlg_inference::observations::runs;
-use rlg_model::{DeclaredModel, Model};
 use rlg_model::kinds::FAULT_KINDS;
+use rlg_model::{DeclaredModel, Model};
 use rlg_plan::Plan;
 use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
@@ -142,7 +141,7 @@ pub(super) fn look(
         .into_iter()
         .partition(is_located_or_fault);
     diagnosis.effects = others;
-    let slow = slow_effects(effects, (&data, &rest), is_as_recorded, plan);
+    let slow = slow_effects(effects, &data, &rest, is_as_recorded, plan);
     outcome.model = with_found(model, outcome.model, &slow);
     Ok(Some(Looked {
         outcome,

@@ -9,11 +9,11 @@ use rand_chacha::ChaCha8Rng;
 use rlg_findings::entries::{by_axis, unlisted};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, Model, ModelEffect};
-use rlg_plan::RestPlan;
 use rlg_signal::streams::{Streams, Triad};
 
 use super::noise_cycle::{self, Cycle};
 use super::row_rate::{self, RowRate};
+use crate::settings::Settings;
 
 /// Findings on the rows, as entries and in the model.
 #[derive(Debug, Clone, Default)]
@@ -39,10 +39,12 @@ pub(super) struct Parted {
 pub(super) fn search(
     streams: &Streams,
     model: &Model,
-    (left_rad, parted): (&Triad, &Parted),
-    (plan, seed): (&RestPlan, u64),
+    left_rad: &Triad,
+    parted: &Parted,
+    settings: &Settings,
 ) -> RowsFound {
     let Parted { fitted, held_out } = parted;
+    let (plan, seed) = (&settings.plan.rest, settings.seed);
     let rate = row_rate::row_rate(streams, fitted, held_out, plan)
         .filter(|_| !has_expression(model, "row_rate("));
     let rate = rate.map(|rate| rate_entry(&rate, streams.rate_hz));

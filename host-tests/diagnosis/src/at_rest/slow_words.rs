@@ -20,7 +20,8 @@ use crate::data::Data;
 /// `is_judged`: true if the noise is compared with the model's declaration.
 pub(super) fn slow_effects(
     mut effects: Vec<EffectEntry>,
-    (data, rest): (&Data, &AtRest),
+    data: &Data,
+    rest: &AtRest,
     is_judged: bool,
     plan: &Plan,
 ) -> Vec<EffectEntry> {
@@ -30,7 +31,7 @@ pub(super) fn slow_effects(
     });
     for effect in &mut effects {
         match &*effect.kind {
-            BIAS => open_to_the_earth(effect, (data, rest), plan),
+            BIAS => open_to_the_earth(effect, data, rest, plan),
             // If the values are multiples of the pulse, the cause is unambiguous.
             "pulse_quantisation" if !data.lattice.is_any() => coarse(effect),
             _ => {}
@@ -89,7 +90,7 @@ fn coarse(effect: &mut EffectEntry) {
 }
 
 /// Adds to a bias its uncertainty by the Earth's rotation, and the kinds from which it is not distinguishable.
-fn open_to_the_earth(effect: &mut EffectEntry, (data, rest): (&Data, &AtRest), plan: &Plan) {
+fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest, plan: &Plan) {
     let mut bias_rad_s = Vector3::zeros();
     let mut gyros = Vec::new();
     for parameter in &effect.parameters {

@@ -139,8 +139,9 @@ pub fn diagnose_also<T>(
         &fitted,
         &mut together,
         &confirmed,
-        (&faults, Beside::Whole(Box::new(whole))),
-        (model, seed, plan),
+        &faults,
+        Beside::Whole(Box::new(whole)),
+        settings,
     );
     outcome.diagnosis.summary.extend(lines);
     outcome.diagnosis.tell(tested_on);

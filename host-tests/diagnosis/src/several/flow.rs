@@ -64,7 +64,14 @@ pub fn diagnose_also<T>(
         }
     }
     let searched = until_none_falls(left_out, progress, |without| {
-        let mut together = find(&mut fitted, Scope { plan, left_out: without }, progress)?;
+        let mut together = find(
+            &mut fitted,
+            Scope {
+                plan,
+                left_out: without,
+            },
+            progress,
+        )?;
         progress("trying the search on these recordings");
         let tested_on = together.self_test(None, plan, seed);
         progress("confirming the findings");
@@ -90,8 +97,9 @@ pub fn diagnose_also<T>(
         &fitted,
         &mut together,
         &confirmed,
-        (&faults, Beside::HeldOut(held_out)),
-        (model, seed, plan),
+        &faults,
+        Beside::HeldOut(held_out),
+        settings,
     );
     outcome.diagnosis.tell(tested_on);
     Ok(Some((outcome, together.found.iter().map(also).collect())))

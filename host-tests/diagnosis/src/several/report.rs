@@ -1,6 +1,5 @@
 //! Joins the findings of the recordings into one report.
 
-use rlg_plan::Plan;
 use std::collections::BTreeSet;
 
 use rlg_findings::result::{
@@ -9,8 +8,8 @@ use rlg_findings::result::{
 };
 use rlg_findings::sentences::opening;
 use rlg_findings::updated_model::switch_on;
+use rlg_model::EffectValue;
 use rlg_model::kinds::NOISE_KINDS;
-use rlg_model::{EffectValue, Model};
 use rlg_signal::fault::Fault;
 
 use crate::confirm::Confirmed;
@@ -18,6 +17,7 @@ use crate::data::Data;
 use crate::findings::written;
 use crate::outcome::Outcome;
 use crate::pictures::Pictures;
+use crate::settings::Settings;
 use crate::sharing::Together;
 
 /// Findings of one recording, before they are joined.
@@ -61,8 +61,9 @@ pub(crate) fn outcome(
     all: &[Data],
     together: &mut Together,
     confirmed: &Confirmed,
-    (faults, beside): (&[Vec<Fault>], Beside),
-    (model, seed, plan): (&Model, u64, &Plan),
+    faults: &[Vec<Fault>],
+    beside: Beside,
+    settings: &Settings,
 ) -> Outcome {
     let each: Vec<OfRecording> = (0..all.len())
         .map(|recording| {
@@ -71,11 +72,12 @@ pub(crate) fn outcome(
                 recording,
                 together,
                 confirmed,
-                (&faults[recording], seed, plan),
+                &faults[recording],
+                settings,
             )
         })
         .collect();
-    let mut model = model.clone();
+    let mut model = all[0].model.clone();
     for (recording, one) in each.iter().enumerate() {
         let name = &all[recording].streams.piece.recording;
         for (place, effect) in one.added.iter().enumerate() {
@@ -155,11 +157,12 @@ fn of_recording(
     recording: usize,
     together: &mut Together,
     confirmed: &Confirmed,
-    (faults, seed, plan): (&[Fault], u64, &Plan),
+    faults: &[Fault],
+    settings: &Settings,
 ) -> OfRecording {
     let share = confirmed.share(together, data, recording);
     let of = together.of(data, recording);
-    let (outcome, added) = written(of, &share, faults, seed, plan);
+    let (outcome, added) = written(of, &share, faults, settings.seed, &settings.plan);
     OfRecording {
         outcome,
         added,

@@ -48,11 +48,7 @@ pub(crate) struct Standing {
 }
 
 /// Finds the best set of all recordings; `None` where too few rows of one can be fitted.
-pub(crate) fn find(
-    all: &mut [Data],
-    scope: Scope,
-    progress: &dyn Fn(&str),
-) -> Option<Together> {
+pub(crate) fn find(all: &mut [Data], scope: Scope, progress: &dyn Fn(&str)) -> Option<Together> {
     let standing = stand(all, Kin::Recordings, scope, progress)?;
     Some(standing.judged(None, scope.plan))
 }
@@ -324,7 +320,7 @@ impl Recording {
         let Self { pass, rows } = self;
         let mut path = path_of(&fit, &pass.candidates, &scope.plan.rates);
         path.delay_s = delay_s.unwrap_or(path.delay_s);
-        let begun = Begun::behind((pass, fit), path, data, &rows);
+        let begun = Begun::behind(pass, fit, path, data, &rows);
         Self {
             pass: begun.linearised(data, &rows, scope),
             rows,
@@ -373,9 +369,7 @@ fn join_delays(
         .into_iter()
         .zip(all.iter_mut())
         .zip(fits)
-        .map(|((one, data), fit)| {
-            one.linearised_about(data, fit.clone(), Some(delay_s), scope)
-        })
+        .map(|((one, data), fit)| one.linearised_about(data, fit.clone(), Some(delay_s), scope))
         .collect();
 }
 

@@ -113,7 +113,8 @@ impl Align {
         let accelerometer = model.accelerometer.take();
         let spinner = terminal.spinner("reading");
         let steps = Steps::new(terminal, &spinner);
-        let mut outcome = self.outcome(DeclaredModel::new(&model, &model_file), terminal, &steps)?;
+        let mut outcome =
+            self.outcome(DeclaredModel::new(&model, &model_file), terminal, &steps)?;
         spinner.finish_and_clear();
         outcome.model.accelerometer = accelerometer;
         let registration = Registration::of(&outcome.diagnosis);
@@ -132,7 +133,7 @@ impl Align {
         terminal: &Terminal,
         steps: &Steps<'_>,
     ) -> Result<Outcome, InputError> {
-    let model = of.model;
+        let model = of.model;
         let recording = Recording::read(&self.recording)?;
         check_plausible(&self.recording, &recording, model, self.anyway, terminal)?;
         steps.expect(work(&recording, model), rows(&recording));
@@ -169,7 +170,7 @@ impl Align {
         of: DeclaredModel<'_>,
         progress: &dyn Fn(&str),
     ) -> Result<Option<Outcome>, InputError> {
-    let DeclaredModel { model, file } = of;
+        let DeclaredModel { model, file } = of;
         progress("aligning the channels");
         let settings = self.settings();
         let Aligned {

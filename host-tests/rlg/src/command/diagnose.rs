@@ -345,7 +345,7 @@ impl Diagnose {
         held_out: &[bool],
         (check, expect, progress): Told<'_>,
     ) -> Result<Outcome, InputError> {
-    let model = of.model;
+        let model = of.model;
         let mut aligned = Vec::with_capacity(self.recordings.len());
         let mut all_rows = 0;
         for (folder, held_out) in self.recordings.iter().zip(held_out) {

@@ -45,10 +45,7 @@ pub(super) fn gather(
         }
     }
     if file.is_file() {
-        provenance.push((
-            "SHA-256",
-            format!("{} {}", sum(file)?, name(file)),
-        ));
+        provenance.push(("SHA-256", format!("{} {}", sum(file)?, name(file))));
     }
     Ok(Beside {
         provenance,

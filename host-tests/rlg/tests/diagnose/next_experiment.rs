@@ -52,14 +52,24 @@ impl Case<'_> {
         let settings = Settings::default();
         let file = Path::new("model.toml");
         let (streams, model) = self.streams(&motion, 11);
-        let before = diagnose_streams(&settings, streams, rlg::model::DeclaredModel::new(&model, file), &|_| {});
+        let before = diagnose_streams(
+            &settings,
+            streams,
+            rlg::model::DeclaredModel::new(&model, file),
+            &|_| {},
+        );
         let before = before.expect("a diagnosis").diagnosis;
         let proposed = before.experiment.as_ref();
         let proposed = proposed.unwrap_or_else(|| panic!("{}", before.next_experiment));
         let (again, _) = self.streams(&motion, 11);
         let (experiment, _) = self.streams(&format!("{STILL}{}{STILL}", moves(proposed)), 12);
         let both = vec![again.into(), experiment.into()];
-        let after = diagnose_together(&settings, both, rlg::model::DeclaredModel::new(&model, file), &|_| {});
+        let after = diagnose_together(
+            &settings,
+            both,
+            rlg::model::DeclaredModel::new(&model, file),
+            &|_| {},
+        );
         (before, after.expect("a diagnosis").diagnosis)
     }
 }

@@ -59,7 +59,13 @@ fn rounded_increments_are_no_pulses() {
     }
     let file = Path::new("model.toml");
     let settings = rlg_diagnosis::Settings::default();
-    let outcome = diagnose(&settings, &mut streams, &[], rlg::model::DeclaredModel::new(model, file), &|_| {});
+    let outcome = diagnose(
+        &settings,
+        &mut streams,
+        &[],
+        rlg::model::DeclaredModel::new(model, file),
+        &|_| {},
+    );
     let diagnosis = outcome.expect("a model").expect("rows enough").diagnosis;
     assert_ne!(diagnosis.verdict, Verdict::Matches);
     for named in ["pulse_quantisation", "counter_slip", "lock_in"] {
