@@ -87,6 +87,8 @@ pub mod self_test;
 
 mod sharing;
 
+mod together;
+
 mod sums;
 
 pub mod reenact;

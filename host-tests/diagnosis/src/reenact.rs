@@ -15,7 +15,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use super::case_motion::{Measured, estimate_from};
 use super::data::Data;
 use super::search::{Found, effect_rad};
-use super::sharing::{Together, set_of, with_noise_of};
+use super::sharing::{set_of, with_noise_of};
+use super::together::Together;
 use rlg_signal::streams::{Triad, add, add_triad, each_axis};
 
 /// Parametric bootstrap of the recording under the hypothesis that an effect is absent.

@@ -28,8 +28,8 @@ use crate::goodness::Misfit;
 use crate::outcome::Outcome;
 use crate::search::Found;
 use crate::settings::Settings;
-use crate::sharing::Together;
 use crate::sums::Recordings;
+use crate::together::Together;
 
 /// Narrowband features of all gyros.
 pub(super) struct Narrow {

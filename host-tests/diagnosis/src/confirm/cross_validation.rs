@@ -14,8 +14,9 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
 
 use crate::data::Data;
 use crate::search::{Found, left_by};
-use crate::sharing::{Together, set_of, with_noise_of};
+use crate::sharing::{set_of, with_noise_of};
 use crate::sums::Recordings;
+use crate::together::Together;
 use crate::whitened::{Whitener, columns_of};
 
 /// Cross-validation of a member over blocks of the fitted rows, each block predicted from the others.

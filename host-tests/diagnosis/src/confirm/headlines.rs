@@ -12,7 +12,8 @@ use rlg_signal::streams::{Triad, add};
 
 use crate::data::Data;
 use crate::search::{Found, effect_rad, left_by};
-use crate::sharing::{RECORDS, Shared, Together, in_recording, with_noise_of};
+use crate::sharing::{RECORDS, Shared, in_recording, with_noise_of};
+use crate::together::Together;
 
 /// Candidate with the fewest free parameters among a member and its rivals; of an expression, also among the rivals with
 /// more parameters that explain as much.

@@ -12,8 +12,8 @@ use rlg_plan::Plan;
 use crate::goodness::Misfit;
 use crate::reenact::{Named, Reenactment, reenact};
 use crate::search::Found;
-use crate::sharing::Together;
 use crate::sums::Recordings;
+use crate::together::Together;
 
 mod cross_validation;
 

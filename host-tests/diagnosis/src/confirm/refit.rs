@@ -14,8 +14,9 @@ use crate::lock_in::Stops;
 use crate::noise_levels::{drift_prior, joint_drift};
 use crate::pass::left_on;
 use crate::search::Found;
-use crate::sharing::{RECORDS, Shared, Together, with_noise_of};
+use crate::sharing::{RECORDS, Shared, with_noise_of};
 use crate::sums::Recordings;
+use crate::together::Together;
 use crate::told::told;
 
 /// Refitted headlines.

@@ -6,7 +6,8 @@ use super::{Confirmed, ConfirmedSet};
 use crate::data::Data;
 use crate::goodness::Misfit;
 use crate::search::left_by;
-use crate::sharing::{Sharing, Together, with_noise_of};
+use crate::sharing::{Sharing, with_noise_of};
+use crate::together::Together;
 
 /// Members that a recording reports: its own, and common ones if it is the first that has them.
 pub struct Share {

@@ -34,9 +34,10 @@ use crate::search::Found;
 use crate::settings::{Scope, Settings};
 use crate::several::report::{Beside, Whole, outcome};
 use crate::several::search::stand;
-use crate::sharing::{Kin, Together, in_recording, with_noise_of};
+use crate::sharing::{Kin, in_recording, with_noise_of};
 use crate::summary::unlike_noise;
 use crate::sums::{Recordings, Summed, Sums};
+use crate::together::Together;
 use crate::validate::validate;
 
 /// Kind that a stretch cannot show: it needs an attitude since the recording's beginning.

@@ -22,8 +22,9 @@ use crate::outcome::Outcome;
 use crate::pass::subtract;
 use crate::search::Found;
 use crate::settings::{Scope, Settings};
-use crate::sharing::{Shared, Sharing, Together, with_noise_of};
+use crate::sharing::{Shared, Sharing, with_noise_of};
 use crate::sums::Recordings;
+use crate::together::Together;
 use crate::validate::validate;
 
 /// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments; `None` where too few

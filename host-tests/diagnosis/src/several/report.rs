@@ -18,7 +18,7 @@ use crate::findings::written;
 use crate::outcome::Outcome;
 use crate::pictures::Pictures;
 use crate::settings::Settings;
-use crate::sharing::Together;
+use crate::together::Together;
 
 /// Findings of one recording, before they are joined.
 struct OfRecording {

@@ -18,9 +18,10 @@ use crate::search::{Found, is_seen};
 use crate::settings::Scope;
 use crate::settle::{Begun, Rows, Settled, settle};
 use crate::sharing::{
-    Kin, RECORDS, Shared, Sharing, Together, in_recording, seen_by, spelt_out, with_noise_of,
+    Kin, RECORDS, Shared, Sharing, in_recording, seen_by, spelt_out, with_noise_of,
 };
 use crate::sums::Side;
+use crate::together::Together;
 
 /// State of one recording between two passes.
 struct Recording {
