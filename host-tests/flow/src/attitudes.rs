@@ -32,12 +32,11 @@ pub(super) fn diagnose(
         &settings.plan.signal.lost_rows,
         |recording, model| rlg_attitude::beside_gyros(recording, model, &settings.plan),
     )?;
-    let run = |settings: &Settings, model: &Model| {
-        let of = (model, model_file);
+    let run = |settings: &Settings, of: DeclaredModel<'_>| {
         let found = rlg_attitude::diagnose(settings, &whole.recording, of, progress)?;
         Ok(found.map(|one| (one.outcome, one.corrected)))
     };
-    let found = second_pass::until_nothing_returns(settings, model, progress, run)?;
+    let found = second_pass::until_nothing_returns(settings, of, progress, run)?;
     let Some((mut outcome, corrected)) = found else {
         let why = "fewer than two attitudes lie within the gyros' record";
         return Ok(unusable(&recording.name, settings, why, model));

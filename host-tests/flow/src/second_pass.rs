@@ -7,7 +7,7 @@
 use std::collections::BTreeSet;
 
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED, Verdict};
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
 use rlg_model::catalogue::CATALOGUE;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_plan::JudgementPlan;
@@ -40,9 +40,9 @@ impl Again {
 /// Those of `run`.
 pub(crate) fn until_nothing_returns<T>(
     settings: &Settings,
-    model: &Model,
+    of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
-    mut run: impl FnMut(&Settings, &Model) -> Result<Option<(Outcome, T)>, InputError>,
+    mut run: impl FnMut(&Settings, DeclaredModel<'_>) -> Result<Option<(Outcome, T)>, InputError>,
 ) -> Result<Option<(Outcome, T)>, InputError> {
     let mut returned: Vec<Again> = Vec::new();
     loop {
@@ -52,7 +52,7 @@ pub(crate) fn until_nothing_returns<T>(
             left_out,
             ..*settings
         };
-        let Some((mut first, also)) = run(&without(&left_out), model)? else {
+        let Some((mut first, also)) = run(&without(&left_out), of)? else {
             return Ok(None);
         };
         let found = kinds_to_check(&first.diagnosis, &left_out);
@@ -60,7 +60,8 @@ pub(crate) fn until_nothing_returns<T>(
         if !found.is_empty() {
             progress("fitting once more from the written model");
             let others = others(&found);
-            if let Some((second, _)) = run(&without(&others), &first.model)? {
+            let written = DeclaredModel::new(&first.model, of.file);
+            if let Some((second, _)) = run(&without(&others), written)? {
                 let plan = &settings.plan.judgement;
                 again = found_again(&first.diagnosis, &second.diagnosis, &found, plan);
             }

@@ -61,14 +61,14 @@ pub fn diagnose_together(
     let sensed =
         |(streams, faults): &(Streams, Vec<Fault>)| (streams.sensed_rad.clone(), faults.clone());
     let kept: Vec<_> = all.iter().map(sensed).collect();
-    let run = |settings: &Settings, model: &Model| {
+    let run = |settings: &Settings, of: DeclaredModel<'_>| {
         for ((streams, faults), (sensed_rad, own)) in all.iter_mut().zip(&kept) {
             streams.sensed_rad.clone_from(sensed_rad);
             faults.clone_from(own);
         }
-        several::diagnose_also(settings, &mut all, (model, model_file), progress, noise)
+        several::diagnose_also(settings, &mut all, of, progress, noise)
     };
-    let found = second_pass::until_nothing_returns(settings, model, progress, run)?;
+    let found = second_pass::until_nothing_returns(settings, of, progress, run)?;
     let Some((mut outcome, noises)) = found else {
         let why = "one of the recordings has too few rows with all channels measured";
         return Ok(unusable(&names.join(" + "), settings, why, model));
