@@ -12,8 +12,8 @@ use rlg_diagnosis::summary::no_channel;
 use rlg_findings::absolute;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{
-    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, ExperimentEntry, FitEntry, NoiseEntry,
-    ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
+    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, ExperimentEntry, FORMAT, FitEntry,
+    NoiseEntry, ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
 };
 use rlg_findings::updated_model::{say_choice, switch_on};
 use rlg_model::{EffectValue, ModelEffect};
@@ -113,7 +113,7 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     }
     let experiment = promise::promised(said);
     let mut diagnosis = Diagnosis {
-        format: 1,
+        format: FORMAT,
         recording: observed.recording.name.clone(),
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed: said.seed,

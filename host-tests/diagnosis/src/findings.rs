@@ -9,7 +9,9 @@ use rlg_catalogue::signals::AXES;
 use rlg_findings::absolute;
 use rlg_findings::entries::noise as noise_entry;
 use rlg_findings::excess::{Excess, WALK};
-use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, LocationEntry, NoiseEntry, Verdict};
+use rlg_findings::result::{
+    Diagnosis, EffectEntry, FORMAT, FitEntry, LocationEntry, NoiseEntry, Verdict,
+};
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::events::scan;
 use rlg_inference::normal_equations::Transform;
@@ -135,7 +137,7 @@ pub(super) fn written(
     };
     let relative_residual = relative_residual::entry(&rows, &beside_motion, &plan.signal.coherence);
     let mut diagnosis = Diagnosis {
-        format: 1,
+        format: FORMAT,
         recording: streams.piece.recording.clone(),
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed,

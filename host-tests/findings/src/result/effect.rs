@@ -1,10 +1,11 @@
 //! Effects in `diagnosis.json`: parameters, evidence, regimes.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
 /// One parameter.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 #[serde(untagged)]
 pub enum ParameterEntry {
     /// Estimate with its standard deviation.
@@ -38,7 +39,7 @@ impl EffectEntry {
 }
 
 /// Estimable combination of parameters.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Identifiable {
     /// Parameter → weight.
     pub combination: BTreeMap<String, f64>,
@@ -49,7 +50,7 @@ pub struct Identifiable {
 }
 
 /// One effect.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct EffectEntry {
     /// Contract's kind.
     pub kind: String,
@@ -85,7 +86,7 @@ pub struct EffectEntry {
 }
 
 /// Strength of the evidence for an effect.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct EvidenceEntry {
     /// `named`, or `class` if this recording cannot distinguish it from another kind or from drift.
     pub label: &'static str,
@@ -114,7 +115,7 @@ impl EffectEntry {
 }
 
 /// Amplitude in a regime.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct RegimeEntry {
     /// Name.
     pub name: String,

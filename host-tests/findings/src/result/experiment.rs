@@ -1,9 +1,10 @@
 //! Next experiment in `diagnosis.json`: moves, predicted separations and precisions.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Predicted benefit of the next experiment, from the Fisher information of its motion under this recording's noise.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ExperimentEntry {
     /// Description of the experiment.
     pub programme: String,
@@ -21,7 +22,7 @@ pub struct ExperimentEntry {
 }
 
 /// One move of a table, as in a scenario.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct MoveEntry {
     /// `still`, `coning` or `spin`.
     pub kind: &'static str,
@@ -44,7 +45,7 @@ pub struct MoveEntry {
 }
 
 /// Distance between an effect of the estimated size and the nearest effect of a rival kind \[σ\].
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SeparationEntry {
     /// Kind assumed true.
     pub truth: String,
@@ -68,7 +69,7 @@ impl SeparationEntry {
 }
 
 /// Standard deviation of a parameter of a found effect, here and in the experiment.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct PrecisionEntry {
     /// The parameter.
     pub name: String,

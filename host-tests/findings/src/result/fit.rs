@@ -1,11 +1,12 @@
 //! Fit and noise in `diagnosis.json`: figures by channel and recording, noise terms.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 use crate::numbers::SIGNIFICANT_SIGMAS;
 
 /// Fit before and after.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FitEntry {
     /// Fitted times \[s\].
     pub fitted_on: Vec<[f64; 2]>,
@@ -24,7 +25,7 @@ pub struct FitEntry {
 }
 
 /// Use of a recording longer than memory.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct WholeEntry {
     /// Block rate of the summed rows \[Hz\].
     pub blocks_per_s: f64,
@@ -41,7 +42,7 @@ pub struct WholeEntry {
 }
 
 /// One recording of several.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct RecordingEntry {
     /// Its name.
     pub recording: String,
@@ -56,7 +57,7 @@ pub struct RecordingEntry {
 }
 
 /// One channel before and after.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ChannelEntry {
     /// `gyro_x`, `accel_x`, ...
     pub channel: String,
@@ -72,7 +73,7 @@ pub struct ChannelEntry {
 }
 
 /// Figures of one gyro.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct FiguresEntry {
     /// Mean rate \[rad/s\].
     pub drift_rad_s: f64,
@@ -87,7 +88,7 @@ pub struct FiguresEntry {
 }
 
 /// Noise of one gyro.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct NoiseEntry {
     /// `gyro_x`, ...
     pub channel: String,
@@ -104,7 +105,7 @@ pub struct NoiseEntry {
 }
 
 /// Noise terms of IEEE 952 of one gyro, from a joint fit.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct NoiseTermsEntry {
     /// Angle random walk N \[rad/√s\].
     pub angle_random_walk_rad_sqrt_s: LevelEntry,
@@ -117,7 +118,7 @@ pub struct NoiseTermsEntry {
 }
 
 /// A level with its standard deviation.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct LevelEntry {
     /// Value.
     pub value: f64,
@@ -147,7 +148,7 @@ impl LevelEntry {
 }
 
 /// Noise of one accelerometer.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ForceNoiseEntry {
     /// `accel_x`, ...
     pub channel: String,
@@ -161,7 +162,7 @@ pub struct ForceNoiseEntry {
 }
 
 /// Noise terms of IEEE 952 of one accelerometer at rest.
-#[derive(Debug, Clone, Copy, Serialize)]
+#[derive(Debug, Clone, Copy, Serialize, JsonSchema)]
 pub struct ForceTermsEntry {
     /// Velocity random walk N \[m/s/√s\].
     pub velocity_random_walk_m_s_sqrt_s: LevelEntry,

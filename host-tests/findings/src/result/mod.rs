@@ -2,6 +2,7 @@
 //!
 //! SI units. Names and meanings are fixed by the contract; fields beyond it are additions.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
 
@@ -21,7 +22,7 @@ pub use fit::{
 pub use self_test::{SelfTestEntry, SelfTestKind, SelfTestPoint};
 
 /// Verdict of the diagnosis, in one word.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq, Serialize, JsonSchema)]
 #[serde(rename_all = "snake_case")]
 pub enum Verdict {
     /// The model explains the recording.
@@ -43,10 +44,18 @@ impl Verdict {
     }
 }
 
+/// Version of the file's form; a reader may rely on every field of its own version.
+///
+/// It is raised when a field is removed or renamed, or its type, unit or meaning changes. A field or a word that is added
+/// does not raise it: readers pass over what they do not know.
+pub const FORMAT: u32 = 1;
+
 /// The whole file.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Diagnosis {
-    /// Format of this file.
+    /// Version of this form: raised when a field is removed or renamed, or its type, unit or meaning changes; not when one
+    /// is added.
+    #[schemars(extend("const" = FORMAT))]
     pub format: u32,
     /// Name of the recording.
     pub recording: String,
@@ -100,7 +109,7 @@ pub struct Diagnosis {
 }
 
 /// A threshold that differs from its default.
-#[derive(Debug, Clone, PartialEq, Serialize)]
+#[derive(Debug, Clone, PartialEq, Serialize, JsonSchema)]
 pub struct PlanEntry {
     /// Name, as `rlg plan` prints it with its section: `judgement.naming`.
     pub number: String,
@@ -155,7 +164,7 @@ impl Diagnosis {
     /// Diagnosis of an unusable recording, with the reason `why`.
     pub fn unusable(recording: &str, seed: u64, why: &str) -> Self {
         Self {
-            format: 1,
+            format: FORMAT,
             recording: recording.to_string(),
             version: env!("CARGO_PKG_VERSION").to_string(),
             seed,
@@ -189,7 +198,7 @@ impl Diagnosis {
 }
 
 /// Parameters of the alignment of two instruments.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct RegistrationEntry {
     /// Contract's kind.
     pub kind: String,
@@ -200,7 +209,7 @@ pub struct RegistrationEntry {
 }
 
 /// Residual of everything found, relative to the motion.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ResidualEntry {
     /// Ratio of the root mean squares of residual and motion, as turns over 0.1 s \[1\].
     pub share_of_motion: f64,
@@ -209,7 +218,7 @@ pub struct ResidualEntry {
 }
 
 /// Magnitude-squared coherence of readings and prediction in one octave.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct CoherenceEntry {
     /// Lower edge \[Hz\].
     pub low_hz: f64,
@@ -220,7 +229,7 @@ pub struct CoherenceEntry {
 }
 
 /// Control with shuffled rows.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct ControlEntry {
     /// Lines found in shuffled rows.
     pub lines: usize,
@@ -233,7 +242,7 @@ pub struct ControlEntry {
 }
 
 /// One location.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct LocationEntry {
     /// `gyro_x`, ...
     pub channel: String,
@@ -261,7 +270,7 @@ pub struct LocationEntry {
 }
 
 /// Channel coherent with a located mismatch.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct CoherentEntry {
     /// `gyro_x`, ...
     pub channel: String,
@@ -276,7 +285,7 @@ pub struct CoherentEntry {
 }
 
 /// Rejected kind.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct RunnerUp {
     /// Kind.
     pub kind: String,
@@ -303,7 +312,7 @@ impl RunnerUp {
 }
 
 /// Sensitivity of the recording to a kind.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct Sensitivity {
     /// Kind.
     pub kind: String,

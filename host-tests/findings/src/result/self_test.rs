@@ -1,9 +1,10 @@
 //! Monte Carlo self-test in `diagnosis.json`: false names, and detection by kind and strength.
 
+use schemars::JsonSchema;
 use serde::Serialize;
 
 /// Self-test of the search: trials with noise alone, and with effects added to it.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SelfTestEntry {
     /// Trials with noise alone: drawn at the fitted levels or, for attitudes, with the residual's scatter in each block.
     pub slides: usize,
@@ -18,7 +19,7 @@ pub struct SelfTestEntry {
 }
 
 /// One strength of injected effects.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SelfTestPoint {
     /// Matched-filter SNR.
     pub rho: f64,
@@ -33,7 +34,7 @@ pub struct SelfTestPoint {
 }
 
 /// One kind in the self-test.
-#[derive(Debug, Clone, Serialize)]
+#[derive(Debug, Clone, Serialize, JsonSchema)]
 pub struct SelfTestKind {
     /// Kind.
     pub kind: String,

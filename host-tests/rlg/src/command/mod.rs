@@ -43,6 +43,7 @@ mod paper;
 mod params;
 mod plan;
 mod replay;
+mod schema;
 mod simulate;
 mod steps;
 mod summarize;
@@ -93,6 +94,7 @@ enum Command {
     Paper(paper::PaperCommand),
     Plan(plan::PlanCommand),
     Replay(replay::ReplayCommand),
+    Schema(schema::SchemaCommand),
     Simulate(simulate::Simulate),
     Summarize(summarize::Summarize),
     Params(params::Params),
@@ -120,6 +122,7 @@ impl Command {
             Self::Paper(command) => command.run(terminal)?,
             Self::Plan(command) => command.run(terminal)?,
             Self::Replay(command) => command.run(terminal)?,
+            Self::Schema(command) => command.run()?,
             Self::Simulate(command) => command.run(terminal)?,
             Self::Summarize(command) => command.run(terminal)?,
             Self::Params(command) => command.run(terminal)?,

@@ -3,6 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
+use rlg_findings::result::FORMAT;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
@@ -207,12 +208,29 @@ impl Run {
     }
 }
 
+/// Version of a file's form.
+#[derive(Deserialize)]
+struct Form {
+    format: Option<u32>,
+}
+
 /// Reads a file; `None` if it does not exist.
 fn read_json<T: for<'a> Deserialize<'a>>(path: &Path) -> Result<Option<T>, InputError> {
     if !path.is_file() {
         return Ok(None);
     }
     let text = fs::read_to_string(path).map_err(|error| InputError::unreadable(path, &error))?;
+    if let Ok(Form {
+        format: Some(other),
+    }) = serde_json::from_str(&text)
+        && other != FORMAT
+    {
+        return Err(
+            InputError::new(path, "is in a form that this version does not read")
+                .value(format!("format {other}"))
+                .expected(format!("format {FORMAT}")),
+        );
+    }
     serde_json::from_str(&text).map(Some).map_err(|error| {
         InputError::new(path, format!("is no result of this version ({error})"))
             .expected("a file as rlg diagnose writes it")

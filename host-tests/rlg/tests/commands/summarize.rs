@@ -39,6 +39,29 @@ fn fleet(folder: &Path) {
 }
 
 #[test]
+fn a_result_in_another_form_is_refused_with_its_number() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let run = folder.path().join("unit-0");
+    results(&run, 1e-5);
+    let file = run.join("diagnosis.json");
+    let mut told: Value =
+        serde_json::from_str(&fs::read_to_string(&file).expect("text")).expect("JSON");
+    told["format"] = json!(2);
+    fs::write(&file, told.to_string()).expect("a file");
+    let said = rlg()
+        .args(["summarize", "--json"])
+        .arg(&run)
+        .output()
+        .expect("it runs");
+    let said =
+        String::from_utf8_lossy(&said.stdout).into_owned() + &String::from_utf8_lossy(&said.stderr);
+    assert!(
+        said.contains("format 2") && said.contains("format 1"),
+        "{said}"
+    );
+}
+
+#[test]
 fn csv_and_parquet_hold_the_same_and_the_page_says_what_stands_out() {
     let folder = tempfile::tempdir().expect("a folder");
     let all = folder.path().join("results");

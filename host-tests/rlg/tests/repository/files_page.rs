@@ -1,4 +1,5 @@
-//! `docs/files.md` and `docs/plan.md`: their tables equal the code's, and the code's tables list the keys of the readers.
+//! `docs/files.md`, `docs/plan.md` and `docs/diagnosis.schema.json` equal what the code makes, and the code's tables list the
+//! keys of the readers.
 
 use std::collections::BTreeSet;
 use std::fmt::Write as _;
@@ -9,6 +10,7 @@ use rlg::model::catalogue::{CATALOGUE, Value};
 use rlg::recording::Quantity;
 use rlg::recording::keys::{self, Key};
 use rlg_plan::Plan;
+use serde_json::Value as Json;
 
 use super::pages::root;
 
@@ -142,6 +144,86 @@ fn compare(page_name: &str, tables: &[(&str, String)]) {
             "{page_name} is stale: set {WRITE} and run this test, which writes it"
         );
     }
+}
+
+const SCHEMA: &str = "docs/diagnosis.schema.json";
+
+#[test]
+fn the_schema_is_that_of_the_code_and_a_change_that_breaks_readers_has_a_new_format() {
+    let path = root().join(SCHEMA);
+    let made = rlg_findings::schema::diagnosis().to_value();
+    let text = serde_json::to_string_pretty(&made).expect("JSON") + "\n";
+    let kept = fs::read_to_string(&path).expect("the schema");
+    let before: Json = serde_json::from_str(&kept).expect("JSON");
+    if format_of(&before) == format_of(&made) {
+        let broken = broken(&before, &made);
+        assert!(broken.is_empty(), "raise FORMAT: {broken:?}");
+    }
+    if std::env::var_os(WRITE).is_some() {
+        fs::write(&path, text).expect("the schema can be written");
+    } else {
+        assert!(
+            kept == text,
+            "{SCHEMA} is stale: set {WRITE} and run this test, which writes it"
+        );
+    }
+}
+
+fn format_of(schema: &Json) -> &Json {
+    &schema["properties"]["format"]["const"]
+}
+
+/// Returns the constraints of a schema, by path, on which a reader of its files relies: types, references, permitted words
+/// and which fields are always there. Descriptions are for people.
+fn relied_on(schema: &Json, path: &str, found: &mut BTreeSet<String>) {
+    match schema {
+        Json::Object(members) => {
+            for (name, member) in members.iter().filter(|(name, member)| {
+                !(member.is_string() && (*name == "description" || *name == "title"))
+            }) {
+                relied_on(member, &format!("{path}/{name}"), found);
+            }
+        }
+        // The order of members carries nothing.
+        Json::Array(members) => {
+            for member in members {
+                relied_on(member, path, found);
+            }
+        }
+        leaf => {
+            found.insert(format!("{path} = {leaf}"));
+        }
+    }
+}
+
+/// Returns what a reader of `before` relies on and `after` does not promise.
+fn broken(before: &Json, after: &Json) -> Vec<String> {
+    let [before, after] = [before, after].map(|schema| {
+        let mut found = BTreeSet::new();
+        relied_on(schema, "", &mut found);
+        found
+    });
+    before.difference(&after).cloned().collect()
+}
+
+#[test]
+fn a_field_may_be_added_but_not_taken_away_or_changed() {
+    let schema = |fields: Json, required: Json| serde_json::json!({"properties": fields, "required": required});
+    let number = || serde_json::json!({"type": "number", "description": "rate"});
+    let one = schema(serde_json::json!({"a": number()}), serde_json::json!(["a"]));
+    let both = schema(
+        serde_json::json!({"a": {"type": "number", "description": "turn rate"}, "b": number()}),
+        serde_json::json!(["a", "b"]),
+    );
+    assert_eq!(broken(&one, &both), [""; 0]);
+    assert_eq!(broken(&both, &one).len(), 2, "a field less");
+    let text = schema(
+        serde_json::json!({"a": {"type": "string"}}),
+        serde_json::json!(["a"]),
+    );
+    assert_eq!(broken(&one, &text), ["/properties/a/type = \"number\""]);
+    let optional = schema(serde_json::json!({"a": number()}), serde_json::json!([]));
+    assert_eq!(broken(&one, &optional), ["/required = \"a\""]);
 }
 
 /// Returns section and name of each key in a list, the top's tables apart.
