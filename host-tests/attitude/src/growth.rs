@@ -8,7 +8,9 @@ use nalgebra::Vector3;
 
 use crate::alignment::{Alignment, Free, GROUPS, in_order, places};
 use crate::coarse::Start;
-use crate::registration::{How, Point, Records, Registration, Steps, fitted, places_of, settle};
+use crate::registration::{
+    FitOptions, Point, Records, Registration, Steps, fitted, places_of, settle,
+};
 
 /// Groups selected about an alignment.
 pub(crate) struct Called {
@@ -163,12 +165,12 @@ impl Growth<'_> {
                 of_model: model,
                 alignment: &alignment,
             };
-            let how = How {
+            let options = FitOptions {
                 kept: &kept,
                 is_plain: true,
                 levels: None,
             };
-            let (_, fitting) = fitted(of_known, point, how)?;
+            let (_, fitting) = fitted(of_known, point, options)?;
             Some((fitting.fit.log_likelihood, alignment))
         });
         let best = tried.max_by(|a, b| a.0.total_cmp(&b.0));

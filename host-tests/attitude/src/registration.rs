@@ -64,7 +64,7 @@ pub(crate) struct Point<'a> {
 }
 
 /// Parameters and noise of a fit.
-pub(crate) struct How<'a> {
+pub(crate) struct FitOptions<'a> {
     /// Column indices of the estimated parameters.
     pub(crate) kept: &'a [usize],
     /// True for the reduced noise model.
@@ -84,15 +84,21 @@ pub(crate) fn fitted(
         of_model,
         alignment,
     }: Point,
-    how: How,
+    options: FitOptions,
 ) -> Option<(About, Fitting)> {
     let about = About::new(gyros, samples, stamps, alignment)?;
     let all = priced(about.columns(gyros.rate_hz), alignment, of_model);
     let own = all.into_iter().enumerate();
-    let own = own.filter(|(place, _)| how.kept.contains(place));
+    let own = own.filter(|(place, _)| options.kept.contains(place));
     let columns = own.map(|(_, column)| column).collect();
     let noise = &gyros.plan.noise;
-    let fitting = Fitting::new(&about.increments, columns, how.is_plain, how.levels, noise);
+    let fitting = Fitting::new(
+        &about.increments,
+        columns,
+        options.is_plain,
+        options.levels,
+        noise,
+    );
     Some((about, fitting))
 }
 
@@ -198,7 +204,7 @@ pub(crate) fn settle(
         }
         let alignment = walk.alignment.clone();
         let fitted = |known: &Stamps, levels: Option<Levels>| {
-            let how = How {
+            let options = FitOptions {
                 kept: &kept,
                 is_plain,
                 levels,
@@ -213,7 +219,7 @@ pub(crate) fn settle(
                     ..of
                 },
                 point,
-                how,
+                options,
             )
         };
         // Faults are detected anew in each pass: far from convergence a gyro error resembles a fault of the reference.
