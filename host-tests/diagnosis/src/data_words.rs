@@ -3,6 +3,9 @@
 use rlg_signal::fault::{Detail, Fault};
 use rlg_signal::streams::Streams;
 
+/// Owner of rows that all gyros lack.
+const RECORDING: &str = "the recording";
+
 /// Sentences for the summary.
 pub fn lines(streams: &Streams, faults: &[Fault]) -> Vec<String> {
     let mut left: Vec<&Fault> = faults.iter().collect();
@@ -34,7 +37,7 @@ pub fn sentence(streams: &Streams, alike: &[&Fault]) -> String {
         streams.begin_s(first.rows.start),
         streams.begin_s(alike[alike.len() - 1].rows.end),
     );
-    let channel = &first.channel;
+    let channel = rows_of(streams, first).unwrap_or(&first.channel);
     let between = format!("between {from_s:.3} and {to_s:.3} s");
     match (first.kind, first.detail) {
         (_, Detail::Hold { rows_per_reading }) => held(streams, alike, rows_per_reading),
@@ -110,6 +113,12 @@ fn held(streams: &Streams, alike: &[&Fault], rows_per_reading: f64) -> String {
         1e3 * age_rows / recorded_hz,
         streams.rate_hz
     )
+}
+
+/// Owner of lost rows in words, if it is no single channel.
+pub fn rows_of(streams: &Streams, fault: &Fault) -> Option<&'static str> {
+    let is_lost = fault.kind == "lost_samples" && streams.is_row_lost(fault.rows.start);
+    is_lost.then_some(RECORDING)
 }
 
 /// Number of places in words.

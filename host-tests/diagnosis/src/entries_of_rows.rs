@@ -41,10 +41,11 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
             std: 0.0,
             unit: "1".to_string(),
         });
+    let rows_of = data_words::rows_of(streams, fault);
     let said = match fault.detail {
         Detail::None => format!(
             "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
-            fault.channel
+            rows_of.unwrap_or(&fault.channel)
         ),
         _ => data_words::sentence(streams, &[fault]),
     };
@@ -68,6 +69,10 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         ]
         .into_iter()
         .chain(counted)
+        .chain(rows_of.map(|owner| ParameterEntry::Text {
+            name: "rows_of".to_string(),
+            value: owner.to_string(),
+        }))
         .collect(),
         covariance,
         identifiable: Vec::new(),

@@ -366,6 +366,12 @@ impl Streams {
         self.unmeasured.channel(row).unwrap_or_default().to_string()
     }
 
+    /// True if no gyro was measured in this row: the recorder lost it, and not one of its channels.
+    pub fn is_row_lost(&self, row: usize) -> bool {
+        let mut gyros = AXES.iter().map(|axis| format!("gyro_{axis}"));
+        gyros.all(|gyro| self.unmeasured.is_missing(&gyro, row))
+    }
+
     /// Mid-time of a row \[s\].
     pub fn middle_s(&self, row: usize) -> f64 {
         self.start_s + (row as f64 + 0.5) / self.rate_hz
