@@ -5,8 +5,9 @@ use maud::{Markup, html};
 use super::cell_marks::error_bar;
 use super::correlations;
 use super::lines;
+use super::terminal::{below_significance, fault_groups, is_time};
 use super::words::{
-    SIGNIFICANT_SIGMAS, Scale, chance, number, plain, rounded, symbols, with_spread,
+    SIGNIFICANT_SIGMAS, Scale, chance, number, plain, rounded, spaced, symbols, with_spread,
 };
 use rlg_findings::own_mode;
 use rlg_findings::result::{
@@ -36,15 +37,44 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
         @if !diagnosis.effects.is_empty() {
             section {
                 h2 { "What was left out" }
-                @let (lines, others): (Vec<_>, Vec<_>) = diagnosis.effects.iter().partition(|effect| lines::is_line(effect));
+                @let faults = fault_groups(diagnosis);
+                @let is_grouped = |effect: &EffectEntry| faults.iter().any(|(_, all)| all.iter().any(|one| std::ptr::eq(*one, effect)));
+                @let effects = diagnosis.effects.iter().filter(|effect| !is_grouped(effect));
+                @let (lines, others): (Vec<_>, Vec<_>) = effects.partition(|effect| lines::is_line(effect));
                 @for effect in others.iter().take(MOST_ROWS) {
                     @if others.len() > OPEN {
                         details { summary { b { (plain(&effect.kind)) } " " (gist(effect)) } (one(effect, &diagnosis.fit)) }
                     } @else { (one(effect, &diagnosis.fit)) }
                 }
                 (and_more(others.len()))
+                @for (said, members) in &faults { (alike(said, members)) }
                 @if !lines.is_empty() { (lines::table(diagnosis)) }
             }
+        }
+    }
+}
+
+/// Many faults of one kind, folded under their line.
+fn alike(said: &str, members: &[&EffectEntry]) -> Markup {
+    let time = |effect: &EffectEntry, wanted: &str| {
+        let known = numbers(effect).into_iter();
+        let mut known = known.filter(|one| one.name == wanted);
+        known
+            .next()
+            .map_or_else(String::new, |one| format!("{:.4}", one.value))
+    };
+    html! {
+        details {
+            summary { b { (plain(&members[0].kind)) } " " (said) }
+            div.scroll { table {
+                thead { tr { th { "of" } th { "from [s]" } th { "to [s]" } } }
+                tbody { @for effect in members.iter().take(MOST_ROWS) { tr {
+                    td { (effect.text("rows_of").or(effect.text("channel")).map(spaced).unwrap_or_default()) }
+                    td.number { (time(effect, "start_s")) }
+                    td.number { (time(effect, "end_s")) }
+                } } }
+            } }
+            (and_more(members.len()))
         }
     }
 }
@@ -213,22 +243,19 @@ fn known(effect: &EffectEntry) -> Markup {
         @for (name, value) in texts { p { (name) ": " code { (value) } } }
         @if combined {
             h4 { "What the recording fixes" }
-            (values(
+            (significant(
                 effect.identifiable.iter().map(|fixed| (combination(&fixed.combination), fixed.value, fixed.std)),
                 (factor, &unit),
             ))
         }
         @if !parameters.is_empty() {
-            @let single = values(
-                parameters.iter().map(|p| {
-                    let own = scale_of(p.unit).map_or(1.0, |scale| scale.factor);
-                    (p.name.to_owned(), p.value * own / factor, p.std * own / factor)
-                }),
-                (factor, &unit),
-            );
+            @let single = parameters.iter().map(|p| {
+                let own = scale_of(p.unit).map_or(1.0, |scale| scale.factor);
+                (p.name.to_owned(), p.value * own / factor, p.std * own / factor)
+            });
             @if combined {
-                details { summary { "Single values, as they stand in the model" } (single) }
-            } @else { (single) }
+                details { summary { "Single values, as they stand in the model" } (values(single, (factor, &unit))) }
+            } @else { (significant(single, (factor, &unit))) }
         }
         (correlations::table(effect))
     }
@@ -285,6 +312,23 @@ fn confidence(effect: &EffectEntry, parameters: &[Parameter]) -> (String, f64) {
     best.map_or((String::new(), 0.0), |(ratio, fixed)| {
         (combination(&fixed.combination), ratio)
     })
+}
+
+/// Table of the values beyond [`SIGNIFICANT_SIGMAS`], or of all if none is; the others are named below it.
+fn significant(rows: impl Iterator<Item = (String, f64, f64)>, scale: (f64, &str)) -> Markup {
+    let is_beyond = |(name, value, std): &(String, f64, f64)| {
+        is_time(name) || value.abs() > SIGNIFICANT_SIGMAS * std
+    };
+    let (beyond, others): (Vec<_>, Vec<_>) = rows.partition(is_beyond);
+    let (rows, below) = match beyond.is_empty() {
+        true => (others, Vec::new()),
+        false => (beyond, others),
+    };
+    let below: Vec<&str> = below.iter().map(|(name, ..)| name.as_str()).collect();
+    html! {
+        (values(rows.into_iter(), scale))
+        @if let Some(below) = below_significance(&below) { p.note { (below) "." } }
+    }
 }
 
 fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, &str)) -> Markup {

@@ -7,13 +7,14 @@ use maud::{Markup, html};
 
 use super::chart::{self, Chart};
 use super::corrected;
+use super::terminal::{QUIET, quieter};
 use super::words::{Scale, chance, number, rounded, spaced};
 use rlg_findings::absolute::share_percent;
 use rlg_findings::result::{ChannelEntry, Diagnosis, FiguresEntry};
 use rlg_recording::AXES;
 
-/// Power over noise above which three digits suffice.
-const MOST_WRITTEN_OUT: f64 = 100.0;
+/// Powers over noise written with three decimals; others have three digits.
+const WRITTEN_OUT: std::ops::Range<f64> = 0.1..100.0;
 
 /// Section: table, with the section on locations next to it, and spectra.
 pub fn held_out(diagnosis: &Diagnosis, spectra: &[Chart], places: &Markup) -> Markup {
@@ -86,7 +87,7 @@ fn table(channels: &[ChannelEntry], both: bool) -> Markup {
             }
         }
     };
-    let power = |value: f64| match value < MOST_WRITTEN_OUT {
+    let power = |value: f64| match WRITTEN_OUT.contains(&value) {
         true => format!("{value:.3}"),
         false => number(rounded(value)),
     };
@@ -118,7 +119,9 @@ fn table(channels: &[ChannelEntry], both: bool) -> Markup {
             @if let Some(first) = channels.first() {
                 " (judged up to " (number(first.band_hz[1].round())) " Hz)"
             }
-            ", then over everything held out. White: chance that a residual without structure looks like this."
+            ", then over everything held out."
+            @if let Some(said) = quieter(channels) { " Below " (QUIET) ": " (said) "." }
+            " White: chance that a residual without structure looks like this."
         }
     }
 }

@@ -8,7 +8,7 @@ use std::io::{self, Write as _};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
-use console::style;
+use console::{Term, style};
 use indicatif::{ProgressBar, ProgressDrawTarget, ProgressState, ProgressStyle};
 use serde::Serialize;
 
@@ -16,6 +16,9 @@ use crate::error::InputError;
 
 /// Redraws of a progress bar a second: enough for a live display, at no cost.
 const REDRAW_HZ: u8 = 10;
+
+/// Width of a page of text without a terminal \[characters\].
+const WIDTH: usize = 80;
 
 /// Time between the steps of a spinner.
 const SPIN: Duration = Duration::from_millis(100);
@@ -208,6 +211,16 @@ impl Terminal {
             spinner.enable_steady_tick(SPIN);
         }
         spinner
+    }
+
+    /// Returns the width of the stream of words \[characters\]: [`WIDTH`] if it is no terminal.
+    pub fn width(&self) -> usize {
+        let stream = match self.results {
+            Results::Words => Term::stdout(),
+            _ => Term::stderr(),
+        };
+        let size = stream.is_term().then(|| stream.size_checked()).flatten();
+        size.map_or(WIDTH, |(_, columns)| columns.into())
     }
 
     fn target(&self) -> ProgressDrawTarget {

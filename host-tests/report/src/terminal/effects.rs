@@ -48,6 +48,22 @@ fn group(effect: &EffectEntry) -> Group<'_> {
     }
 }
 
+/// Faults of the data that are alike: many places of one kind, and their line.
+pub(crate) fn fault_groups(diagnosis: &Diagnosis) -> Vec<(String, Vec<&EffectEntry>)> {
+    let mut groups: Vec<(&str, Vec<&EffectEntry>)> = Vec::new();
+    for effect in &diagnosis.effects {
+        if let Group::Fault(kind) = group(effect) {
+            match groups.iter_mut().find(|(known, _)| *known == kind) {
+                Some((_, members)) => members.push(effect),
+                None => groups.push((kind, vec![effect])),
+            }
+        }
+    }
+    groups.retain(|(_, members)| members.len() > 1);
+    let members = groups.into_iter().map(|(_, members)| members);
+    members.map(|members| (faults(&members), members)).collect()
+}
+
 /// Names and sizes of all effects and of the registration, in the order of their lines.
 pub(super) fn said(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     let mut groups: Vec<(Group<'_>, Vec<&EffectEntry>)> = Vec::new();
@@ -226,8 +242,16 @@ fn sized(name: String, members: &[&EffectEntry]) -> (String, String) {
     }
 }
 
-/// Data faults of one kind by channel: rows, places, times.
+/// Data faults of one kind, of whole rows or by channel: rows, places, times.
 fn faults(members: &[&EffectEntry]) -> String {
+    let rows_of = |effect: &EffectEntry| text(&effect.parameters, "rows_of").map(str::to_owned);
+    let (whole, members): (Vec<&EffectEntry>, Vec<&EffectEntry>) =
+        members.iter().partition(|effect| rows_of(effect).is_some());
+    let owner = whole.first().and_then(|effect| rows_of(effect));
+    let mut each: Vec<String> = owner
+        .map(|owner| in_words(&whole, &format!(" of {owner}")))
+        .into_iter()
+        .collect();
     let mut channels: Vec<(String, Vec<&EffectEntry>)> = Vec::new();
     for effect in members {
         let channel = spaced(text(&effect.parameters, "channel").unwrap_or_default());
@@ -238,19 +262,21 @@ fn faults(members: &[&EffectEntry]) -> String {
     }
     let mut said: Vec<(Vec<String>, String)> = Vec::new();
     for (channel, places) in channels {
-        let words = on_one_channel(&places);
+        let words = in_words(&places, "");
         match said.iter_mut().find(|(_, known)| *known == words) {
             Some((alike, _)) => alike.push(channel),
             None => said.push((vec![channel], words)),
         }
     }
-    let each = said
+    let of_channels = said
         .iter()
         .map(|(alike, words)| format!("{}: {words}", alike.join(", ")));
-    each.collect::<Vec<_>>().join("; ")
+    each.extend(of_channels);
+    each.join("; ")
 }
 
-fn on_one_channel(places: &[&EffectEntry]) -> String {
+/// Rows, places and times of faults; `of_owner`: their owner, after the number of rows.
+fn in_words(places: &[&EffectEntry], of_owner: &str) -> String {
     let of = |name: &'static str| {
         let values = places.iter();
         values.filter_map(move |one| value(&one.parameters, name))
@@ -283,8 +309,8 @@ fn on_one_channel(places: &[&EffectEntry]) -> String {
     };
     let word = if rows == 1.0 { "row" } else { "rows" };
     match (rows.is_finite(), places == 1.0 || places == rows) {
-        (true, true) => format!("{rows} {word}, {between}"),
-        (true, false) => format!("{rows} {word} in {places} places, {between}"),
+        (true, true) => format!("{rows} {word}{of_owner}, {between}"),
+        (true, false) => format!("{rows} {word}{of_owner} in {places} places, {between}"),
         _ => format!("{places} places, {between}"),
     }
 }

@@ -10,7 +10,7 @@ use super::sizes::to_two_digits;
 const SIGNIFICANT_CHANCE: f64 = 0.0027;
 
 /// Power over noise below which held-out time is quieter than the fitted: noise of one level scatters less.
-const QUIET: f64 = 0.5;
+pub(crate) const QUIET: f64 = 0.5;
 
 /// Number of stretches of one channel that are written out; more are counted.
 const MOST_STRETCHES: usize = 2;
@@ -174,20 +174,28 @@ pub(super) fn power(diagnosis: &Diagnosis) -> Option<String> {
         let word = if same.len() == 1 { "stays" } else { "stay" };
         said.push(format!("{which} {} {word} at {range}", same.len()));
     }
-    // Noise whose level varies: the fitted mean is no measure of a quieter time.
-    let is_quieter = channels
-        .iter()
-        .all(|one| one.held_out_after.normalised_power < QUIET);
-    let quieter = match is_quieter {
-        true => ": the held-out time is quieter than the fitted",
-        false => "",
-    };
+    let quieter = quieter(channels).map_or_else(String::new, |said| format!(": {said}"));
     (!said.is_empty()).then(|| {
         format!(
             "Held-out power over noise: {} (1 = noise alone{quieter}).",
             said.join("; ")
         )
     })
+}
+
+/// States which channels are quieter on held-out time than the fitted noise: that varies, and its mean is no measure of a
+/// quieter time.
+pub(crate) fn quieter(channels: &[ChannelEntry]) -> Option<String> {
+    let quiet = channels
+        .iter()
+        .filter(|one| one.held_out_after.normalised_power < QUIET);
+    let quiet: Vec<String> = quiet.map(|one| spaced(&one.channel)).collect();
+    let of = match quiet.len() {
+        0 => return None,
+        count if count == channels.len() => String::new(),
+        _ => format!(" of {}", quiet.join(", ")),
+    };
+    Some(format!("the held-out time{of} is quieter than the fitted"))
 }
 
 /// Channels with a held-out residual that is not white (unexplained remainder).

@@ -7,10 +7,15 @@
 mod effects;
 mod figures;
 mod noise;
+mod picture;
 mod registration;
 mod sizes;
 
+pub(crate) use effects::fault_groups;
+pub(crate) use figures::{QUIET, quieter};
+pub use picture::picture;
 pub use registration::alignment;
+pub(crate) use sizes::{below_significance, is_time};
 
 use rlg_findings::names::plain;
 use rlg_findings::numbers::Scale;

@@ -5,6 +5,9 @@ use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, number};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::sentences::combination;
 
+/// Largest number of insignificant sizes that are named; more are counted.
+const MOST_BELOW: usize = 3;
+
 /// Parameter of an effect, or an identifiable combination.
 #[derive(Debug, Clone)]
 struct Size<'a> {
@@ -40,15 +43,19 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
     if sizes.is_empty() {
         sizes = single(effect);
     }
+    let mut below = Vec::new();
     if sizes.len() > 1 {
-        let all = sizes.clone();
-        sizes.retain(|size| size.sigmas() > SIGNIFICANT_SIGMAS);
-        if sizes.is_empty() {
+        let (beyond, others): (Vec<_>, Vec<_>) = sizes
+            .into_iter()
+            .partition(|size| size.sigmas() > SIGNIFICANT_SIGMAS);
+        if beyond.is_empty() {
             return Words {
                 name: plain(kind),
-                sizes: none_alone(&all),
+                sizes: none_alone(&others),
             };
         }
+        sizes = beyond;
+        below = others;
     }
     let values: Vec<f64> = sizes.iter().map(|size| size.value).collect();
     let (mut name, sign) = plain_at(kind, &values);
@@ -67,7 +74,21 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
     if let Some(time_s) = value(effect, "time_s") {
         said = format!("{said} at {} s", number(time_s));
     }
+    let below: Vec<&str> = below.iter().map(|size| size.name.as_str()).collect();
+    if let Some(below) = below_significance(&below) {
+        said = format!("{said}; {below}");
+    }
     Words { name, sizes: said }
+}
+
+/// Names sizes that are not significant by themselves, as "x, y below 3 σ", or counts them if there are many.
+pub(crate) fn below_significance(names: &[&str]) -> Option<String> {
+    let which = match names {
+        [] => return None,
+        names if names.len() <= MOST_BELOW => names.join(", "),
+        names => format!("{} others", names.len()),
+    };
+    Some(format!("{which} below {SIGNIFICANT_SIGMAS} σ"))
 }
 
 /// States that none of several sizes is significant by itself, with their precision.
@@ -148,7 +169,7 @@ fn single(parameters: &[ParameterEntry]) -> Vec<Size<'_>> {
             value,
             std,
             ref unit,
-        } if !matches!(name.as_str(), "time_s" | "start_s" | "end_s") => Some(Size {
+        } if !is_time(name) => Some(Size {
             name: without_unit(name),
             parameter: name,
             value,
@@ -168,6 +189,11 @@ pub(super) fn all(parameters: &[ParameterEntry]) -> String {
         largest = largest.max(size.value.abs()).max(size.std);
     }
     listed_in(&sizes, Some(largest))
+}
+
+/// True for a parameter that is a time, which is no size.
+pub(crate) fn is_time(name: &str) -> bool {
+    matches!(name, "time_s" | "start_s" | "end_s")
 }
 
 /// Parameter name without its unit suffix ("x_pole_s" as "x pole"): the unit follows the value.

@@ -4,12 +4,14 @@
 use std::path::{Path, PathBuf};
 use std::process::ExitCode;
 
-use clap::{Args, ValueEnum};
+use clap::Args;
 use rlg_attitude::serves as is_slow;
 use rlg_diagnosis::Outcome;
 use rlg_findings::result::Verdict;
 
-use super::inputs::{IDEAL, check_plausible, given_or_ideal, results_folder};
+use super::fail_on::FailOn;
+use super::given::Given;
+use super::inputs::{IDEAL, assumed, check_plausible, given_or_ideal, read_model, results_folder};
 use super::page_beside::gather;
 use super::plan;
 use super::steps::{Steps, Work};
@@ -24,9 +26,9 @@ use crate::model::{DeclaredModel, Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::recording::{About, Quantity, Recording};
 use crate::report::beside::{Beside, Rate, rates};
-use crate::report::terminal::lines;
+use crate::report::terminal::{lines, picture};
 use crate::report::{figure, page_beside};
-use crate::terminal::Terminal;
+use crate::terminal::{Listener, Terminal};
 
 /// Files written by the command.
 const RESULTS: &[&str] = &[
@@ -63,11 +65,11 @@ const FAILED: u8 = 1;
 /// OUT/model.toml (the model with the found effects switched on: diagnosed again, it matches; none where nothing can be said).
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  rlg diagnose recordings/bench-17 -m recordings/bench-17/model.toml -o out/bench-17\n  rlg diagnose monday tuesday friday --model unit.toml --hold-out friday --out out/unit\n\nExit code 0: done, whatever the verdict; 1: a verdict that --fail-on names; 2: an input that cannot be used."
+    after_help = "Example:\n  rlg diagnose recordings/bench-17 -m recordings/bench-17/model.toml -o out/bench-17\n  rlg diagnose log.csv --plot\n  rlg diagnose monday tuesday friday --model unit.toml --hold-out friday --out out/unit\n\nExit code 0: done, whatever the verdict; 1: a verdict that --fail-on names; 2: an input that cannot be used."
 )]
 pub struct Diagnose {
-    /// Folders with recording.toml; several are explained together
-    #[arg(required = true)]
+    /// Folders with recording.toml, or files that rlg import reads without a question; several are explained together
+    #[arg(required = true, value_name = "RECORDING")]
     recordings: Vec<PathBuf>,
     /// Of several recordings, hold this one out for validation; may be given several times [default: the last]
     #[arg(long, value_name = "RECORDING")]
@@ -101,6 +103,9 @@ pub struct Diagnose {
     /// Threads to use; results are the same for any number [default: all]
     #[arg(long)]
     threads: Option<std::num::NonZeroUsize>,
+    /// Print the integrated residual of each gyro with a finding, before and after, as a picture of characters
+    #[arg(long)]
+    plot: bool,
     /// Print, and write on the page, what each stage took: seconds, processor seconds, columns, transforms, fits
     #[arg(long)]
     timings: bool,
@@ -112,7 +117,7 @@ pub struct Diagnosed {
     pub outcome: Outcome,
     /// Line about the assumed model, if none was given.
     pub assumed: Option<String>,
-    recordings: Vec<PathBuf>,
+    given: Given,
     model: Model,
     model_file: PathBuf,
     /// Rates as recorded, if the rows were in memory.
@@ -128,14 +133,14 @@ impl Diagnosed {
             &self.outcome,
             &self.beside()?,
             None,
-            results(out, &self.recordings, &self.model_file)?,
+            results(out, &self.given.folders(), &self.model_file)?,
         )
     }
 
     /// Gathers the page's content beyond the diagnosis.
     fn beside(&self) -> Result<Beside, InputError> {
         let of = DeclaredModel::new(&self.model, &self.model_file);
-        let beside = gather(&self.recordings, of, self.assumed.as_deref())?;
+        let beside = gather(&self.given, of, self.assumed.as_deref())?;
         Ok(Beside {
             rates: self.recorded.clone(),
             timings: self.timings.clone(),
@@ -146,31 +151,6 @@ impl Diagnosed {
     /// Returns the answer as the command prints it, a line each.
     pub fn lines(&self) -> Vec<String> {
         lines(&self.outcome.diagnosis, self.assumed.as_deref())
-    }
-}
-
-/// Which verdicts are a failure, each with all that are worse.
-#[derive(Debug, Clone, Copy, ValueEnum)]
-enum FailOn {
-    /// Nothing can be said of the recording
-    Unusable,
-    /// Something differs and nothing explains it
-    Unexplained,
-    /// Something differs that is not explained as a whole
-    Partly,
-    /// Anything differs from the model
-    Any,
-}
-
-impl FailOn {
-    fn names(self, verdict: Verdict) -> bool {
-        match verdict {
-            Verdict::Matches => false,
-            Verdict::Explained => matches!(self, Self::Any),
-            Verdict::PartlyExplained => matches!(self, Self::Any | Self::Partly),
-            Verdict::Unexplained => !matches!(self, Self::Unusable),
-            Verdict::Unusable => true,
-        }
     }
 }
 
@@ -207,20 +187,22 @@ impl Diagnose {
         let out = self.out.as_deref();
         let out = out.map(|out| results(out, &self.recordings, &model_file));
         let out = out.transpose()?;
-        let about = self.for_fleet.then(|| About::read(&self.recordings[0]));
-        let done = about
-            .transpose()
-            .and_then(|about| Ok((about, self.diagnosed(terminal)?)));
-        let (about, diagnosed) = match (done, &out) {
+        let (about, diagnosed) = match (self.told(terminal), &out) {
             (Err(error), Some(_)) if self.for_fleet => return self.refused(&error, out, terminal),
             (done, _) => done?,
         };
-        let diagnosis = &diagnosed.outcome.diagnosis;
+        let outcome = &diagnosed.outcome;
+        let diagnosis = &outcome.diagnosis;
         if let Some(out) = out {
-            write(&diagnosed.outcome, &diagnosed.beside()?, about, out)?;
+            write(outcome, &diagnosed.beside()?, about, out)?;
         }
         for line in diagnosed.lines() {
             terminal.say(line);
+        }
+        if self.plot {
+            for line in picture(diagnosis, outcome.pictures.as_ref(), terminal.width()) {
+                terminal.say(line);
+            }
         }
         for line in &diagnosed.timings {
             terminal.say(line);
@@ -253,10 +235,40 @@ impl Diagnose {
         Ok(ExitCode::SUCCESS)
     }
 
+    /// Reads the circumstances of the recording, for a fleet, and diagnoses.
+    fn told(&self, terminal: &Terminal) -> Result<(Option<About>, Diagnosed), InputError> {
+        let given = Given::read(&self.recordings, self.anyway, terminal)?;
+        let about = self.for_fleet.then(|| About::read(&given.folders()[0]));
+        let about = about.transpose().map_err(|error| given.renamed(error))?;
+        Ok((about, self.of(given, terminal)?))
+    }
+
     /// Diagnoses; writes nothing and prints only progress and warnings.
     pub(super) fn diagnosed(&self, terminal: &Terminal) -> Result<Diagnosed, InputError> {
-        let (model, model_file, assumed) =
-            given_or_ideal(self.model.as_deref(), &self.recordings[0], terminal)?;
+        let given = Given::read(&self.recordings, self.anyway, terminal)?;
+        self.of(given, terminal)
+    }
+
+    /// Reads the model, or makes that of an ideal unit.
+    fn model(
+        &self,
+        given: &Given,
+        terminal: &Terminal,
+    ) -> Result<(Model, PathBuf, Option<String>), InputError> {
+        match (&self.model, given.model()) {
+            (None, Some(file)) => {
+                let model = read_model(&file, terminal)?;
+                let note = assumed(&model);
+                Ok((model, IDEAL.into(), Some(note)))
+            }
+            (model, _) => given_or_ideal(model.as_deref(), &given.folders()[0], terminal),
+        }
+    }
+
+    /// Diagnoses recordings in their folders.
+    fn of(&self, given: Given, terminal: &Terminal) -> Result<Diagnosed, InputError> {
+        let (model, model_file, assumed) = self.model(&given, terminal)?;
+        let folders = given.folders();
         let held_out = self.held_out()?;
         let settings = Settings {
             seed: self.seed,
@@ -276,13 +288,19 @@ impl Diagnose {
         let expect = |work: Work, rows: usize| steps.expect(work, rows);
         let mut recorded = Vec::new();
         let check = |folder: &Path, recording: &Recording| {
-            check_plausible(folder, recording, &model, self.anyway, terminal)
+            let listener = Listener::new(|_| ());
+            let heard = Terminal::heard_by(listener.clone());
+            let checked = check_plausible(folder, recording, &model, self.anyway, &heard);
+            for warning in listener.take().warnings {
+                given.warn(&warning, terminal);
+            }
+            checked
         };
         let of = DeclaredModel::new(&model, &model_file);
         let mut work = || {
             self.outcome(
-                &settings,
-                of,
+                &folders,
+                (&settings, of),
                 &held_out,
                 &mut recorded,
                 (&check, &expect, &progress),
@@ -297,13 +315,14 @@ impl Diagnose {
                     InputError::new("--threads", format!("cannot be started ({error})"))
                 })?
                 .install(work),
-        }?;
+        }
+        .map_err(|error| given.renamed(error))?;
         spinner.finish_and_clear();
         outcome.diagnosis.under_plan(plan::entries(&settings.plan));
         Ok(Diagnosed {
             outcome,
             assumed,
-            recordings: self.recordings.clone(),
+            given,
             model,
             model_file,
             recorded,
@@ -314,15 +333,15 @@ impl Diagnose {
     /// Reads and diagnoses one recording, or several together; `recorded` takes the rates of a recording in memory.
     fn outcome(
         &self,
-        settings: &Settings,
-        of: DeclaredModel<'_>,
+        folders: &[PathBuf],
+        (settings, of): (&Settings, DeclaredModel<'_>),
         held_out: &[bool],
         recorded: &mut Vec<Rate>,
         (check, expect, progress): Told<'_>,
     ) -> Result<Outcome, InputError> {
         let DeclaredModel { model, file } = of;
-        let [folder] = self.recordings.as_slice() else {
-            return self.together(settings, of, held_out, (check, expect, progress));
+        let [folder] = folders else {
+            return together(folders, (settings, of), held_out, (check, expect, progress));
         };
         if let Some(long) = LongRecording::of(folder, model, self.most_rows)? {
             // A first part represents the whole, which is never in memory at once.
@@ -336,46 +355,43 @@ impl Diagnose {
         *recorded = rates(&recording, model.gyro.pulse_weight_rad);
         diagnose_under(settings, recording, model, file, progress)
     }
+}
 
-    /// Reads and diagnoses several recordings by one model.
-    fn together(
-        &self,
-        settings: &Settings,
-        of: DeclaredModel<'_>,
-        held_out: &[bool],
-        (check, expect, progress): Told<'_>,
-    ) -> Result<Outcome, InputError> {
-        let model = of.model;
-        let mut aligned = Vec::with_capacity(self.recordings.len());
-        let mut all_rows = 0;
-        for (folder, held_out) in self.recordings.iter().zip(held_out) {
-            // The recording's own tables are dropped before the next is read; the rows are in the streams.
-            let recording = Recording::read(folder)?;
-            check(folder, &recording)?;
-            all_rows += rows(&recording);
-            if is_slow(&recording, model) {
-                return Err(InputError::new(
-                    folder,
-                    "has attitudes as its reference, or one at other rows than its gyros",
-                )
-                .expected(
-                    "one such recording at a time, or a reference at every row of the gyros",
-                ));
-            }
-            if stands_in_positions(&recording, &settings.plan) {
-                return Err(InputError::new(
-                    folder,
-                    "has still positions of accelerometers, and no reference",
-                )
-                .expected("one such recording at a time"));
-            }
-            let mut one = align(settings, &recording, model)?;
-            one.streams.piece.held_out = *held_out;
-            aligned.push(one);
+/// Reads and diagnoses several recordings by one model.
+fn together(
+    folders: &[PathBuf],
+    (settings, of): (&Settings, DeclaredModel<'_>),
+    held_out: &[bool],
+    (check, expect, progress): Told<'_>,
+) -> Result<Outcome, InputError> {
+    let model = of.model;
+    let mut aligned = Vec::with_capacity(folders.len());
+    let mut all_rows = 0;
+    for (folder, held_out) in folders.iter().zip(held_out) {
+        // The recording's own tables are dropped before the next is read; the rows are in the streams.
+        let recording = Recording::read(folder)?;
+        check(folder, &recording)?;
+        all_rows += rows(&recording);
+        if is_slow(&recording, model) {
+            return Err(InputError::new(
+                folder,
+                "has attitudes as its reference, or one at other rows than its gyros",
+            )
+            .expected("one such recording at a time, or a reference at every row of the gyros"));
         }
-        expect(Work::Dithered, all_rows);
-        diagnose_together(settings, aligned, of, progress)
+        if stands_in_positions(&recording, &settings.plan) {
+            return Err(InputError::new(
+                folder,
+                "has still positions of accelerometers, and no reference",
+            )
+            .expected("one such recording at a time"));
+        }
+        let mut one = align(settings, &recording, model)?;
+        one.streams.piece.held_out = *held_out;
+        aligned.push(one);
     }
+    expect(Work::Dithered, all_rows);
+    diagnose_together(settings, aligned, of, progress)
 }
 
 /// Returns the kind of work for a recording.
@@ -439,30 +455,4 @@ fn write(
         RunFile::diagnosed(about).write_into(&mut out)?;
     }
     out.commit()
-}
-
-#[cfg(test)]
-mod tests {
-    use super::{FailOn, Verdict};
-
-    #[test]
-    fn a_verdict_fails_where_it_or_a_better_one_is_named() {
-        let worse = [
-            Verdict::Matches,
-            Verdict::Explained,
-            Verdict::PartlyExplained,
-            Verdict::Unexplained,
-            Verdict::Unusable,
-        ];
-        let first_failures = [
-            (FailOn::Any, 1),
-            (FailOn::Partly, 2),
-            (FailOn::Unexplained, 3),
-            (FailOn::Unusable, 4),
-        ];
-        for (on, first) in first_failures {
-            let fails = worse.map(|verdict| on.names(verdict));
-            assert_eq!(fails, [0, 1, 2, 3, 4].map(|place| place >= first), "{on:?}");
-        }
-    }
 }

@@ -115,14 +115,19 @@ pub(super) fn given_or_ideal(
         return Ok((read_model(path, terminal)?, path.to_path_buf(), None));
     }
     let model = ideal(recording)?;
+    let note = assumed(&model);
+    Ok((model, PathBuf::from(IDEAL), Some(note)))
+}
+
+/// Formats the line about an assumed ideal unit.
+pub(super) fn assumed(model: &Model) -> String {
     let motion = match model.motion {
         MotionSource::Reference => "moving as the reference says, which turns with the Earth",
         MotionSource::Static => "at rest on the turning Earth",
     };
-    let note = format!(
+    format!(
         "Assumed, as no --model is given: an ideal unit, {motion}; no bias, no scale error, noise as measured."
-    );
-    Ok((model, PathBuf::from(IDEAL), Some(note)))
+    )
 }
 
 /// Makes an ideal unit of a recording's kind.

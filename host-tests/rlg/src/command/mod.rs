@@ -27,6 +27,8 @@ mod demo;
 mod diagnose;
 mod doctor;
 mod export;
+mod fail_on;
+mod given;
 mod golden;
 mod import;
 mod import_columns;

@@ -2,10 +2,11 @@
 //! by the model.
 
 use std::io;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use indicatif::ProgressBar;
 
+use super::given::Given;
 use crate::error::InputError;
 use crate::import::hashed::Hashed;
 use crate::model::DeclaredModel;
@@ -18,22 +19,29 @@ const DIGITS: usize = 16;
 /// Largest number of recordings with a sum for each file.
 const MOST_SUMMED: usize = 3;
 
-/// Gathers provenance and declared noise; rates are added by the caller that has the rows.
+/// Gathers provenance and declared noise; rates are added by the caller that has the rows. Of an imported file the sum is
+/// its own: the recording made of it is removed.
 pub(super) fn gather(
-    recordings: &[PathBuf],
+    given: &Given,
     of: DeclaredModel<'_>,
     note: Option<&str>,
 ) -> Result<Beside, InputError> {
     let DeclaredModel { model, file } = of;
     let mut provenance = Vec::new();
-    for folder in recordings {
-        provenance.push(("recording", name(folder)));
+    let recordings = given.folders();
+    for folder in &recordings {
+        let shown = given.imported(folder).unwrap_or(folder);
+        provenance.push(("recording", name(shown)));
         if let Some(start) = Recording::start(folder)? {
             provenance.push(("start", start));
         }
     }
     provenance.push(("model", name(file)));
     for folder in recordings.iter().take(MOST_SUMMED) {
+        if let Some(file) = given.imported(folder) {
+            provenance.push(("SHA-256", format!("{} {}", sum(file)?, name(file))));
+            continue;
+        }
         // Files of several recordings have the same names.
         let of = match recordings.len() {
             1 => String::new(),

@@ -66,13 +66,13 @@ pub(super) fn recording(folder: &Path, scale: f64) -> PathBuf {
     bench
 }
 
-fn rlg(arguments: &[&str], paths: &[&Path]) -> Output {
+pub(super) fn rlg(arguments: &[&str], paths: &[&Path]) -> Output {
     let mut command = Command::new(env!("CARGO_BIN_EXE_rlg"));
     command.args(arguments).args(paths);
     command.output().expect("it runs")
 }
 
-fn text(bytes: &[u8]) -> String {
+pub(super) fn text(bytes: &[u8]) -> String {
     String::from_utf8(bytes.to_vec()).expect("words are UTF-8")
 }
 
@@ -420,7 +420,10 @@ fn rows_lost_without_stamps_are_found_and_restored_beside_rates() {
     let bench = with_lost_rows(folder.path(), (1500, 50));
     let output = rlg(&["diagnose"], &[&bench]);
     let answer = text(&output.stdout);
-    assert!(answer.contains("50 rows, 15.0–15.5 s"), "{answer}");
+    assert!(
+        answer.contains("50 rows of the recording, 15.0–15.5 s"),
+        "{answer}"
+    );
     for wrong in ["early", "late", "scale", "not explained"] {
         assert!(!answer.contains(&format!("  gyro {wrong}")), "{answer}");
     }

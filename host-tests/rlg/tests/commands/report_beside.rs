@@ -198,6 +198,9 @@ fn numbers_of_which_none_stands_out_are_not_told_as_a_size() {
     let said = rlg::report::terminal::findings(&diagnosis);
     assert_eq!(
         said,
-        [("gyro bias z".to_owned(), "10.0 ± 1.0 °/h".to_owned())]
+        [(
+            "gyro bias z".to_owned(),
+            "10.0 ± 1.0 °/h; x below 3 σ".to_owned()
+        )]
     );
 }
