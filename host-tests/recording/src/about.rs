@@ -56,6 +56,22 @@ impl Head {
 }
 
 impl About {
+    /// Reads name, instrument and start from the manifest alone, as far as it states them: for a recording whose tables
+    /// cannot be read.
+    pub fn of_manifest(folder: impl AsRef<Path>) -> Result<Self, InputError> {
+        let folder = folder.as_ref();
+        let manifest = Recording::manifest_of(folder)?;
+        let start = manifest.start.map(|start| start.to_string());
+        let parsed = start.as_deref().map(chrono::DateTime::parse_from_rfc3339);
+        Ok(Self {
+            recording: Recording::name_of(folder, &manifest),
+            instrument: manifest.instrument,
+            start_s: parsed.and_then(Result::ok).map(seconds_since_1970),
+            start,
+            temperature_k: None,
+        })
+    }
+
     /// Reads the manifest in `folder`, and its tables with temperatures.
     pub fn read(folder: impl AsRef<Path>) -> Result<Self, InputError> {
         let folder = folder.as_ref();
@@ -86,9 +102,13 @@ impl About {
             recording: Recording::name_of(folder, &manifest),
             instrument: manifest.instrument,
             start,
-            // Microseconds of a date fit f64.
-            start_s: parsed.map(|parsed| parsed.timestamp_micros() as f64 * 1e-6),
+            start_s: parsed.map(seconds_since_1970),
             temperature_k: (count > 0).then(|| sum / count as f64),
         })
     }
+}
+
+/// Time of a date since 1970, UTC \[s\]; its microseconds fit f64.
+fn seconds_since_1970(date: chrono::DateTime<chrono::FixedOffset>) -> f64 {
+    date.timestamp_micros() as f64 * 1e-6
 }

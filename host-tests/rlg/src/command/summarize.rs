@@ -6,7 +6,7 @@ use clap::Args;
 use serde_json::json;
 
 use crate::error::InputError;
-use crate::fleet::page::page;
+use crate::fleet::page::{headline, page};
 use crate::fleet::run::Run;
 use crate::fleet::summary::{Summary, SummaryPlan};
 use crate::fleet::table::table;
@@ -16,8 +16,8 @@ use crate::terminal::Terminal;
 /// Compare the diagnoses of many recordings and instruments
 ///
 /// Takes the folders that rlg diagnose --for-fleet --out has written, or folders of such. A row is a parameter of an effect of a
-/// recording: its value, its place in the fleet (robust z: median and median absolute deviation over instruments), the
-/// instrument's trend over time and temperature where recording.toml has `start` and a temperature channel. What cannot be
+/// recording: its value, its place in the fleet (robust z: median and median absolute deviation over instruments; of three or
+/// four instruments the distance from the others over the scatter of recordings), the instrument's trend over time and temperature where recording.toml has `start` and a temperature channel. What cannot be
 /// used is a row with its sentence. The same results give the same bytes.
 #[derive(Debug, Args)]
 #[command(
@@ -42,7 +42,7 @@ impl Summarize {
         let bytes = match write {
             Form::Parquet => table(&summary).to_parquet(&self.out)?,
             Form::Csv => table(&summary).to_csv(),
-            Form::Html => page(&summary).into_bytes(),
+            Form::Html => page(&summary, &self.out).into_bytes(),
         };
         write_file(&self.out, &bytes)?;
         let refused: Vec<_> = summary.refused().collect();
@@ -60,9 +60,22 @@ impl Summarize {
             outliers.len(),
             refused.len()
         ));
+        for line in headline(&summary) {
+            terminal.say(format!("  {line}"));
+        }
         for (run, sentence) in &refused {
             terminal.say(format!("  {}: {sentence}", run.name));
         }
+        let trends: Vec<_> = summary
+            .trends()
+            .iter()
+            .map(|trend| {
+                json!({
+                    "instrument": trend.instrument, "kind": trend.of.kind, "parameter": trend.of.parameter, "a": trend.a,
+                    "value": trend.slope.measured.value, "std": trend.slope.measured.std,
+                })
+            })
+            .collect();
         let refused: Vec<_> = refused
             .iter()
             .map(|(run, sentence)| json!({"run": run.name, "sentence": sentence}))
@@ -72,6 +85,7 @@ impl Summarize {
             "recordings": summary.lines.len(),
             "instruments": summary.instruments().len(),
             "outliers": outliers,
+            "trends": trends,
             "refused": refused,
         }))
     }

@@ -6,6 +6,8 @@ pub mod run;
 
 pub mod statistics;
 
+mod few;
+
 pub mod summary;
 
 pub mod table;

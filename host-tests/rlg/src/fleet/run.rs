@@ -17,6 +17,9 @@ pub const RUN_FILE: &str = "run.json";
 /// File of the findings.
 const DIAGNOSIS: &str = "diagnosis.json";
 
+/// File of the page.
+const PAGE: &str = "report.html";
+
 /// `run.json`: the inputs of a run, and the reason if it has no diagnosis.
 #[derive(Debug, Clone, PartialEq, Serialize, Deserialize)]
 pub struct RunFile {
@@ -33,6 +36,8 @@ pub struct RunFile {
 pub struct Run {
     /// Name of its folder.
     pub name: String,
+    /// Its page, if it has one.
+    pub page: Option<PathBuf>,
     /// Circumstances of the recording.
     pub about: About,
     /// Findings, or the reason if there are none.
@@ -121,7 +126,9 @@ impl RunFile {
     pub fn refused(recording: &Path, error: &InputError) -> Self {
         Self {
             format: 1,
-            about: About::read(recording).unwrap_or_else(|_| unknown(recording)),
+            about: About::read(recording)
+                .or_else(|_| About::of_manifest(recording))
+                .unwrap_or_else(|_| unknown(recording)),
             refused: Some(error.to_string()),
         }
     }
@@ -197,6 +204,7 @@ impl Run {
         });
         Self {
             name: name(folder),
+            page: Some(folder.join(PAGE)).filter(|page| page.is_file()),
             about,
             told,
         }
@@ -205,6 +213,11 @@ impl Run {
     /// Returns the instrument's name in the recording, or else the run's.
     pub fn instrument(&self) -> &str {
         self.about.instrument.as_deref().unwrap_or(&self.name)
+    }
+
+    /// True if the instrument is known: named, or a recording of its own that could be used.
+    pub fn has_instrument(&self) -> bool {
+        self.about.instrument.is_some() || self.told.is_ok()
     }
 }
 

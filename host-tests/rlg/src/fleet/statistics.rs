@@ -1,6 +1,7 @@
 //! Statistics of a fleet: robust location and scale, and trends.
 
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ContinuousCDF as _, Normal, StudentsT};
 
 /// The median absolute deviation times this is the standard deviation of a normal law (Rousseeuw & Croux 1993, eq. 1.2).
 const NORMAL: f64 = 1.4826;
@@ -12,6 +13,35 @@ pub struct Measured {
     pub value: f64,
     /// Standard deviation.
     pub std: f64,
+}
+
+/// A slope with its standard deviation, scatter about the fit included.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub struct Slope {
+    /// Slope.
+    pub measured: Measured,
+    /// Degrees of freedom of the scatter.
+    pub freedom: usize,
+}
+
+impl Slope {
+    /// Computes the two-sided chance of such a slope in noise alone.
+    pub fn chance(&self) -> f64 {
+        student_chance(self.measured.value / self.measured.std, self.freedom)
+    }
+}
+
+/// Computes the two-sided chance of a deviation of `z` standard deviations in normal noise.
+pub fn normal_chance(z: f64) -> f64 {
+    2.0 * Normal::standard().sf(z.abs())
+}
+
+/// Computes the two-sided chance of Student's `t`; 1 without a degree of freedom.
+pub fn student_chance(t: f64, freedom: usize) -> f64 {
+    match StudentsT::new(0.0, 1.0, freedom as f64) {
+        Ok(law) if t.is_finite() => 2.0 * law.sf(t.abs()),
+        _ => 1.0,
+    }
 }
 
 /// Location and spread of a fleet.
@@ -72,7 +102,7 @@ pub fn mean(of: &[Measured]) -> Option<Measured> {
 /// # Returns
 /// A slope an axis, with a standard deviation that includes the scatter about the fit; none if fewer than `spare` degrees of
 /// freedom remain, or if the axes are collinear.
-pub fn slopes(values: &[Measured], axes: &[Vec<f64>], spare: usize) -> Vec<Option<Measured>> {
+pub fn slopes(values: &[Measured], axes: &[Vec<f64>], spare: usize) -> Vec<Option<Slope>> {
     let varies = |axis: &Vec<f64>| axis.iter().any(|at| *at != axis[0]);
     let used: Vec<usize> = (0..axes.len()).filter(|k| varies(&axes[*k])).collect();
     let mut slopes = vec![None; axes.len()];
@@ -110,13 +140,15 @@ pub fn slopes(values: &[Measured], axes: &[Vec<f64>], spare: usize) -> Vec<Optio
     };
     let found = &covariance * weighted.tr_mul(&target);
     let left = (target - weighted * &found).norm_squared();
-    let scatter = (left / (values.len() - unknowns) as f64).max(1.0);
+    let freedom = values.len() - unknowns;
+    let scatter = (left / freedom as f64).max(1.0);
     for (k, axis) in used.iter().enumerate() {
         let unit = extent(&axes[*axis]);
-        slopes[*axis] = Some(Measured {
+        let measured = Measured {
             value: found[k + 1] / unit,
             std: (covariance[(k + 1, k + 1)] * scatter).sqrt() / unit,
-        });
+        };
+        slopes[*axis] = Some(Slope { measured, freedom });
     }
     slopes
 }
@@ -154,10 +186,10 @@ mod tests {
         let of = |k: usize| 5.0 + 0.3 * days[k] - 2.0 * kelvin[k];
         let values = measured(&(0..6).map(of).collect::<Vec<_>>(), 0.1);
         let found = slopes(&values, &[days.clone(), kelvin], 1);
-        let slope = |k: usize| found[k].expect("a slope").value;
+        let slope = |k: usize| found[k].expect("a slope").measured.value;
         assert!((slope(0) - 0.3).abs() < 1e-9 && (slope(1) + 2.0).abs() < 1e-9);
         // Sum of squares of the days about their mean is 1750.
-        let alone = slopes(&values, &[days], 1)[0].expect("a slope");
+        let alone = slopes(&values, &[days], 1)[0].expect("a slope").measured;
         assert!(
             alone.std > 0.1 / 1750f64.sqrt(),
             "the scatter counts: {}",
@@ -172,7 +204,7 @@ mod tests {
         let warmer: Vec<f64> = days.iter().map(|day| 290.0 + 3.0 * day).collect();
         assert_eq!(slopes(&values, &[days.clone(), warmer], 1), [None, None]);
         let found = slopes(&values, &[days.clone(), vec![290.0; 5]], 1);
-        let slope = found[0].expect("a slope");
+        let slope = found[0].expect("a slope").measured;
         assert!((slope.value - 1.0).abs() < 1e-12 && found[1].is_none());
         assert!((slope.std - 0.1 / 10f64.sqrt()).abs() < 1e-12);
         assert_eq!(slopes(&values[..2], &[days[..2].to_vec()], 1), [None]);

@@ -2,8 +2,9 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
+use super::few;
 use super::run::{Effect, Run, Told};
-use super::statistics::{Fleet, Measured, mean, slopes};
+use super::statistics::{Fleet, Measured, Slope, mean, normal_chance, slopes};
 
 /// Seconds in a day.
 const DAY_S: f64 = 86_400.0;
@@ -11,20 +12,27 @@ const DAY_S: f64 = 86_400.0;
 /// Thresholds for outliers and trends.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct SummaryPlan {
-    /// Robust z beyond which an instrument is an outlier (Iglewicz & Hoaglin 1993).
+    /// Robust z beyond which an instrument is an outlier (Iglewicz & Hoaglin 1993); of few instruments, the same chance in
+    /// Student's t.
     pub outlier_z: f64,
+    /// Instruments from which one can be distinguished from the others by the scatter of their own recordings: of two, either.
+    pub few_instruments: usize,
     /// Instruments required for a median and its deviation: of four, two outliers are half.
     pub least_instruments: usize,
     /// Degrees of freedom required of a trend, to estimate its scatter.
     pub spare_runs: usize,
+    /// Chance of noise alone below which a trend is reported, all slopes of the fleet counted: that of 3 σ.
+    pub trend_chance: f64,
 }
 
 impl Default for SummaryPlan {
     fn default() -> Self {
         Self {
             outlier_z: 3.5,
+            few_instruments: 3,
             least_instruments: 5,
             spare_runs: 1,
+            trend_chance: normal_chance(3.0),
         }
     }
 }
@@ -54,16 +62,32 @@ pub struct Found {
     pub indistinguishable_from: Vec<String>,
     /// p-value, corrected for the number of trials.
     pub p_value: f64,
-    /// The fleet's median and spread.
+    /// Mean of the instrument's recordings.
+    pub own: Option<Measured>,
+    /// The fleet's median and spread; of few instruments, that of the others.
     pub fleet: Option<Fleet>,
-    /// Robust z of the instrument in the fleet.
+    /// Robust z of the instrument in the fleet; of few instruments, its distance from the others over the scatter of
+    /// recordings.
     pub fleet_z: Option<f64>,
     /// True if the instrument is an outlier.
     pub is_outlier: bool,
     /// The instrument's trend with time \[a day\].
-    pub per_day: Option<Measured>,
+    pub per_day: Option<Slope>,
     /// The instrument's trend with temperature \[a kelvin\].
-    pub per_kelvin: Option<Measured>,
+    pub per_kelvin: Option<Slope>,
+}
+
+/// An instrument's trend beyond its noise.
+#[derive(Debug, Clone, Copy)]
+pub struct Trend<'a> {
+    /// Instrument.
+    pub instrument: &'a str,
+    /// Number that changes.
+    pub of: &'a Found,
+    /// `day` or `kelvin`.
+    pub a: &'static str,
+    /// Change a day or a kelvin.
+    pub slope: Slope,
 }
 
 /// A run with its findings.
@@ -80,6 +104,7 @@ pub struct Line {
 pub struct Summary {
     /// Runs by instrument, then start, then name.
     pub lines: Vec<Line>,
+    plan: SummaryPlan,
 }
 
 /// Lists the numbers of a diagnosis with their keys.
@@ -106,6 +131,7 @@ fn numbers(told: &Told) -> Vec<(Key, Found)> {
                 label: effect.label.clone(),
                 indistinguishable_from: effect.indistinguishable_from.clone(),
                 p_value: effect.p_value,
+                own: None,
                 fleet: None,
                 fleet_z: None,
                 is_outlier: false,
@@ -171,15 +197,63 @@ impl Summary {
         };
         Self {
             lines: keyed.into_iter().map(line).collect(),
+            plan: *plan,
         }
     }
 
-    /// Returns the names of the instruments.
+    /// Returns the names of the known instruments.
     pub fn instruments(&self) -> BTreeSet<&str> {
-        self.lines
-            .iter()
-            .map(|line| line.run.instrument())
-            .collect()
+        let runs = self.lines.iter().map(|line| &line.run);
+        let known = runs.filter(|run| run.has_instrument());
+        known.map(Run::instrument).collect()
+    }
+
+    /// Returns the numbers of an instrument, each once, with the first of its runs that has it.
+    fn once(&self) -> Vec<(&Line, &Found)> {
+        let mut seen = BTreeSet::new();
+        let all = self.lines.iter();
+        let all = all.flat_map(|line| line.found.iter().map(move |one| (line, one)));
+        all.filter(|(line, one)| {
+            let name = (line.run.instrument(), &one.kind, &one.texts, &one.parameter);
+            seen.insert(name)
+        })
+        .collect()
+    }
+
+    /// Returns the numbers that stand out, once an instrument, the farthest first.
+    pub fn outliers(&self) -> Vec<(&str, &Found)> {
+        let outliers = self.once().into_iter().filter(|(_, one)| one.is_outlier);
+        let mut outliers: Vec<_> = outliers
+            .map(|(line, one)| (line.run.instrument(), one))
+            .collect();
+        let far = |one: &Found| one.fleet_z.map_or(0.0, f64::abs);
+        outliers.sort_by(|(_, a), (_, b)| far(b).total_cmp(&far(a)));
+        outliers
+    }
+
+    /// Returns the trends beyond their noise, the clearest first.
+    ///
+    /// The chance of noise alone is Student's, and every slope of the fleet is counted as a trial (Bonferroni).
+    pub fn trends(&self) -> Vec<Trend<'_>> {
+        let mut tried = Vec::new();
+        for (line, one) in self.once() {
+            for (slope, a) in [(one.per_day, "day"), (one.per_kelvin, "kelvin")] {
+                tried.extend(slope.map(|slope| (slope, a, line, one)));
+            }
+        }
+        let chance = self.plan.trend_chance / tried.len() as f64;
+        let mut trends: Vec<Trend<'_>> = tried
+            .into_iter()
+            .filter(|(slope, ..)| slope.chance() < chance)
+            .map(|(slope, a, line, of)| Trend {
+                instrument: line.run.instrument(),
+                of,
+                a,
+                slope,
+            })
+            .collect();
+        trends.sort_by(|a, b| a.slope.chance().total_cmp(&b.slope.chance()));
+        trends
     }
 
     /// Returns the runs without a diagnosis, with the reason.
@@ -200,25 +274,57 @@ fn place(keyed: &mut [Keyed], key: &Key, plan: &SummaryPlan) {
             all.or_default().push(said);
         }
     }
-    if by_instrument.len() < plan.least_instruments {
-        return;
-    }
-    let means: BTreeMap<String, Measured> = by_instrument
-        .into_iter()
-        .filter_map(|(instrument, all)| Some((instrument, mean(&all)?)))
-        .collect();
-    let values: Vec<f64> = means.values().map(|mean| mean.value).collect();
-    let Some(fleet) = Fleet::of(&values) else {
-        return;
+    let places = match by_instrument.len() {
+        count if count < plan.few_instruments => BTreeMap::new(),
+        count if count < plan.least_instruments => few::places(&by_instrument, plan.outlier_z),
+        _ => by_median(&by_instrument, plan.outlier_z),
     };
     for (run, found) in keyed {
-        let z = means.get(run.instrument()).map(|mean| fleet.z(*mean));
+        let own = by_instrument
+            .get(run.instrument())
+            .and_then(|all| mean(all));
+        let place = places.get(run.instrument());
         for (_, one) in found.iter_mut().filter(|(one, _)| one == key) {
-            one.fleet = Some(fleet);
-            one.fleet_z = z;
-            one.is_outlier = z.is_some_and(|z| z.abs() > plan.outlier_z);
+            one.own = own;
+            one.fleet = place.map(|place| place.fleet);
+            one.fleet_z = place.map(|place| place.z);
+            one.is_outlier = place.is_some_and(|place| place.is_outlier);
         }
     }
+}
+
+/// Place of an instrument among the others.
+pub(super) struct Place {
+    /// Middle and spread it is compared with.
+    pub(super) fleet: Fleet,
+    /// Distance from the middle.
+    pub(super) z: f64,
+    /// True if it stands out.
+    pub(super) is_outlier: bool,
+}
+
+/// Places every instrument by the median of all and its deviation.
+fn by_median(
+    by_instrument: &BTreeMap<String, Vec<Measured>>,
+    outlier_z: f64,
+) -> BTreeMap<String, Place> {
+    let means = by_instrument.iter();
+    let means = means.filter_map(|(instrument, all)| Some((instrument, mean(all)?)));
+    let means: Vec<(&String, Measured)> = means.collect();
+    let values: Vec<f64> = means.iter().map(|(_, mean)| mean.value).collect();
+    let Some(fleet) = Fleet::of(&values) else {
+        return BTreeMap::new();
+    };
+    let place = |(instrument, mean): (&String, Measured)| {
+        let z = fleet.z(mean);
+        let place = Place {
+            fleet,
+            z,
+            is_outlier: z.abs() > outlier_z,
+        };
+        (instrument.clone(), place)
+    };
+    means.into_iter().map(place).collect()
 }
 
 /// A value with its time \[day\] and temperature \[K\], if known.
@@ -273,6 +379,7 @@ mod tests {
         };
         Run {
             name: name.to_owned(),
+            page: None,
             about: About {
                 recording: name.to_owned(),
                 instrument: Some(instrument.to_owned()),
@@ -346,7 +453,7 @@ mod tests {
         let of = |name: &str| &all.iter().find(|(run, _)| run == name).expect("the run").1;
         assert_eq!(of("s0").fleet.expect("a fleet").median, 2e-5);
         assert!(of("s0").is_outlier && of("s5").is_outlier && !of("r3").is_outlier);
-        let trend = of("s3").per_day.expect("a trend");
+        let trend = of("s3").per_day.expect("a trend").measured;
         assert!(
             (trend.value - 1e-6).abs() < 1e-12 && (trend.std - 1e-6 / 17.5f64.sqrt()).abs() < 1e-12
         );

@@ -68,15 +68,21 @@ pub fn table(summary: &Summary) -> ResultTable {
             "outlier",
             text(&|_, found| found?.is_outlier.then(|| "outlier".to_owned())),
         ),
-        ("per_day", number(&|_, found| Some(found?.per_day?.value))),
-        ("per_day_std", number(&|_, found| Some(found?.per_day?.std))),
+        (
+            "per_day",
+            number(&|_, found| Some(found?.per_day?.measured.value)),
+        ),
+        (
+            "per_day_std",
+            number(&|_, found| Some(found?.per_day?.measured.std)),
+        ),
         (
             "per_kelvin",
-            number(&|_, found| Some(found?.per_kelvin?.value)),
+            number(&|_, found| Some(found?.per_kelvin?.measured.value)),
         ),
         (
             "per_kelvin_std",
-            number(&|_, found| Some(found?.per_kelvin?.std)),
+            number(&|_, found| Some(found?.per_kelvin?.measured.std)),
         ),
     ];
     let named = columns.map(|(name, column)| (name.to_owned(), column));

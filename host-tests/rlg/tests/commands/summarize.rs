@@ -185,3 +185,117 @@ fn for_a_fleet_a_recording_that_cannot_be_used_is_a_result() {
     assert_eq!(told["about"]["start_s"], 1_772_366_400.0);
     assert!(out.join("diagnosis.json").is_file());
 }
+
+/// Writes results of a recording of `instrument` at a temperature, with a scale error and the page.
+fn of_instrument(folder: &Path, instrument: &str, (day, kelvin): (u32, f64), scale: f64) {
+    results(folder, scale);
+    fs::write(folder.join("report.html"), "").expect("a file");
+    let about = json!({
+        "recording": "bench", "instrument": instrument, "start": null, "start_s": f64::from(day) * 86_400.0,
+        "temperature_k": kelvin,
+    });
+    let run = json!({"format": 1, "about": about, "refused": null});
+    fs::write(folder.join("run.json"), run.to_string()).expect("a file");
+}
+
+/// Summarizes into a page.
+fn page(results: &Path, out: &Path) -> (String, String) {
+    let said = rlg()
+        .arg("summarize")
+        .args([results, Path::new("--out"), out])
+        .output()
+        .expect("it runs");
+    assert!(said.status.success(), "{said:?}");
+    let said = String::from_utf8(said.stdout).expect("text");
+    (said, fs::read_to_string(out).expect("a page"))
+}
+
+#[test]
+fn of_three_instruments_the_one_off_and_the_one_that_drifts_stand_in_the_headline() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let all = folder.path().join("results of March");
+    // Scatter of 4 ppm about the mean of each; SN 3 is 880 ppm off, SN 2 goes by 20 ppm a kelvin.
+    for (place, (instrument, middle, per_kelvin)) in [
+        ("SN 1", 1e-5, 0.0),
+        ("SN 2", 1e-5, 2e-5),
+        ("SN 3", 8.8e-4, 0.0),
+    ]
+    .into_iter()
+    .enumerate()
+    {
+        for day in 0..6_u32 {
+            let kelvin = [0.0, 3.0, 1.0, -2.0, 2.0, -4.0][day as usize];
+            let scatter = [1.0, -1.0, -1.0, 1.0, 1.0, -1.0][day as usize] * 4e-6;
+            let name = format!("r{place}{day}");
+            let at = (day, 293.0 + kelvin);
+            let scale = middle + scatter + per_kelvin * kelvin;
+            of_instrument(&all.join(name), instrument, at, scale);
+        }
+    }
+    let pages = folder.path().join("pages");
+    fs::create_dir(&pages).expect("a folder");
+    let (said, page) = page(&all, &pages.join("fleet.html"));
+    assert!(
+        said.contains("18 recordings of 3 instruments; 6 with an outlier; 0 cannot be used"),
+        "{said}"
+    );
+    for line in [
+        "1 instrument stands out: SN 3 (gyro scale y (axis",
+        "1 trend: gyro scale y (axis",
+        "of SN 2, 19.9 ± 1.1",
+        "ppm a kelvin",
+    ] {
+        assert!(
+            said.contains(line) && page.contains(&line.replace('<', "&lt;")),
+            "{line}: {said}"
+        );
+    }
+    // Eighteen rows are folded by instrument, each linked to its page, beside the summary and with its spaces encoded.
+    assert_eq!(page.matches("<details>").count(), 3, "{page}");
+    assert!(
+        page.contains("SN 2</b>: 6 recordings, 6 explained"),
+        "{page}"
+    );
+    assert!(
+        page.contains("<a href=\"./../results%20of%20March/r00/report.html\">r00</a>"),
+        "{page}"
+    );
+}
+
+#[test]
+fn a_damaged_recording_counts_with_the_instrument_that_its_own_manifest_names() {
+    let folder = tempfile::tempdir().expect("a folder");
+    let all = folder.path().join("results");
+    for (name, instrument) in [("a", "SN 1"), ("b", "SN 2")] {
+        of_instrument(&all.join(name), instrument, (0, 293.0), 1e-5);
+    }
+    // One table is cut, one manifest is.
+    for (name, cut) in [("cut", "rows.csv"), ("bare", "recording.toml")] {
+        let bench = super::answer::recording(&folder.path().join(name), 0.0);
+        let manifest = fs::read_to_string(bench.join("recording.toml")).expect("a manifest");
+        let named = manifest.replace("[[table]]", "instrument = \"SN 2\"\n[[table]]");
+        let named =
+            named + "  [[table.channel]]\n  column = \"temp\"\n  quantity = \"temperature\"\n";
+        fs::write(bench.join("recording.toml"), named).expect("written");
+        fs::write(bench.join(cut), "for").expect("written");
+        let said = rlg()
+            .args(["diagnose", "--for-fleet", "--out"])
+            .args([&all.join(name), &bench])
+            .output()
+            .expect("it runs");
+        assert!(said.status.success(), "{said:?}");
+    }
+    let (said, page) = page(&all, &folder.path().join("fleet.html"));
+    assert!(
+        said.contains("4 recordings of 2 instruments; 0 with an outlier; 2 cannot be used"),
+        "{said}"
+    );
+    let row = |name: &str| {
+        let (before, _) = page
+            .split_once(&format!("<td>{name}</td>"))
+            .expect("its row");
+        let cells = before.rsplit("<td>").next().expect("a cell");
+        cells.trim_end_matches("</td>").to_owned()
+    };
+    assert_eq!([row("cut"), row("bare")], ["SN 2", "not known"]);
+}
