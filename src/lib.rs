@@ -130,6 +130,9 @@ pub mod wire;
 #[cfg(feature = "slots")]
 pub mod store;
 
+#[cfg(feature = "wire")]
+pub mod board_state;
+
 #[cfg(all(feature = "slots", feature = "wire"))]
 pub mod service;
 

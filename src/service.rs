@@ -6,7 +6,7 @@
 //!
 //! | outcome | is | detail |
 //! |---|---|---|
-//! | 0 | done | of `store` the generation in force from the next start on, of `begin` and `data` the bytes received |
+//! | 0 | done | of `store` the generation in force from the next start on, of `begin` and `data` the bytes received, of `state` the board's word ([`board_state`](crate::board_state)) |
 //! | 1 | the unit is running | 0 |
 //! | 2 | no upload has begun | 0 |
 //! | 3 | bytes out of order | bytes received |

@@ -1,8 +1,8 @@
 //! The registers under [`trueaxis::clock_start`], which selects the source and reports the reason.
 //!
 //! # Returns
-//! [`Clocks`]: the running source, and the frequencies \[Hz\] that timers, SPI and USART divide. The timers follow the
-//! clock that really runs, so the sample rate stays that of the parameters, to the 1 % of the RC oscillator; should the
+//! [`Clocks`]: the running source, and the frequencies \[Hz\] that timers, SPI and USART divide, nominally. The RC oscillator
+//! is off by -8 % to +4.5 % over temperature; the board measures it where it can (`board/low_speed.rs`). Should the
 //! interrupt not fit at 16 MHz, its periods are counted as late and missed. A crystal that fails later ends in
 //! [`super::failure`]: the clock security system raises the NMI, which resets into the fallback, where the crystal is
 //! left alone until the next reset.
@@ -12,10 +12,13 @@
 use stm32f4::stm32f405::{FLASH, PWR, RCC};
 use trueaxis::clock_start::{self, BusDividers, ClockRegisters, Clocks, CoreClock, PllSettings};
 
+use super::enable;
+
 /// Starts the best clock that there is, without the crystal if the run before this one has lost it. Runs once, at boot, from
 /// the internal oscillator.
 pub fn start(rcc: &RCC, flash: &FLASH, pwr: &PWR, crystal_was_lost: bool) -> Clocks {
     rcc.apb1enr().modify(|_, w| w.pwren().enabled());
+    enable::confirm(|| rcc.apb1enr().read().pwren().is_enabled());
     // 168 MHz needs the core's supply at scale 1.
     pwr.cr().modify(|_, w| w.vos().scale1());
     let registers = &mut Registers { rcc, flash };
@@ -24,6 +27,16 @@ pub fn start(rcc: &RCC, flash: &FLASH, pwr: &PWR, crystal_was_lost: bool) -> Clo
     } else {
         clock_start::start(registers)
     }
+}
+
+/// True if the flash shows its caches, its prefetch and these wait states in force.
+#[cfg(feature = "board")]
+pub fn caches_are_on(flash: &FLASH, wait_states: u8) -> bool {
+    let access = flash.acr().read();
+    access.icen().is_enabled()
+        && access.dcen().is_enabled()
+        && access.prften().is_enabled()
+        && access.latency().bits() == wait_states
 }
 
 struct Registers<'a> {
@@ -102,7 +115,8 @@ impl ClockRegisters for Registers<'_> {
     }
 
     fn pass_cycles(&mut self, cycles: u32) {
-        cortex_m::asm::delay(cycles);
+        // A turn of its loop is two instructions, so two cycles at least, and four at most.
+        cortex_m::asm::delay(cycles / 2);
     }
 }
 

@@ -23,6 +23,8 @@ pub struct Link {
     /// Bytes of the present frame that have been sent; [`TELEMETRY_BYTES`] while there is no frame.
     sent: usize,
     frames_sent: u32,
+    /// The detail of the answer to `state`.
+    state: u32,
 }
 
 impl Link {
@@ -36,7 +38,14 @@ impl Link {
             bytes: [0; TELEMETRY_BYTES],
             sent: TELEMETRY_BYTES,
             frames_sent: 0,
+            state: 0,
         }
+    }
+
+    /// Sets the word that answers a request for the state.
+    #[cfg(feature = "board")]
+    pub fn tell(&mut self, state: u32) {
+        self.state = state;
     }
 
     /// Takes the byte that was received, if any, and answers the request of which it was the last, after the present frame;
@@ -46,7 +55,10 @@ impl Link {
         let Some(request) = byte.and_then(|byte| self.requests.push(byte)) else {
             return false;
         };
-        let (answer, stop) = while_sampling(&request, TERM_KINDS);
+        let (mut answer, stop) = while_sampling(&request, TERM_KINDS);
+        if service_mode::asks_for_state(&request) {
+            answer.detail = self.state;
+        }
         self.answer = Some(answer.to_bytes());
         stop
     }

@@ -18,7 +18,7 @@
 //!
 //! Read in this order: [`board`] or [`emulator`] (the main loop), [`sampling`] (the interrupt and its
 //! deadline), [`sample_timer`], [`handover`], [`boot`], [`link`], [`service_mode`], `raw_tap`, `raw_link`, [`background`], then the peripherals
-//! [`clock`], [`flash`], `supply`, [`serial`], and [`failure`]. A port to another board changes only this folder and
+//! [`clock`], [`enable`], [`flash`], `supply`, [`serial`], and [`failure`]. A port to another board changes only this folder and
 //! memory.x (docs/porting.md).
 
 #[cfg(all(feature = "board", feature = "emulator"))]
@@ -51,6 +51,8 @@ mod raw_link;
 mod background;
 
 mod clock;
+
+mod enable;
 
 mod flash;
 

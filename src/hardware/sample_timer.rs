@@ -15,6 +15,8 @@ use stm32f4::stm32f405::{RCC, TIM2, TIM5};
 use trueaxis::design_parameters::LATE_SHARE;
 use trueaxis::processor::Timing;
 
+use super::enable;
+
 /// Pairs of readings of which the cheapest is the cost of reading itself. Under emulation all are equal;
 /// a few guard against the first one carrying a start-up effect.
 const OVERHEAD_PAIRS: usize = 8;
@@ -35,6 +37,10 @@ impl SampleTimer {
     pub fn new(periods: TIM2, time: TIM5, rcc: &RCC, timer_hz: u32, sample_rate_hz: f64) -> Self {
         rcc.apb1enr()
             .modify(|_, w| w.tim2en().enabled().tim5en().enabled());
+        enable::confirm(|| {
+            let enables = rcc.apb1enr().read();
+            enables.tim2en().is_enabled() && enables.tim5en().is_enabled()
+        });
         let ticks = libm::round(f64::from(timer_hz) / sample_rate_hz) as u32;
         let period_ticks = NonZeroU32::new(ticks).unwrap_or(NonZeroU32::MIN);
         time.psc().write(|w| w.psc().set(0));

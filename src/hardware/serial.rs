@@ -5,9 +5,25 @@
 
 use stm32f4::stm32f405::{GPIOA, RCC, USART1};
 
-/// Bits a second. Not 921 600: a million divides both 84 MHz and the fallback's 16 MHz without a rest, so
-/// the line stays readable after a dead crystal, and the usual USB adapters know it.
+use super::enable;
+
+/// Bits a second. Not 921 600: a million divides 84 MHz and the fallbacks' 72 and 16 MHz without a rest, and the usual USB
+/// adapters know it.
 pub const BAUD: u32 = 1_000_000;
+
+/// Least ratio of clock and baud rate with 16-fold oversampling (RM0090 30.3.4).
+const LEAST_DIVISOR: u32 = 16;
+
+/// Ratio of clock and baud rate as the register takes it, and true for 8-fold oversampling: a ratio below 16 needs it, in
+/// eighths with the fraction in the lowest three bits (RM0090 30.3.4).
+const fn divisor(apb2_hz: u32) -> (u16, bool) {
+    let ratio = (apb2_hz + BAUD / 2) / BAUD;
+    if ratio < LEAST_DIVISOR {
+        ((((ratio / 8) << 4) | (ratio % 8)) as u16, true)
+    } else {
+        (ratio as u16, false)
+    }
+}
 
 /// Transmitter and receiver of USART1.
 pub struct Serial {
@@ -19,20 +35,21 @@ impl Serial {
     pub fn new(usart: USART1, gpioa: &GPIOA, rcc: &RCC, apb2_hz: u32) -> Self {
         rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled());
         rcc.apb2enr().modify(|_, w| w.usart1en().enabled());
+        enable::confirm(|| rcc.ahb1enr().read().gpioaen().is_enabled());
+        enable::confirm(|| rcc.apb2enr().read().usart1en().is_enabled());
         gpioa.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7());
         // An open line reads as idle.
         gpioa.pupdr().modify(|_, w| w.pupdr10().pull_up());
         gpioa
             .moder()
             .modify(|_, w| w.moder9().alternate().moder10().alternate());
-        // SAFETY: with 16-fold oversampling the register holds the clock over the baud rate in sixteenths
-        // (RM0090 30.3.4): 84 or 16, within its 16 bits.
-        usart
-            .brr()
-            .write(|w| unsafe { w.bits((apb2_hz / BAUD) as u16) });
-        usart
-            .cr1()
-            .write(|w| w.ue().enabled().te().enabled().re().enabled());
+        let (divisor, by_eight) = divisor(apb2_hz);
+        // SAFETY: the register holds the clock over the baud rate (RM0090 30.3.4): 14 to 84, within its 16 bits.
+        usart.brr().write(|w| unsafe { w.bits(divisor) });
+        usart.cr1().write(|w| {
+            w.over8().bit(by_eight);
+            w.ue().enabled().te().enabled().re().enabled()
+        });
         Self { usart }
     }
 

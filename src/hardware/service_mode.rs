@@ -14,7 +14,7 @@ use cortex_m::peripheral::syst::SystClkSource;
 use embedded_storage::nor_flash::NorFlash;
 use trueaxis::parameter_slots::ParameterSlots;
 use trueaxis::service::Service;
-use trueaxis::service_frame::RequestReceiver;
+use trueaxis::service_frame::{Request, RequestKind, RequestReceiver};
 use trueaxis::terms::TermKinds;
 use trueaxis::{Chain, Term};
 
@@ -58,8 +58,8 @@ pub fn take_request() -> bool {
     requested
 }
 
-/// Serves requests until one asks to start anew, or none comes; gives the flash back. `slots`: where its two slots begin. Not
-/// inlined: the block would lie on the stack of the whole run.
+/// Serves requests until one asks to start anew, or none comes; gives the flash back. `slots`: where its two slots begin. `state`:
+/// the detail of the answer to `state`. Not inlined: the block would lie on the stack of the whole run.
 #[inline(never)]
 pub fn serve<F: NorFlash>(
     flash: F,
@@ -67,6 +67,7 @@ pub fn serve<F: NorFlash>(
     supply_suffices: impl Fn() -> bool,
     serial: &mut Serial,
     mut idle: IdleTimer,
+    state: u32,
 ) -> F {
     let slots = ParameterSlots::new(flash, slots).accepting::<Chain<Core, Terms>>();
     let mut service = Service::new(slots, TERM_KINDS);
@@ -78,7 +79,10 @@ pub fn serve<F: NorFlash>(
         let Some(request) = requests.push(byte) else {
             continue;
         };
-        let reply = service.answer(&request, &supply_suffices);
+        let mut reply = service.answer(&request, &supply_suffices);
+        if asks_for_state(&request) {
+            reply.answer.detail = state;
+        }
         send(serial, &reply.answer.to_bytes());
         idle.begin_anew();
         if reply.restart {
@@ -86,6 +90,11 @@ pub fn serve<F: NorFlash>(
         }
     }
     service.release().release()
+}
+
+/// True of a request to tell the state.
+pub fn asks_for_state(request: &Request) -> bool {
+    RequestKind::from_number(request.kind) == Some(RequestKind::State)
 }
 
 /// Sends bytes to the last bit, or gives up if the transmitter does not answer.

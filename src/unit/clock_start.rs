@@ -3,7 +3,7 @@
 //! | source | core | APB1, its timers | APB2 | wait states | flag |
 //! |---|---|---|---|---|---|
 //! | crystal 8 MHz → PLL | 168 MHz | 42, 84 MHz | 84 MHz | 5 | none |
-//! | internal RC 16 MHz → PLL | 168 MHz | 42, 84 MHz | 84 MHz | 5 | `CLOCK_FALLBACK` |
+//! | internal RC 16 MHz → PLL | 144 MHz | 36, 72 MHz | 72 MHz | 5 | `CLOCK_FALLBACK` |
 //! | internal RC 16 MHz | 16 MHz | 16, 16 MHz | 16 MHz | 0 | `CLOCK_FALLBACK` |
 //!
 //! The rows are tried in this order (RM0090 section 7.2). Every wait is bounded, because a dead crystal must
@@ -21,9 +21,13 @@
 //! After a reset: the internal oscillator runs the core, the PLL is off, every divider is 1, 0 wait states.
 //! The supply is 2.7 V to 3.6 V (the wait states below depend on it).
 
-/// Polls before the crystal counts as dead. A poll takes at least 4 cycles of the 16 MHz internal
-/// oscillator, so this waits at least 5 ms: crystals start within about 2 ms (t_SU(HSE), data sheet 5.3.8).
-pub const CRYSTAL_POLLS: u32 = 20_000;
+/// Polls before the crystal counts as dead, [`CRYSTAL_PAUSE_CYCLES`] apart. Crystals start within about 2 ms (t_SU(HSE),
+/// DS8626 revision 12, table 32), but the time depends on the crystal and its load, and grows in the cold: this waits at
+/// least 101 ms, on the internal oscillator at its fastest, and on the board 240 ms at most, at its slowest. The watchdog is not started until later; an option byte that starts it at power-on allows 349 ms at least.
+pub const CRYSTAL_POLLS: u32 = 1_700;
+
+/// Cycles between two looks at the crystal.
+pub const CRYSTAL_PAUSE_CYCLES: u32 = 1_000;
 
 /// Polls before the PLL counts as not locking: 1 ms; it locks within 300 µs (t_LOCK, data sheet 5.3.10).
 pub const PLL_POLLS: u32 = 4_000;
@@ -41,16 +45,31 @@ pub const DIVIDER_CYCLES: u32 = 16;
 /// The internal RC oscillator \[Hz\].
 pub const INTERNAL_HZ: u32 = 16_000_000;
 
-/// The core behind the PLL \[Hz\]: the fastest that it may run.
+/// Range of the internal oscillator from -40 to 105 °C \[‰ of [`INTERNAL_HZ`]\]: -8 % to +4.5 % (DS8626 revision 12, table
+/// 34; characterised, not tested in production).
+pub const INTERNAL_RANGE_PER_MILLE: [u32; 2] = [920, 1045];
+
+/// The core behind the PLL and the crystal \[Hz\]: the fastest that it may run.
 pub const PLL_HZ: u32 = 168_000_000;
 
-/// VCO input over PLL input: both sources come down to 1 MHz, the low end of the allowed 1 to 2 MHz.
-const CRYSTAL_DIVIDER: u8 = 8;
-const INTERNAL_DIVIDER: u8 = 16;
+/// The core behind the PLL and the internal oscillator \[Hz\]: 150.5 MHz at the oscillator's fastest, 132.5 MHz at its
+/// slowest. A multiple of every rate that is divided from it: 1 and 3 Mbaud, 4 kHz.
+pub const INTERNAL_PLL_HZ: u32 = 144_000_000;
 
-/// VCO 336 MHz, halved to 168 MHz; by 7 for USB's 48 MHz, unused here.
-const VCO_MULTIPLIER: u16 = 336;
-const USB_DIVIDER: u8 = 7;
+const _: () = assert!(INTERNAL_PLL_HZ / 1000 * INTERNAL_RANGE_PER_MILLE[1] <= 160_000_000);
+
+/// VCO input over PLL input. The allowed input is 0.95 to 2.10 MHz (DS8626 revision 12, table 36): 1 MHz from the crystal,
+/// and 1.84 to 2.09 MHz from the internal oscillator, which at 1 MHz could fall below.
+const CRYSTAL_DIVIDER: u8 = 8;
+const INTERNAL_DIVIDER: u8 = 8;
+
+/// VCO over its input: 336 MHz from the crystal, 288 MHz from the internal oscillator, halved to the core's clock.
+const CRYSTAL_MULTIPLIER: u16 = 336;
+const INTERNAL_MULTIPLIER: u16 = 144;
+
+/// VCO over USB's 48 MHz, unused here.
+const CRYSTAL_USB_DIVIDER: u8 = 7;
+const INTERNAL_USB_DIVIDER: u8 = 6;
 
 /// A wait state more for each of these \[Hz\] (RM0090 table 10, 2.7 V to 3.6 V).
 const HZ_PER_WAIT_STATE: u32 = 30_000_000;
@@ -90,9 +109,18 @@ impl Clocks {
     }
 
     const fn of(source: ClockSource) -> Self {
-        let (core_hz, buses) = match source {
-            ClockSource::Crystal | ClockSource::InternalPll => (PLL_HZ, BusDividers::FULL_SPEED),
-            ClockSource::Internal => (INTERNAL_HZ, BusDividers::NONE),
+        let (core_hz, fastest_hz, buses) = match source {
+            ClockSource::Crystal => (PLL_HZ, PLL_HZ, BusDividers::FULL_SPEED),
+            ClockSource::InternalPll => (
+                INTERNAL_PLL_HZ,
+                INTERNAL_PLL_HZ / 1000 * INTERNAL_RANGE_PER_MILLE[1],
+                BusDividers::FULL_SPEED,
+            ),
+            ClockSource::Internal => (
+                INTERNAL_HZ,
+                INTERNAL_HZ / 1000 * INTERNAL_RANGE_PER_MILLE[1],
+                BusDividers::NONE,
+            ),
         };
         let apb1_hz = core_hz / buses.apb1 as u32;
         Self {
@@ -104,7 +132,34 @@ impl Clocks {
             } else {
                 2 * apb1_hz
             },
-            wait_states: wait_states_for(core_hz),
+            wait_states: wait_states_for(fastest_hz),
+        }
+    }
+
+    /// The same clocks as a measurement found them, by the low-speed oscillator.
+    ///
+    /// # Inputs
+    /// `reference_hz`: that oscillator as the crystal measured it \[Hz\]. `measured_hz`: the same as these clocks measure it,
+    /// taken for nominal \[Hz\].
+    ///
+    /// # Returns
+    /// `self` where the crystal runs, where either is unknown (0), or where the ratio is beyond
+    /// [`INTERNAL_RANGE_PER_MILLE`] by more than 2 %: then it is not the internal oscillator that has moved.
+    #[must_use]
+    pub fn corrected(self, reference_hz: u32, measured_hz: u32) -> Self {
+        let [slowest, fastest] = INTERNAL_RANGE_PER_MILLE;
+        let per_mille = u64::from(reference_hz) * 1000 / u64::from(measured_hz.max(1));
+        let is_known = (u64::from(slowest) - 20..=u64::from(fastest) + 20).contains(&per_mille);
+        if !self.is_fallback() || measured_hz == 0 || !is_known {
+            return self;
+        }
+        let scaled =
+            |hz: u32| (u64::from(hz) * u64::from(reference_hz) / u64::from(measured_hz)) as u32;
+        Self {
+            core_hz: scaled(self.core_hz),
+            apb2_hz: scaled(self.apb2_hz),
+            timer_hz: scaled(self.timer_hz),
+            ..self
         }
     }
 }
@@ -121,7 +176,7 @@ pub struct BusDividers {
 impl BusDividers {
     /// Both buses at the core's clock.
     pub const NONE: Self = Self { apb1: 1, apb2: 1 };
-    /// At 168 MHz: 42 and 84 MHz, the fastest that the buses may run.
+    /// Behind the PLL. At 168 MHz: 42 and 84 MHz, the fastest that the buses may run.
     pub const FULL_SPEED: Self = Self { apb1: 4, apb2: 2 };
 }
 
@@ -130,9 +185,9 @@ impl BusDividers {
 pub struct PllSettings {
     /// True if the input is the crystal; else it is the internal oscillator.
     pub from_crystal: bool,
-    /// Divider that brings the input to 1 MHz.
+    /// Divider of the input, to 1 or 2 MHz.
     pub input_divider: u8,
-    /// Output of the oscillator over 1 MHz.
+    /// Output of the oscillator over its input.
     pub multiplier: u16,
     /// Output of the oscillator over the USB clock.
     pub usb_divider: u8,
@@ -148,8 +203,16 @@ impl PllSettings {
             } else {
                 INTERNAL_DIVIDER
             },
-            multiplier: VCO_MULTIPLIER,
-            usb_divider: USB_DIVIDER,
+            multiplier: if from_crystal {
+                CRYSTAL_MULTIPLIER
+            } else {
+                INTERNAL_MULTIPLIER
+            },
+            usb_divider: if from_crystal {
+                CRYSTAL_USB_DIVIDER
+            } else {
+                INTERNAL_USB_DIVIDER
+            },
         }
     }
 }
@@ -198,7 +261,7 @@ pub trait ClockRegisters {
 /// `CLOCK_FALLBACK`.
 pub fn start(registers: &mut impl ClockRegisters) -> Clocks {
     registers.turn_crystal(true);
-    if within(CRYSTAL_POLLS, || registers.crystal_is_ready()) {
+    if crystal_starts(registers) {
         // Before the core may depend on it: without a clock nothing would run that could notice.
         registers.watch_crystal(true);
         if runs_from_pll(registers, ClockSource::Crystal) {
@@ -220,6 +283,17 @@ pub fn start_without_crystal(registers: &mut impl ClockRegisters) -> Clocks {
         return Clocks::of(ClockSource::InternalPll);
     }
     Clocks::of(ClockSource::Internal)
+}
+
+/// Waits for the crystal, at most [`CRYSTAL_POLLS`] times.
+fn crystal_starts(registers: &mut impl ClockRegisters) -> bool {
+    (0..CRYSTAL_POLLS).any(|_| {
+        let is_ready = registers.crystal_is_ready();
+        if !is_ready {
+            registers.pass_cycles(CRYSTAL_PAUSE_CYCLES);
+        }
+        is_ready
+    })
 }
 
 /// Tries to run from the PLL behind `source`. If it fails, the internal oscillator runs as after reset.

@@ -78,6 +78,8 @@ async fn main(spawner: Spawner) {
 
     let mut config = spi::Config::default();
     config.frequency = BANK_CLOCK;
+    // As the board's image has them; the default is the fastest.
+    config.gpio_speed = Speed::High;
     let spi = Spi::new(
         p.SPI1, p.PA5, p.PA7, p.PA6, p.DMA2_CH3, p.DMA2_CH0, Irqs, config,
     );

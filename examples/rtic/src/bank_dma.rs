@@ -14,6 +14,9 @@ const RECEIVE: usize = 0;
 /// Stream of SPI1's transmitter, channel 3.
 const SEND: usize = 3;
 
+/// Polls until the bus is idle: a bit of 8 MHz is two cycles of the core.
+const IDLE_POLLS: u32 = 16;
+
 /// Byte sent by the master to clock a frame in.
 static ZERO: u8 = 0;
 
@@ -35,6 +38,11 @@ impl BankDma {
         gpioa.afrl().modify(|_, w| {
             w.afrl5().af5();
             w.afrl6().af5().afrl7().af5()
+        });
+        // The slowest pads end at 4 MHz (DS8626 revision 12, table 50).
+        gpioa.ospeedr().modify(|_, w| {
+            w.ospeedr4().high_speed().ospeedr5().high_speed();
+            w.ospeedr7().high_speed()
         });
         gpioa.moder().modify(|_, w| {
             w.moder4().output().moder5().alternate();
@@ -116,6 +124,8 @@ impl BankDma {
         for stream in [RECEIVE, SEND] {
             self.dma.st(stream).cr().write(|w| w.en().disabled());
         }
+        // The last bit ends half a bit after its byte has come; a bus that stays busy is given up.
+        let _ = (0..IDLE_POLLS).any(|_| !self.spi.sr().read().bsy().bit());
         self.gpioa.bsrr().write(|w| w.bs4().set_());
         self.clear_flags();
         self.busy = false;

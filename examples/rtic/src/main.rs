@@ -90,6 +90,9 @@ mod app {
         rcc.apb1enr().modify(|_, w| w.tim2en().enabled());
         rcc.apb2enr()
             .modify(|_, w| w.spi1en().enabled().usart1en().enabled());
+        // A clock acts two cycles of its bus after its enable: the readings take that time (RM0090 7.2.14).
+        let _ = (rcc.ahb1enr().read(), rcc.apb1enr().read());
+        let _ = rcc.apb2enr().read();
         set_up_telemetry(&device.GPIOA, &device.USART1);
         set_up_timer(&device.GPIOA, &device.TIM2);
 

@@ -257,6 +257,43 @@ fn a_unit_that_samples_tells_its_state_stops_when_asked_and_refuses_the_rest() {
     assert_eq!(said.len(), 18);
 }
 
+/// Bits by the table of `board_state`, written here a second time.
+#[test]
+fn the_boards_word_holds_what_it_says() {
+    use trueaxis::board_state::BoardState;
+    let state = BoardState {
+        low_speed_hz: 34_783,
+        reference_hz: 32_000,
+        clock_fallback: true,
+        brown_out_low: false,
+        caches_off: true,
+        enable_unconfirmed: false,
+    };
+    assert_eq!(state.to_word(), 34_783 | 2_000 << 16 | 1 << 28 | 1 << 30);
+    let deviation = state.deviation().expect("both are known");
+    assert!((deviation + 0.08).abs() < 1e-4, "{deviation}");
+    for word in [
+        0,
+        1,
+        0xFFFF,
+        0xFFF << 16,
+        1 << 28,
+        1 << 29,
+        1 << 30,
+        1 << 31,
+        u32::MAX,
+    ] {
+        assert_eq!(BoardState::from_word(word).to_word(), word, "{word:#x}");
+    }
+    let beyond = BoardState {
+        low_speed_hz: 70_000,
+        reference_hz: 70_000,
+        ..BoardState::default()
+    };
+    assert_eq!(beyond.to_word(), 0x0FFF_FFFF);
+    assert_eq!(BoardState::default().deviation(), None);
+}
+
 #[test]
 fn a_request_to_start_anew_is_answered_first() {
     let mut unit = unit(in_use());

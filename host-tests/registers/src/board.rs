@@ -1,6 +1,6 @@
 //! The board around the processor: every peripheral at its address (RM0090 table 1), and the time.
 
-use std::collections::BTreeSet;
+use std::collections::{BTreeMap, BTreeSet};
 
 use crate::dma::Stream;
 use crate::flash::{self, Flash};
@@ -23,7 +23,7 @@ pub struct Behaviour {
     pub flash: flash::Behaviour,
     /// Supply \[mV\].
     pub supply_mv: u32,
-    /// Oscillator of the watchdog \[Hz\].
+    /// The low-speed oscillator, which the watchdog counts \[Hz\].
     pub watchdog_hz: u32,
     /// Cycles of the core for ten instructions.
     pub cycles_per_ten: u64,
@@ -81,6 +81,10 @@ pub struct Board {
     pub cycle_ticks: Option<u64>,
     /// Sentences on forbidden actions, each once.
     pub wrong: BTreeSet<String>,
+    /// The fastest that the core has run \[Hz\].
+    pub fastest_hz: u32,
+    /// Addresses of the peripherals' registers that the program used, each with every bit that it set.
+    pub used: BTreeMap<u32, u32>,
     /// Instructions since power-on.
     pub instructions: u64,
     /// Reads of the registers of clocks and flash since power-on.
@@ -112,8 +116,32 @@ enum Peripheral {
     System,
 }
 
+/// Beginning, registers and name of each peripheral, by the maker's names, with its clock's enable bit.
+pub fn named() -> [(&'static str, u32, crate::Named, Option<ClockBit>); 13] {
+    use crate::{dma, port, power, spi, timer, usart, watchdog};
+    let of = |name: &'static str, place: usize, registers: crate::Named| {
+        let (begin, _, clock) = PERIPHERALS[place];
+        (name, begin, registers, clock)
+    };
+    [
+        of("TIM2", 0, timer::NAMED),
+        of("TIM5", 1, timer::NAMED),
+        of("IWDG", 2, watchdog::NAMED),
+        of("PWR", 3, power::NAMED),
+        of("USART1", 4, usart::NAMED),
+        of("USART6", 5, usart::NAMED),
+        of("SPI1", 6, spi::NAMED),
+        of("GPIOA", 7, port::NAMED),
+        of("GPIOC", 8, port::NAMED),
+        of("RCC", 9, rcc::NAMED),
+        of("FLASH", 10, flash::NAMED),
+        of("DMA2", 11, dma::NAMED),
+        of("DBGMCU", 12, &[("CR", 4, &[("DBG_SLEEP", 1)])]),
+    ]
+}
+
 /// Register and bit of RCC that turn a clock on.
-type ClockBit = (usize, u32);
+pub type ClockBit = (usize, u32);
 
 /// Beginning of each, and the register and bit of RCC that gives it a clock (RM0090 7.3.10 to 7.3.14).
 const PERIPHERALS: [(u32, Peripheral, Option<ClockBit>); 14] = [
@@ -152,6 +180,8 @@ impl Board {
             debug: [0; 4],
             cycle_ticks: None,
             wrong: BTreeSet::new(),
+            fastest_hz: 0,
+            used: BTreeMap::new(),
             instructions: 0,
             clock_reads: 0,
             vectors,
@@ -190,15 +220,21 @@ impl Board {
 
     /// Sets every counter's clock to the running one.
     fn follow_clocks(&mut self) {
-        let core_hz = self.rcc.core_hz(self.now);
-        self.cycle_ticks = ticks::of_period(core_hz);
+        let core_hz = self.rcc.nominal_hz(self.now);
+        self.cycle_ticks = self.rcc.ticks_of(core_hz);
         if core_hz > 0 && self.cycle_ticks.is_none() {
             self.wrong.insert(format!("the core runs at {core_hz} Hz"));
         }
-        let timer_hz = self.rcc.timer_hz(self.now);
+        let core_hz = self.rcc.core_hz(self.now);
+        self.wrong.extend(self.power.check(core_hz));
+        self.fastest_hz = self.fastest_hz.max(core_hz);
+        let timer_period = self.rcc.ticks_of(self.rcc.timer_hz(self.now));
         for timer in &mut self.timers {
-            timer.set_clock(timer_hz, self.now);
+            timer.set_clock(timer_period, self.now);
         }
+        let low_speed = ticks::PER_SECOND / u64::from(self.behaviour.watchdog_hz);
+        let low_speed = self.rcc.low_speed_runs(self.now).then_some(low_speed);
+        self.timers[1].set_low_speed(low_speed);
         self.timers[0].stops_at = self.behaviour.sampling_stops;
         if let Some(cycle_ticks) = self.cycle_ticks {
             self.system.set_cycle(cycle_ticks);
@@ -238,7 +274,19 @@ impl Board {
         events.into_iter().flatten().min().unwrap_or(u64::MAX)
     }
 
-    fn find(&self, address: u32) -> Option<(Peripheral, u32)> {
+    /// The peripheral at an address and the register's offset; `None` without a clock.
+    fn find(&mut self, address: u32, bits: u32) -> Option<(Peripheral, u32)> {
+        *self.used.entry(address).or_default() |= bits;
+        let (peripheral, offset, is_fresh) = self.place(address)?;
+        if is_fresh {
+            self.wrong.insert(format!(
+                "an access at {address:#010x} before its clock enable was read back (7.2.14)"
+            ));
+        }
+        Some((peripheral, offset))
+    }
+
+    fn place(&self, address: u32) -> Option<(Peripheral, u32, bool)> {
         let (begin, found, clock) = PERIPHERALS.iter().find(|(begin, found, _)| {
             let size = if *found == Peripheral::System {
                 0x1000
@@ -247,8 +295,12 @@ impl Board {
             };
             (*begin..begin + size).contains(&address)
         })?;
+        let is_fresh = clock.is_some_and(|(register, bit)| self.rcc.is_fresh(register, bit));
+        if is_fresh {
+            return Some((*found, address - begin, true));
+        }
         let has_clock = clock.is_none_or(|(register, bit)| self.rcc.is_enabled(register, bit));
-        has_clock.then_some((*found, address - begin))
+        has_clock.then_some((*found, address - begin, false))
     }
 
     /// A read by the processor.
@@ -256,7 +308,7 @@ impl Board {
         self.now += ACCESS_CYCLES * self.cycle_ticks.unwrap_or(0);
         let now = self.now;
         let found = self
-            .find(address)
+            .find(address, 0)
             .and_then(|(peripheral, offset)| match peripheral {
                 Peripheral::Tim2 => self.timers[0].read(offset, now),
                 Peripheral::Tim5 => self.timers[1].read(offset, now),
@@ -294,16 +346,28 @@ impl Board {
         self.now += ACCESS_CYCLES * self.cycle_ticks.unwrap_or(0);
         let now = self.now;
         let [_, apb2_hz] = self.rcc.apb_hz(now);
-        let wrong = match self.find(address) {
+        let wrong = match self.find(address, value) {
             None => vec![format!(
                 "a write at {address:#010x}: no register, or no clock"
             )],
-            Some((Peripheral::Tim2, offset)) => self.timers[0].write(offset, value, now),
+            Some((Peripheral::Tim2, offset)) => {
+                let mut wrong = self.timers[0].write(offset, value, now);
+                if self.timers[0].is_on() && !self.flash.caches_are_on() {
+                    wrong.push("sampling begins without the flash's caches or prefetch".to_owned());
+                }
+                wrong
+            }
             Some((Peripheral::Tim5, offset)) => self.timers[1].write(offset, value, now),
             Some((Peripheral::Iwdg, offset)) => self.watchdog.write(offset, value, now),
-            Some((Peripheral::Pwr, offset)) => self.power.write(offset, value),
+            Some((Peripheral::Pwr, offset)) => {
+                let mut wrong = self.power.write(offset, value);
+                wrong.extend(self.power.check(self.rcc.core_hz(now)));
+                wrong
+            }
             Some((Peripheral::Usart1, offset)) => {
                 let connected = self.ports[0].is_alternate(9, 7);
+                let port = &self.ports[0];
+                self.usarts[0].set_listening(port.is_alternate(10, 7), port.is_pulled_up(10));
                 self.usarts[0].write(offset, value, now, apb2_hz, connected)
             }
             Some((Peripheral::Usart6, offset)) => {
@@ -312,11 +376,13 @@ impl Board {
             }
             Some((Peripheral::Spi1, offset)) => {
                 let pins = (5..8).all(|pin| self.ports[0].is_alternate(pin, 5));
-                self.spi.write(offset, value, now, apb2_hz, pins)
+                let pads_hz = [5, 7].map(|pin| self.ports[0].speed_hz(pin));
+                let pads_hz = pads_hz[0].min(pads_hz[1]);
+                self.spi.write(offset, value, now, apb2_hz, pins, pads_hz)
             }
             Some((Peripheral::GpioA, offset)) => {
-                let wrong = self.ports[0].write(offset, value);
-                self.watch_select();
+                let mut wrong = self.ports[0].write(offset, value);
+                wrong.extend(self.watch_select());
                 wrong
             }
             Some((Peripheral::GpioC, offset)) => self.ports[1].write(offset, value),
@@ -343,7 +409,8 @@ impl Board {
         self.wrong.extend(wrong);
         // The next event may differ now, and the processor may stand.
         let is_data = matches!(
-            self.find(address),
+            self.place(address)
+                .map(|(peripheral, offset, _)| (peripheral, offset)),
             Some((Peripheral::Spi1 | Peripheral::Usart1 | Peripheral::GpioA, _))
         );
         if !is_data {
@@ -352,7 +419,7 @@ impl Board {
     }
 
     /// The bank sees chip select, PA4, and the latch pulse on PA0.
-    fn watch_select(&mut self) {
+    fn watch_select(&mut self) -> Option<String> {
         let is_selected = self.ports[0].output(4) == Some(false);
         let latches = self.timers[0].makes_pulses() && self.ports[0].is_alternate(0, 1);
         let latch = if latches {
@@ -360,7 +427,7 @@ impl Board {
         } else {
             0
         };
-        self.spi.set_select(is_selected, latch);
+        self.spi.set_select(is_selected, latch, self.now)
     }
 
     /// The address of the byte that the stream moves by now, if any.

@@ -1,5 +1,7 @@
 //! Stream 6 of DMA2 (RM0090 section 10), from memory to the transmitter of USART6 on channel 5.
 
+use crate::Named;
+
 /// Registers of the stream.
 #[derive(Debug, Clone, Default)]
 pub struct Stream {
@@ -24,6 +26,33 @@ const PAR: u32 = CR + 0x08;
 const M0AR: u32 = CR + 0x0C;
 
 const EN: u32 = 1 << 0;
+
+/// Registers and bits by the maker's names.
+pub const NAMED: Named = &[
+    (
+        "ISR[1]",
+        HISR,
+        &[("TCIF[2]", 1 << 21), ("HTIF[2]", 1 << 20)],
+    ),
+    (
+        "IFCR[1]",
+        HIFCR,
+        &[("TCIF[2]", 1 << 21), ("FEIF[2]", 1 << 16)],
+    ),
+    (
+        "ST[6].CR",
+        CR,
+        &[
+            ("EN", EN),
+            ("DIR", 0b11 << 6),
+            ("MINC", 1 << 10),
+            ("CHSEL", 0b111 << 25),
+        ],
+    ),
+    ("ST[6].NDTR", NDTR, &[]),
+    ("ST[6].PAR", PAR, &[]),
+    ("ST[6].M0AR", M0AR, &[]),
+];
 /// TCIF6 and HTIF6 (RM0090 10.5.2).
 const COMPLETE: u32 = 1 << 21 | 1 << 20;
 const OF_STREAM: u32 = 0b11_1101 << 16;

@@ -3,6 +3,7 @@
 
 use std::collections::BTreeMap;
 
+use crate::Named;
 use crate::random::Random;
 use crate::ticks;
 
@@ -60,6 +61,10 @@ pub struct Behaviour {
     pub refuses: Option<usize>,
     /// Power fails.
     pub cut: Option<Cut>,
+    /// The brown-out level of the option bytes, as they encode it: 0 is level 3, 3 is off.
+    pub brown_out: u32,
+    /// Bits of the access register that stay.
+    pub access_stays: u32,
 }
 
 impl Behaviour {
@@ -72,6 +77,8 @@ impl Behaviour {
         hangs_from: None,
         refuses: None,
         cut: None,
+        brown_out: 0,
+        access_stays: u32::MAX,
     };
 }
 
@@ -103,6 +110,15 @@ const ACR: u32 = 0x00;
 const KEYR: u32 = 0x04;
 const SR: u32 = 0x0C;
 const CR: u32 = 0x10;
+const OPTCR: u32 = 0x14;
+
+/// The option bytes as they leave the factory (RM0090 3.9.6), without the brown-out level.
+const OPTIONS: u32 = 0x0FFF_AAE1;
+const BOR_LEV: u32 = 0b11 << 2;
+const PRFTEN: u32 = 1 << 8;
+const ICEN: u32 = 1 << 9;
+const SNB: u32 = 0xF << 3;
+const PSIZE: u32 = 0b11 << 8;
 
 const LATENCY: u32 = 0b111;
 const DCEN: u32 = 1 << 10;
@@ -118,6 +134,46 @@ const PG: u32 = 1 << 0;
 const SER: u32 = 1 << 1;
 const STRT: u32 = 1 << 16;
 const LOCK: u32 = 1 << 31;
+
+/// Registers and bits by the maker's names.
+pub const NAMED: Named = &[
+    (
+        "ACR",
+        ACR,
+        &[
+            ("LATENCY", LATENCY),
+            ("PRFTEN", PRFTEN),
+            ("ICEN", ICEN),
+            ("DCEN", DCEN),
+            ("DCRST", DCRST),
+        ],
+    ),
+    ("KEYR", KEYR, &[]),
+    (
+        "SR",
+        SR,
+        &[
+            ("WRPERR", WRPERR),
+            ("PGPERR", PGPERR),
+            ("PGSERR", PGSERR),
+            ("BSY", BSY),
+        ],
+    ),
+    (
+        "CR",
+        CR,
+        &[
+            ("PG", PG),
+            ("SER", SER),
+            ("SNB", SNB),
+            ("PSIZE", PSIZE),
+            ("STRT", STRT),
+            ("LOCK", LOCK),
+        ],
+    ),
+    ("OPTCR", OPTCR, &[("BOR_LEV", BOR_LEV)]),
+];
+
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
 
 impl Flash {
@@ -170,6 +226,12 @@ impl Flash {
         self.acr & LATENCY
     }
 
+    /// True if both caches and the prefetch are on.
+    pub fn caches_are_on(&self) -> bool {
+        let all = PRFTEN | ICEN | DCEN;
+        self.acr & all == all
+    }
+
     /// True while an operation runs; with the time at which it ends.
     fn is_busy(&self, now: u64) -> bool {
         now < self.busy_until
@@ -181,6 +243,7 @@ impl Flash {
             ACR => self.acr & !LATENCY | self.shown_wait_states,
             SR => self.sr | if self.is_busy(now) { BSY } else { 0 },
             CR => self.cr,
+            OPTCR => OPTIONS | self.behaviour.brown_out << 2,
             _ => return None,
         })
     }
@@ -199,7 +262,7 @@ impl Flash {
                         self.cached.clear();
                     }
                 }
-                self.acr = value;
+                self.acr = value & self.behaviour.access_stays;
                 if self.behaviour.shows_wait_states {
                     self.shown_wait_states = value & LATENCY;
                 }
@@ -249,7 +312,7 @@ impl Flash {
         if self.sr & ERRORS != 0 {
             wrong.push("an erasure is started while error flags stand (3.6.3)".to_owned());
         }
-        let sector = (value >> 3) & 0xF;
+        let sector = (value & SNB) >> 3;
         let place = sector.wrapping_sub(FIRST_SECTOR) as usize;
         if value & SER == 0 || value & PG != 0 || place > 1 {
             wrong.push(format!(

@@ -53,7 +53,11 @@ impl Image {
         Self::read(name, &path)
     }
 
-    fn read(name: &str, path: &Path) -> Self {
+    /// Reads the image `name` from its ELF file.
+    ///
+    /// # Panics
+    /// It is none.
+    pub fn read(name: &str, path: &Path) -> Self {
         let bytes = fs::read(path).unwrap_or_else(|error| panic!("{}: {error}", path.display()));
         let elf = object::File::parse(&*bytes).expect("cargo makes ELF files");
         let mut flash = vec![0xFF; FLASH_BYTES as usize];

@@ -43,6 +43,9 @@ pub mod timer;
 pub mod usart;
 pub mod watchdog;
 
+/// Registers of a model: name, offset, and bits, each by the maker's name.
+pub type Named = &'static [(&'static str, u32, &'static [(&'static str, u32)])];
+
 /// A bit of a register where it is set.
 fn flag(bit: u32, is_set: bool) -> u32 {
     if is_set { bit } else { 0 }

@@ -21,7 +21,7 @@ const WFI: [u8; 2] = 0xBF30_u16.to_le_bytes();
 const HANG: [u8; 2] = 0xE7FE_u16.to_le_bytes();
 
 /// Ticks after which a pending interrupt is checked again, while it is masked: some instructions.
-const MASKED_TICKS: u64 = 100;
+const MASKED_TICKS: u64 = crate::ticks::of_ns(300);
 
 /// Ending of a run.
 #[derive(Debug, Clone, PartialEq, Eq)]

@@ -1,5 +1,7 @@
 //! A port of pins (RM0090 section 8): the connection of a pin, and the level of those that the processor drives.
 
+use crate::Named;
+
 /// Registers of one port.
 #[derive(Debug, Clone, Default)]
 pub struct Port {
@@ -10,11 +12,26 @@ pub struct Port {
 }
 
 const MODER: u32 = 0x00;
+const OSPEEDR: u32 = 0x08;
 const PUPDR: u32 = 0x0C;
 const ODR: u32 = 0x14;
 const BSRR: u32 = 0x18;
 const AFRL: u32 = 0x20;
 const AFRH: u32 = 0x24;
+
+/// The fastest output into 50 pF at 2.7 V, speeds 0 to 3 \[Hz\] (DS8626 revision 12, table 50).
+const SPEEDS_HZ: [u32; 4] = [4_000_000, 25_000_000, 50_000_000, 100_000_000];
+
+/// Registers by the maker's names.
+pub const NAMED: Named = &[
+    ("MODER", MODER, &[]),
+    ("OSPEEDR", OSPEEDR, &[]),
+    ("PUPDR", PUPDR, &[]),
+    ("ODR", ODR, &[]),
+    ("BSRR", BSRR, &[]),
+    ("AFR[0]", AFRL, &[]),
+    ("AFR[1]", AFRH, &[]),
+];
 
 impl Port {
     /// Port A after a reset: its pins 13 to 15 are the debugger's.
@@ -40,6 +57,11 @@ impl Port {
     /// True if a pin is pulled up.
     pub fn is_pulled_up(&self, pin: u32) -> bool {
         self.others[2] >> (2 * pin) & 0b11 == 0b01
+    }
+
+    /// The fastest output that the pin's pad makes \[Hz\].
+    pub fn speed_hz(&self, pin: u32) -> u32 {
+        SPEEDS_HZ[(self.others[1] >> (2 * pin) & 0b11) as usize]
     }
 
     fn mode(&self, pin: u32) -> u32 {

@@ -4,11 +4,24 @@ use crate::flag;
 use crate::flash::wait_states_needed;
 use crate::ticks;
 
+mod names;
+
+pub use names::NAMED;
+
 /// The crystal of the board \[Hz\] (docs/board.md).
 const CRYSTAL_HZ: u32 = 8_000_000;
 
 /// The internal oscillator \[Hz\].
 const INTERNAL_HZ: u32 = 16_000_000;
+
+/// The fastest that the core may run \[Hz\] (DS8626 revision 12, table 14).
+const CORE_LIMIT_HZ: u32 = 168_000_000;
+
+/// Least and largest input of the PLL \[Hz\] (DS8626 revision 12, table 36).
+const PLL_INPUT_HZ: [u32; 2] = [950_000, 2_100_000];
+
+/// Until the low-speed oscillator is ready \[ticks\] (DS8626 revision 12, table 35).
+const LOW_SPEED_STARTS: u64 = ticks::of_us(40);
 
 /// The fastest that APB1 and APB2 may run \[Hz\] (DS8626 table 17).
 const APB_LIMITS_HZ: [u32; 2] = [42_000_000, 84_000_000];
@@ -38,6 +51,10 @@ pub struct Behaviour {
     pub locks_to_internal: Option<u64>,
     /// True if the switch goes over to the PLL.
     pub switches: bool,
+    /// The period of the internal oscillator \[‰ of nominal\]: 957 to 1087 over temperature (DS8626 revision 12, table 34).
+    pub internal_period_per_mille: u64,
+    /// The bits of clock enables that stay: all ones, or less.
+    pub enables_stay: u32,
 }
 
 impl Behaviour {
@@ -48,6 +65,8 @@ impl Behaviour {
         locks_to_crystal: Some(ticks::of_us(200)),
         locks_to_internal: Some(ticks::of_us(200)),
         switches: true,
+        internal_period_per_mille: 1000,
+        enables_stay: u32::MAX,
     };
 }
 
@@ -68,6 +87,9 @@ pub struct Rcc {
     runs_from_pll: bool,
     cir: u32,
     enables: [u32; 5],
+    /// Bits of them that were set and not read back since: the clock may not run yet.
+    fresh: [u32; 5],
+    low_speed_on: Option<u64>,
     csr: u32,
 }
 
@@ -91,6 +113,14 @@ const SWITCH: u32 = 0b11;
 const CSSF: u32 = 1 << 7;
 const CSSC: u32 = 1 << 23;
 const RMVF: u32 = 1 << 24;
+const LSION: u32 = 1 << 0;
+const LSIRDY: u32 = 1 << 1;
+const PLLM: u32 = 0x3F;
+const PLLN: u32 = 0x1FF << 6;
+const PLLP: u32 = 0b11 << 16;
+const PPRE1: u32 = 0b111 << 10;
+const PPRE2: u32 = 0b111 << 13;
+const SWS: u32 = 0b11 << 2;
 
 impl Rcc {
     /// After power-on.
@@ -107,6 +137,8 @@ impl Rcc {
             runs_from_pll: false,
             cir: 0,
             enables: [0; 5],
+            fresh: [0; 5],
+            low_speed_on: None,
             csr: 0,
         };
         rcc.reset(reset_flag::POWER_ON | reset_flag::PIN, 0);
@@ -127,6 +159,8 @@ impl Rcc {
             runs_from_pll: false,
             cir: 0,
             enables: [0x0010_0000, 0, 0, 0, 0],
+            fresh: [0; 5],
+            low_speed_on: None,
             csr: self.csr | flags,
         };
     }
@@ -191,8 +225,9 @@ impl Rcc {
         self.watches_crystal
     }
 
-    /// The core's clock \[Hz\]; 0 if the PLL that runs it has lost its input.
-    pub fn core_hz(&self, now: u64) -> u32 {
+    /// The core's clock with the internal oscillator at its nominal rate \[Hz\]; 0 if the PLL that runs it has lost its
+    /// input.
+    pub fn nominal_hz(&self, now: u64) -> u32 {
         if !self.runs_from_pll {
             return INTERNAL_HZ;
         }
@@ -200,6 +235,31 @@ impl Rcc {
             return 0;
         }
         self.pll_hz()
+    }
+
+    /// The period of the running clock \[‰ of nominal\].
+    fn period_per_mille(&self) -> u64 {
+        if self.runs_from_pll && self.pllcfgr & PLLSRC != 0 {
+            1000
+        } else {
+            self.behaviour.internal_period_per_mille
+        }
+    }
+
+    /// Ticks of a period of `nominal_hz` as the running clock makes it; `None` for no whole number, or no clock.
+    pub fn ticks_of(&self, nominal_hz: u32) -> Option<u64> {
+        let scaled = ticks::of_period(nominal_hz)? * self.period_per_mille();
+        scaled.is_multiple_of(1000).then_some(scaled / 1000)
+    }
+
+    /// A rate as the running clock makes it \[Hz\].
+    fn actual(&self, nominal_hz: u32) -> u32 {
+        (u64::from(nominal_hz) * 1000 / self.period_per_mille()) as u32
+    }
+
+    /// The core's clock as it is \[Hz\].
+    pub fn core_hz(&self, now: u64) -> u32 {
+        self.actual(self.nominal_hz(now))
     }
 
     /// Output of the PLL for its input \[Hz\] (RM0090 7.3.2).
@@ -215,10 +275,10 @@ impl Rcc {
         } else {
             INTERNAL_HZ
         };
-        let input_hz = source_hz / (self.pllcfgr & 0x3F).max(1);
+        let input_hz = source_hz / (self.pllcfgr & PLLM).max(1);
         [
             input_hz,
-            input_hz.saturating_mul((self.pllcfgr >> 6) & 0x1FF),
+            input_hz.saturating_mul((self.pllcfgr & PLLN) >> 6),
         ]
     }
 
@@ -235,10 +295,28 @@ impl Rcc {
         self.dividers().map(|divider| self.core_hz(now) / divider)
     }
 
-    /// The clock of TIM2 and TIM5 \[Hz\]: twice APB1 where that is divided (RM0090 7.2).
+    /// The clock of TIM2 and TIM5, nominally \[Hz\]: twice APB1 where that is divided (RM0090 7.2).
     pub fn timer_hz(&self, now: u64) -> u32 {
         let [divider, _] = self.dividers();
-        self.core_hz(now) / divider * if divider == 1 { 1 } else { 2 }
+        self.nominal_hz(now) / divider * if divider == 1 { 1 } else { 2 }
+    }
+
+    /// True if the clock of a peripheral was turned on and not yet shown to be: an access now may come too early.
+    pub fn is_fresh(&self, register: usize, bit: u32) -> bool {
+        let place = if register >= 4 {
+            register - 1
+        } else {
+            register
+        };
+        self.fresh
+            .get(place)
+            .is_some_and(|bits| bits & (1 << bit) != 0)
+    }
+
+    /// True if the low-speed oscillator runs.
+    pub fn low_speed_runs(&self, now: u64) -> bool {
+        self.low_speed_on
+            .is_some_and(|on| now >= on + LOW_SPEED_STARTS)
     }
 
     /// True if the clock of a peripheral is on: register (0 to 2 AHB, 4 APB1, 5 APB2, from offset 0x30 on) and bit.
@@ -267,10 +345,18 @@ impl Rcc {
                     | flag(PLLRDY, self.pll_is_ready(now))
             }
             PLLCFGR => self.pllcfgr,
-            CFGR => self.cfgr & !0b1100 | flag(0b1000, self.runs_from_pll),
+            CFGR => self.cfgr & !SWS | flag(0b1000, self.runs_from_pll),
             CIR => self.cir,
-            CSR => self.csr,
-            _ => *self.enables.get(Self::enable_at(offset)?)?,
+            CSR => {
+                self.csr
+                    | flag(LSION, self.low_speed_on.is_some())
+                    | flag(LSIRDY, self.low_speed_runs(now))
+            }
+            _ => {
+                let place = Self::enable_at(offset)?;
+                *self.fresh.get_mut(place)? = 0;
+                *self.enables.get(place)?
+            }
         })
     }
 
@@ -318,12 +404,17 @@ impl Rcc {
                 }
             }
             CSR => {
+                self.low_speed_on = (value & LSION != 0).then(|| self.low_speed_on.unwrap_or(now));
                 if value & RMVF != 0 {
                     self.csr &= 0x01FF_FFFF & !RMVF;
                 }
             }
-            _ => match Self::enable_at(offset).and_then(|place| self.enables.get_mut(place)) {
-                Some(enable) => *enable = value,
+            _ => match Self::enable_at(offset) {
+                Some(place) => {
+                    let value = value & self.behaviour.enables_stay;
+                    self.fresh[place] |= value & !self.enables[place];
+                    self.enables[place] = value;
+                }
                 None => wrong.push(format!("RCC has no register at {offset:#x}")),
             },
         }
@@ -354,6 +445,9 @@ impl Rcc {
     /// Limits of frequencies, at every step.
     pub fn check(&self, now: u64, wait_states: u32, wrong: &mut Vec<String>) {
         let core_hz = self.core_hz(now);
+        if core_hz > CORE_LIMIT_HZ {
+            wrong.push(format!("the core runs at {core_hz} Hz (DS8626 table 14)"));
+        }
         let needed = wait_states_needed(core_hz);
         if wait_states < needed {
             wrong.push(format!(
@@ -370,10 +464,17 @@ impl Rcc {
             }
         }
         if self.pll_on.is_some() {
-            let [input_hz, output_hz] = self.vco_hz();
-            let sound = (1_000_000..=2_000_000).contains(&input_hz)
+            let from_crystal = self.pllcfgr & PLLSRC != 0;
+            let per_mille = if from_crystal {
+                1000
+            } else {
+                self.behaviour.internal_period_per_mille
+            };
+            let actual = |hz: u32| (u64::from(hz) * 1000 / per_mille) as u32;
+            let [input_hz, output_hz] = self.vco_hz().map(actual);
+            let sound = (PLL_INPUT_HZ[0]..=PLL_INPUT_HZ[1]).contains(&input_hz)
                 && (100_000_000..=432_000_000).contains(&output_hz)
-                && self.pll_hz() <= 168_000_000;
+                && actual(self.pll_hz()) <= CORE_LIMIT_HZ;
             if !sound {
                 wrong.push(format!(
                     "the PLL is fed {input_hz} Hz and makes {output_hz} Hz (7.3.2)"

@@ -47,7 +47,7 @@ impl System {
         Self {
             vtor: vectors,
             fpccr: 0xC000_0000,
-            cycle_ticks: 21,
+            cycle_ticks: 63_000,
             ..Self::default()
         }
     }

@@ -1,7 +1,13 @@
 //! The unit of time: fine enough for every clock of the board to have whole ticks.
 
-/// Ticks in a second: the least common multiple of 168 MHz and 16 MHz. 32 kHz, 1 and 3 Mbaud have whole ticks too.
-pub const PER_SECOND: u64 = 336_000_000;
+/// Ticks in a second: a thousand times the least common multiple of 168, 144 and 16 MHz, so that a period that is longer or
+/// shorter by a number of per mille has whole ticks too. 32 kHz, 1 and 3 Mbaud have whole ticks as well.
+pub const PER_SECOND: u64 = 1_008_000_000_000;
+
+/// Ticks of a time \[ns\].
+pub const fn of_ns(ns: u64) -> u64 {
+    ns * (PER_SECOND / 1_000_000_000)
+}
 
 /// Ticks of a clock's period. `None` if it has no whole number of them, or does not run.
 pub fn of_period(hz: u32) -> Option<u64> {

@@ -1,6 +1,6 @@
 //! A general-purpose timer that counts up (RM0090 section 18): TIM2 and TIM5, 32 bits wide.
 
-use crate::ticks;
+use crate::{Named, flag};
 
 /// Registers and the counter.
 #[derive(Debug, Clone, Default)]
@@ -22,6 +22,14 @@ pub struct Timer {
     overflows: u64,
     /// Overflows acknowledged at the update flag.
     acknowledged: u64,
+    ccmr2: u32,
+    option: u32,
+    /// Period of the oscillator at channel 4's input \[ticks\], if it runs.
+    low_speed_period: Option<u64>,
+    /// Time and counter of the last edge that was captured; none before the channel is on.
+    capture: Option<(u64, u32)>,
+    /// A capture that was not read, and one that was overwritten.
+    captured: (bool, bool),
 }
 
 const CR1: u32 = 0x00;
@@ -33,6 +41,44 @@ const CNT: u32 = 0x24;
 const PSC: u32 = 0x28;
 const ARR: u32 = 0x2C;
 const CCR1: u32 = 0x34;
+const CCMR2: u32 = 0x1C;
+const CCR4: u32 = 0x40;
+const OR: u32 = 0x50;
+const CC4E: u32 = 1 << 12;
+const UIF: u32 = 1 << 0;
+const CC4IF: u32 = 1 << 4;
+const CC4OF: u32 = 1 << 12;
+/// Channel 4 is an input of its own pin; of every eighth edge.
+const CC4S: u32 = 0b11 << 8;
+const CC4S_OWN: u32 = 0b01 << 8;
+const IC4PSC_EIGHT: u32 = 0b11 << 10;
+/// TI4_RMP: the low-speed oscillator.
+const TI4_LOW_SPEED: u32 = 0b01 << 6;
+const OC1M: u32 = 0b111 << 4;
+
+/// Registers and bits by the maker's names.
+pub const NAMED: Named = &[
+    ("CR1", CR1, &[("CEN", CEN)]),
+    ("DIER", DIER, &[("UIE", UIE)]),
+    (
+        "SR",
+        SR,
+        &[("UIF", UIF), ("CCIF[3]", CC4IF), ("CCOF[3]", CC4OF)],
+    ),
+    ("CCMR_Output[0]", CCMR1, &[("OCM[0]", OC1M)]),
+    (
+        "CCMR_Input[1]",
+        CCMR2,
+        &[("CCS[1]", CC4S), ("ICPSC[1]", IC4PSC_EIGHT)],
+    ),
+    ("CCER", CCER, &[("CCE[0]", CC1E), ("CCE[3]", CC4E)]),
+    ("CNT", CNT, &[]),
+    ("PSC", PSC, &[]),
+    ("ARR", ARR, &[]),
+    ("CCR[0]", CCR1, &[]),
+    ("CCR[3]", CCR4, &[]),
+    ("OR", OR, &[]),
+];
 
 const CEN: u32 = 1 << 0;
 const UIE: u32 = 1 << 0;
@@ -50,15 +96,16 @@ impl Timer {
         }
     }
 
-    /// The timer's clock is now `hz`.
-    pub fn set_clock(&mut self, hz: u32, now: u64) {
-        if let Some(count_ticks) = ticks::of_period(hz) {
+    /// The timer's clock has now a period of so many ticks.
+    pub fn set_clock(&mut self, period: Option<u64>, now: u64) {
+        if let Some(count_ticks) = period {
             self.settle(now);
             self.count_ticks = count_ticks * (u64::from(self.psc) + 1);
         }
     }
 
-    fn is_on(&self) -> bool {
+    /// True if it counts.
+    pub fn is_on(&self) -> bool {
         self.cr1 & CEN != 0
     }
 
@@ -81,7 +128,33 @@ impl Timer {
         }
     }
 
+    /// The oscillator at channel 4 has this period \[ticks\], or does not run.
+    pub fn set_low_speed(&mut self, period: Option<u64>) {
+        self.low_speed_period = period;
+    }
+
+    /// Captures the counter at every eighth edge up to now; the counter is known at an earlier time.
+    fn capture(&mut self, now: u64) {
+        let set_up = self.ccer & CC4E != 0
+            && self.ccmr2 & (CC4S | IC4PSC_EIGHT) == CC4S_OWN | IC4PSC_EIGHT
+            && self.option == TI4_LOW_SPEED
+            && self.is_on();
+        let Some(period) = self.low_speed_period.filter(|_| set_up) else {
+            self.capture = None;
+            return;
+        };
+        let (mut at, mut value) = self.capture.unwrap_or((now, 0));
+        while at + 8 * period <= now {
+            at += 8 * period;
+            let counts = at.saturating_sub(self.known_at) / self.count_ticks;
+            value = ((self.known + counts) % self.period()) as u32;
+            self.captured = (true, self.captured.0);
+        }
+        self.capture = Some((at, value));
+    }
+
     fn settle(&mut self, now: u64) {
+        self.capture(now);
         let counts = self.since(now);
         let total = self.known + counts;
         self.overflows += total / self.period();
@@ -130,7 +203,17 @@ impl Timer {
         Some(match offset {
             CR1 => self.cr1,
             DIER => self.dier,
-            SR => u32::from(self.overflows > self.acknowledged),
+            SR => {
+                flag(UIF, self.overflows > self.acknowledged)
+                    | flag(CC4IF, self.captured.0)
+                    | flag(CC4OF, self.captured.1)
+            }
+            CCMR2 => self.ccmr2,
+            CCR4 => {
+                self.captured.0 = false;
+                self.capture.map_or(0, |(_, value)| value)
+            }
+            OR => self.option,
             CCMR1 => self.ccmr1,
             CCER => self.ccer,
             CNT => self.known as u32,
@@ -154,6 +237,8 @@ impl Timer {
                 }
             }
             CCMR1 => self.ccmr1 = value,
+            CCMR2 => self.ccmr2 = value,
+            OR => self.option = value,
             CCER => self.ccer = value,
             CNT => self.known = u64::from(value),
             PSC if value == self.psc => {}

@@ -1,6 +1,6 @@
 //! A serial port (RM0090 section 30): transmitter with one byte of buffer, receiver with overrun.
 
-use crate::flag;
+use crate::{Named, flag};
 use std::collections::VecDeque;
 
 use crate::ticks;
@@ -27,6 +27,8 @@ pub struct Usart {
     last: u8,
     overrun: bool,
     overrun_seen: bool,
+    /// The receiver's pin is connected to it, and pulled up.
+    listens: (bool, bool),
 }
 
 const SR: u32 = 0x00;
@@ -43,6 +45,24 @@ const UE: u32 = 1 << 13;
 const TE: u32 = 1 << 3;
 const RE: u32 = 1 << 2;
 const DMAT: u32 = 1 << 7;
+const OVER8: u32 = 1 << 15;
+
+/// Registers and bits by the maker's names.
+pub const NAMED: Named = &[
+    (
+        "SR",
+        SR,
+        &[("ORE", ORE), ("RXNE", RXNE), ("TC", TC), ("TXE", TXE)],
+    ),
+    ("DR", DR, &[]),
+    ("BRR", BRR, &[]),
+    (
+        "CR1",
+        CR1,
+        &[("UE", UE), ("TE", TE), ("RE", RE), ("OVER8", OVER8)],
+    ),
+    ("CR3", CR3, &[("DMAT", DMAT)]),
+];
 
 impl Usart {
     /// A reset: bytes on their way to the board go on, bytes that the board was sending do not.
@@ -55,13 +75,28 @@ impl Usart {
         };
     }
 
-    /// Bits a second, with the bus at `apb_hz`: with 16-fold oversampling the register holds the ratio (RM0090 30.3.4).
+    /// Ratio of the bus clock and the rate (RM0090 30.3.4): the register itself with 16-fold oversampling, eighths with the
+    /// fraction in three bits with 8-fold.
+    fn ratio(&self) -> u32 {
+        if self.cr1 & OVER8 == 0 {
+            self.brr
+        } else {
+            (self.brr >> 4) * 8 + (self.brr & 0b111)
+        }
+    }
+
+    /// Bits a second, with the bus at `apb_hz`.
     pub fn baud(&self, apb_hz: u32) -> u32 {
-        apb_hz / self.brr.max(1)
+        apb_hz / self.ratio().max(1)
+    }
+
+    /// The receiver's pin: connected to it, and pulled up.
+    pub fn set_listening(&mut self, connected: bool, pulled_up: bool) {
+        self.listens = (connected, pulled_up);
     }
 
     fn byte_ticks(&self, apb_hz: u32) -> u64 {
-        BITS * u64::from(self.brr) * ticks::PER_SECOND / u64::from(apb_hz.max(1))
+        BITS * u64::from(self.ratio()) * ticks::PER_SECOND / u64::from(apb_hz.max(1))
     }
 
     /// Time at which the transmitter takes a byte from the DMA stream, if it asks for any.
@@ -82,7 +117,7 @@ impl Usart {
 
     fn settle(&mut self, now: u64) {
         while let Some((_, byte)) = self.coming.pop_front_if(|(at, _)| *at <= now) {
-            if self.cr1 & (UE | RE) != UE | RE {
+            if self.cr1 & (UE | RE) != UE | RE || !self.listens.0 {
                 continue;
             }
             if self.received.is_some() {
@@ -139,7 +174,22 @@ impl Usart {
             }
             DR => self.send(value as u8, now, apb_hz),
             BRR => self.brr = value,
-            CR1 => self.cr1 = value,
+            CR1 => {
+                self.cr1 = value;
+                let least = if value & OVER8 == 0 { 16 } else { 8 };
+                if value & UE != 0 && self.ratio() < least {
+                    return vec![format!(
+                        "a ratio of {} with control {value:#x} (30.3.4)",
+                        self.ratio()
+                    )];
+                }
+                if value & (UE | RE) == UE | RE && self.listens != (true, true) {
+                    return vec![
+                        "a receiver is turned on whose pin is not its own, or not pulled up"
+                            .to_owned(),
+                    ];
+                }
+            }
             CR3 => self.cr3 = value,
             _ => {
                 return vec![format!(

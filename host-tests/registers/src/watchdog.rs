@@ -1,6 +1,6 @@
 //! The independent watchdog (RM0090 section 21), on its own oscillator.
 
-use crate::ticks;
+use crate::{Named, ticks};
 
 /// The fastest and the slowest that its oscillator may be \[Hz\] (DS8626 table 36).
 pub const OSCILLATOR_HZ: [u32; 2] = [17_000, 47_000];
@@ -30,6 +30,14 @@ const KR: u32 = 0x00;
 const PR: u32 = 0x04;
 const RLR: u32 = 0x08;
 const SR: u32 = 0x0C;
+
+/// Registers by the maker's names.
+pub const NAMED: Named = &[
+    ("KR", KR, &[]),
+    ("PR", PR, &[]),
+    ("RLR", RLR, &[]),
+    ("SR", SR, &[]),
+];
 
 impl Watchdog {
     /// After a reset: off.

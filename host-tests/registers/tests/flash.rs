@@ -29,7 +29,7 @@ fn stopped(machine: &mut Machine, behaviour: Behaviour) {
     machine.board().behaviour = behaviour;
     in_use(machine);
     machine.power_on_with(7, STOP.0, STOP.1);
-    assert_eq!(machine.run_for(ticks::of_ms(8)), Ending::Time);
+    assert_eq!(machine.run_for(ticks::of_ms(12)), Ending::Time);
 }
 
 /// Boots and reads the generation in force; 0 with none.

@@ -9,13 +9,18 @@ use rlg_target::{Image, Platform, TargetCore, on_target};
 use trueaxis::{AccelerometerParameters, CrossAxis, Parameters, Sample};
 
 /// Most turns of the interrupt's loops, by the function of the source; polls of the bus apart.
-const TURNS: [(&str, u64, &str); 6] = [
+const TURNS: [(&str, u64, &str); 7] = [
     ("delay", 17, "SELECT_CYCLES, two cycles a turn"),
     ("operate", 40, "the bytes of a bank frame"),
     (
         "exchange",
         0,
         "polls: they are the bus's time, told apart below",
+    ),
+    (
+        "wait_until_idle",
+        1,
+        "half a bit of the bus, 8 cycles; a bus that stays busy fails, as one whose byte does not come",
     ),
     ("transaction", 0, "a hold that no record here asks for"),
     ("close", 3, "the gyros"),

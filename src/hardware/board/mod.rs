@@ -3,6 +3,8 @@
 //! The pins are tabulated in docs/board.md. The main loop sends telemetry frames and, with the feature `raw`, the raw stream on USART6, logs events for a probe and feeds the
 //! watchdog; it sleeps while there is nothing to send.
 
+mod low_speed;
+
 mod spi_bus;
 
 #[cfg(feature = "raw")]
@@ -16,8 +18,9 @@ use cortex_m::peripheral::SCB;
 use cortex_m_rt::entry;
 use defmt_rtt as _;
 use heapless::spsc::Queue;
-use stm32f4::stm32f405::{PWR, Peripherals, RCC};
+use stm32f4::stm32f405::{PWR, Peripherals, RCC, TIM5};
 use trueaxis::bank_bus::CounterBank;
+use trueaxis::board_state::BoardState;
 use trueaxis::clock_start::Clocks;
 use trueaxis::counter_bank::AccelerometerInput;
 use trueaxis::parameter_slots::Loaded;
@@ -27,6 +30,7 @@ use self::watchdog::Watchdog;
 use super::background::Background;
 use super::boot::{self, boot};
 use super::clock;
+use super::enable;
 use super::failure::{self, FailureKind};
 use super::flash::{SECTOR_BYTES, SlotFlash};
 use super::link::Link;
@@ -71,9 +75,19 @@ fn main() -> ! {
     let (flash, pwr) = (&peripherals.FLASH, &peripherals.PWR);
     let clocks = clock::start(&rcc, flash, pwr, crystal_was_lost);
     let report = report_so_far(&rcc, &clocks, failure);
+    let (clocks, mut state) = measured(&rcc, &peripherals.TIM5, clocks);
+    state.brown_out_low = !supply::brown_out_suffices(flash);
+    state.caches_off = !clock::caches_are_on(flash, clocks.wait_states);
+    tell(&state);
     let mut serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let flash = SlotFlash::new(peripherals.FLASH);
-    let flash = unless_stopped(flash, &peripherals.PWR, &mut serial, &clocks);
+    let flash = unless_stopped(
+        flash,
+        &peripherals.PWR,
+        &mut serial,
+        clocks.core_hz,
+        state.to_word(),
+    );
 
     let mut loaded = Loaded::none();
     let report_of_boot = boot(
@@ -118,6 +132,11 @@ fn main() -> ! {
             raw_tap,
         )
     });
+    state.enable_unconfirmed = enable::has_failed();
+    link.tell(state.to_word());
+    if state.enable_unconfirmed {
+        defmt::error!("a peripheral's clock enable did not read back");
+    }
     loop {
         let served = background.poll();
         watchdog.feed(served);
@@ -160,9 +179,44 @@ fn report_so_far(rcc: &RCC, clocks: &Clocks, failure: Option<(FailureKind, u32)>
     report
 }
 
+/// Measures the low-speed oscillator. On the crystal, keeps it as the reference; without, corrects the clocks by it.
+#[inline(never)]
+fn measured(rcc: &RCC, time: &TIM5, clocks: Clocks) -> (Clocks, BoardState) {
+    let low_speed_hz = low_speed::measure(rcc, time, clocks.timer_hz);
+    if !clocks.is_fallback() {
+        low_speed::keep(low_speed_hz);
+    }
+    let reference_hz = low_speed::kept();
+    let state = BoardState {
+        low_speed_hz,
+        reference_hz,
+        clock_fallback: clocks.is_fallback(),
+        ..BoardState::default()
+    };
+    (clocks.corrected(reference_hz, low_speed_hz), state)
+}
+
+/// Logs clock and supply, as a `state` request is answered.
+#[inline(never)]
+fn tell(state: &BoardState) {
+    defmt::info!("board {}", *state);
+    if state.brown_out_low {
+        defmt::warn!("the brown-out level is below 3: see docs/board.md, flash and log");
+    }
+    if state.caches_off {
+        defmt::warn!("the flash's caches or wait states are not as set");
+    }
+}
+
 /// Serves requests and starts anew, if the run before this one was asked to stop; else gives the flash back.
 #[inline(never)]
-fn unless_stopped(flash: SlotFlash, pwr: &PWR, serial: &mut Serial, clocks: &Clocks) -> SlotFlash {
+fn unless_stopped(
+    flash: SlotFlash,
+    pwr: &PWR,
+    serial: &mut Serial,
+    core_hz: u32,
+    state: u32,
+) -> SlotFlash {
     if !service_mode::take_request() {
         return flash;
     }
@@ -171,7 +225,7 @@ fn unless_stopped(flash: SlotFlash, pwr: &PWR, serial: &mut Serial, clocks: &Clo
     };
     defmt::info!("stopped: waiting for requests");
     let slots = [0, SECTOR_BYTES];
-    let idle = IdleTimer::new(core.SYST, clocks.core_hz);
-    service_mode::serve(flash, slots, || supply::suffices(pwr), serial, idle);
+    let idle = IdleTimer::new(core.SYST, core_hz);
+    service_mode::serve(flash, slots, || supply::suffices(pwr), serial, idle, state);
     SCB::sys_reset()
 }

@@ -8,6 +8,7 @@ use core::sync::atomic::{Ordering, compiler_fence};
 
 use stm32f4::stm32f405::{DMA2, GPIOC, RCC, USART6};
 
+use crate::hardware::enable;
 use crate::hardware::raw_link::BATCH_BYTES;
 
 /// Bits a second: the most that common USB adapters know, and a divisor of 84 MHz without a rest.
@@ -42,17 +43,22 @@ impl RawPort {
         apb2_hz: u32,
         buffer: &'static mut RawBuffer,
     ) -> Option<Self> {
-        let divisor = apb2_hz / BAUD;
+        let divisor = (apb2_hz + BAUD / 2) / BAUD;
         if divisor < LEAST_DIVISOR {
             return None;
         }
         rcc.ahb1enr()
             .modify(|_, w| w.gpiocen().enabled().dma2en().enabled());
         rcc.apb2enr().modify(|_, w| w.usart6en().enabled());
+        enable::confirm(|| {
+            let enables = rcc.ahb1enr().read();
+            enables.gpiocen().is_enabled() && enables.dma2en().is_enabled()
+        });
+        enable::confirm(|| rcc.apb2enr().read().usart6en().is_enabled());
         gpioc.afrl().modify(|_, w| w.afrl6().af8());
         gpioc.ospeedr().modify(|_, w| w.ospeedr6().high_speed());
         gpioc.moder().modify(|_, w| w.moder6().alternate());
-        // SAFETY: the register holds the clock over the baud rate in sixteenths (RM0090 30.3.4): 28, within its 16 bits.
+        // SAFETY: the register holds the clock over the baud rate in sixteenths (RM0090 30.3.4): 28 or 24, within its 16 bits.
         usart.brr().write(|w| unsafe { w.bits(divisor as u16) });
         usart.cr3().write(|w| w.dmat().enabled());
         usart.cr1().write(|w| w.ue().enabled().te().enabled());

@@ -13,6 +13,8 @@ use embedded_hal::digital::{ErrorType as PinErrorType, OutputPin};
 use embedded_hal::spi::{Error, ErrorKind, ErrorType, Operation, SpiDevice};
 use stm32f4::stm32f405::{GPIOA, RCC, SPI1};
 
+use crate::hardware::enable;
+
 /// Fastest clock \[Hz\]: an eighth of 84 MHz, so that a bit lasts 95 ns and a metre of cable with its
 /// buffers (some 20 ns there and back) leaves half a bit less 20 ns between edge and sample.
 const SPI_LIMIT_HZ: u32 = 10_500_000;
@@ -68,6 +70,8 @@ impl SpiBus {
     pub fn new(spi: SPI1, gpioa: GPIOA, rcc: &RCC, apb2_hz: u32) -> Self {
         rcc.ahb1enr().modify(|_, w| w.gpioaen().enabled());
         rcc.apb2enr().modify(|_, w| w.spi1en().enabled());
+        enable::confirm(|| rcc.ahb1enr().read().gpioaen().is_enabled());
+        enable::confirm(|| rcc.apb2enr().read().spi1en().is_enabled());
         // High before it becomes an output: no false latch.
         gpioa.bsrr().write(|w| w.bs4().set_());
         gpioa.afrl().modify(|_, w| {
@@ -75,6 +79,7 @@ impl SpiBus {
             w.afrl6().af5().afrl7().af5()
         });
         gpioa.ospeedr().modify(|_, w| {
+            // 50 MHz into 40 pF (DS8626 revision 12, table 50); the slowest pads end at 4 MHz.
             w.ospeedr4().high_speed().ospeedr5().high_speed();
             w.ospeedr7().high_speed()
         });
@@ -110,6 +115,14 @@ impl SpiBus {
             return Err(BusFault);
         }
         Ok(self.spi.dr().read().dr().bits() as u8)
+    }
+
+    /// Waits until the last bit has ended: a byte has come half a bit before, and the bank must see that edge with its select
+    /// still low (BSY, RM0090 28.3.7).
+    #[inline]
+    fn wait_until_idle(&self) -> Result<(), BusFault> {
+        let is_idle = (0..BYTE_POLLS).any(|_| !self.spi.sr().read().bsy().bit());
+        if is_idle { Ok(()) } else { Err(BusFault) }
     }
 
     /// Carries out one operation of a transaction.
@@ -167,7 +180,9 @@ impl SpiDevice for SpiBus {
         let _ = self.spi.sr().read();
         let outcome = operations
             .iter_mut()
-            .try_for_each(|operation| self.operate(operation));
+            .try_for_each(|operation| self.operate(operation))
+            // A bus that has failed is not waited for a second time.
+            .and_then(|()| self.wait_until_idle());
         let Ok(()) = self.select.set_high();
         outcome
     }

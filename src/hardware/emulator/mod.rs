@@ -208,7 +208,14 @@ fn serve(link: Link, core_hz: u32) -> io::Result<()> {
     let mut flash = SlotFlash::new(unsafe { FLASH::steal() });
     let memory = SlotMemory::new(bytes, &mut flash);
     let idle = IdleTimer::new(core.SYST, core_hz);
-    let memory = service_mode::serve(memory, [0, SLOT_BYTES as u32], || true, &mut serial, idle);
+    let memory = service_mode::serve(
+        memory,
+        [0, SLOT_BYTES as u32],
+        || true,
+        &mut serial,
+        idle,
+        0,
+    );
     File::create(c"slots.bin")?.write_all(memory.bytes())
 }
 

@@ -2,7 +2,8 @@
 
 use trueaxis::chain::terms::records::TermKinds;
 use trueaxis::clock_start::{
-    CRYSTAL_POLLS, ClockSource, MOST_POLLS, PLL_POLLS, REGISTER_POLLS, wait_states_for,
+    CRYSTAL_PAUSE_CYCLES, CRYSTAL_POLLS, ClockSource, INTERNAL_RANGE_PER_MILLE, MOST_POLLS,
+    PLL_POLLS, REGISTER_POLLS, wait_states_for,
 };
 use trueaxis::health::{item, reset_cause};
 use trueaxis::raw_period::RawSource;
@@ -172,14 +173,19 @@ fn a_trace_holds_what_came_last_and_stops_half_a_ring_after_the_fault() {
     );
 }
 
-/// 5 ms of four cycles of 16 MHz, 1 ms of the same, and all waits of a start together.
+/// 1700 pauses of 1000 cycles, at least 100 ms of the fastest internal oscillator; 1 ms of four cycles of 16 MHz; and all
+/// waits of a start together.
 #[test]
 fn waits_of_the_clocks_start_are_bounded_by_the_documented_polls() {
     assert_eq!(
         (CRYSTAL_POLLS, PLL_POLLS, REGISTER_POLLS),
-        (20_000, 4_000, 1_000)
+        (1_700, 4_000, 1_000)
     );
-    assert_eq!(MOST_POLLS, 38_000);
+    assert_eq!(CRYSTAL_PAUSE_CYCLES, 1_000);
+    let least_cycles = CRYSTAL_POLLS * CRYSTAL_PAUSE_CYCLES;
+    let fastest_khz = 16 * INTERNAL_RANGE_PER_MILLE[1];
+    assert!(least_cycles / fastest_khz >= 100, "in milliseconds");
+    assert_eq!(MOST_POLLS, 19_700);
     // RM0090 table 10 at 2.7 V to 3.6 V.
     for (core_mhz, states) in [
         (16, 0),
@@ -216,6 +222,32 @@ fn waits_of_the_clocks_start_are_bounded_by_the_documented_polls() {
             is_fallback
         );
     }
+}
+
+/// Measured by a low-speed oscillator of 32 kHz that the crystal knows: a slow clock counts fewer ticks of its periods, and
+/// takes it for a fast one.
+#[test]
+fn a_fallback_clock_is_corrected_by_the_oscillator_that_the_crystal_measured() {
+    let nominal = trueaxis::clock_start::Clocks {
+        source: ClockSource::InternalPll,
+        core_hz: 144_000_000,
+        apb2_hz: 72_000_000,
+        timer_hz: 72_000_000,
+        wait_states: 5,
+    };
+    let slow = nominal.corrected(32_000, 34_783);
+    assert!(slow.core_hz.abs_diff(132_480_000) < 3_000, "{slow:?}");
+    assert!(slow.timer_hz.abs_diff(66_240_000) < 1_500 && slow.apb2_hz == slow.timer_hz);
+    let fast = nominal.corrected(32_000, 30_622);
+    assert!(fast.core_hz.abs_diff(150_480_000) < 3_000, "{fast:?}");
+    for (reference_hz, measured_hz) in
+        [(0, 32_000), (32_000, 0), (32_000, 40_000), (40_000, 32_000)]
+    {
+        assert_eq!(nominal.corrected(reference_hz, measured_hz), nominal);
+    }
+    let source = ClockSource::Crystal;
+    let crystal = trueaxis::clock_start::Clocks { source, ..nominal };
+    assert_eq!(crystal.corrected(32_000, 34_783), crystal);
 }
 
 /// Bit 0 accelerometers, bit 1 a strip that adapts, bit n + 1 the build's term n.
