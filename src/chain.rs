@@ -8,6 +8,10 @@ pub(crate) mod dither_phase;
 
 pub mod parameters;
 
+pub mod health_limits;
+
+pub mod identity;
+
 pub mod sample;
 
 pub mod faults;
@@ -31,8 +35,9 @@ pub mod dither_monitor;
 use crate::chain::code_sum::CodeSum;
 use crate::chain::faults::{Faults, FirstFault, Status};
 use crate::chain::numbers::NumberSystem;
+use crate::chain::numbers::exact::{FINE_PER_M_S_LOG2, FINE_PER_RAD_LOG2};
 use crate::chain::parameters::{ParameterError, Parameters};
-use crate::chain::sample::{OutputFrame, Sample};
+use crate::chain::sample::{OutputFrame, Sample, SampleIncrement};
 use crate::chain::stages::adaptation::{Adaptation, AdaptationState};
 use crate::chain::stages::compensation;
 use crate::chain::stages::coning::{self, ConingState};
@@ -47,7 +52,7 @@ use crate::chain::stages::sculling::{self, ScullingState};
 use crate::chain::stages::size_effect::{self, SizeEffect, SizeEffectState};
 use crate::chain::stages::turning;
 use crate::chain::stages::velocity::Velocity;
-use crate::chain::terms::{PeriodSums, SlowReadings, Term};
+use crate::chain::terms::{PeriodSums, SlowReadings, SlowTerms, SlowUpdate, Term};
 use crate::chain::triad::Triad;
 
 /// The configuration of every stage: checked once when built, constant afterwards.
@@ -179,6 +184,12 @@ impl<N: NumberSystem, T: Term<N>> ChainState<N, T> {
         self.periods_before.wrapping_add(self.periods_in_output)
     }
 
+    /// Sampling periods of the present output period so far.
+    #[inline(always)]
+    pub(crate) fn periods_in_output(&self) -> u32 {
+        self.periods_in_output
+    }
+
     /// True if the next sample follows a start or a gap.
     pub fn is_beginning(&self) -> bool {
         self.phase != StreamPhase::Ordinary
@@ -284,8 +295,18 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
         state.phase != StreamPhase::First && self.adaptation.has_started(&state.adaptation)
     }
 
-    /// Hands readings that change slowly to the terms; they hold until the next ones. The sampling interrupt must not run
-    /// meanwhile.
+    /// The terms as the main loop needs them to prepare updates of the slow readings.
+    pub fn slow_terms(&self) -> SlowTerms<N, T> {
+        SlowTerms::new(self.terms)
+    }
+
+    /// Takes an update that [`SlowTerms`] prepared: a copy.
+    #[inline]
+    pub fn take_slow(&self, state: &mut ChainState<N, T>, update: &SlowUpdate<N, T>) {
+        self.terms.take_slow(&mut state.terms, &update.prepared);
+    }
+
+    /// Hands readings that change slowly to the terms; they hold until the next ones.
     pub fn slow(&self, state: &mut ChainState<N, T>, readings: &SlowReadings) {
         self.terms.slow(&mut state.terms, readings);
     }
@@ -315,6 +336,36 @@ impl<N: NumberSystem, T: Term<N>> Chain<N, T> {
     ) -> Option<OutputFrame> {
         self.take(state, sample);
         self.is_due(state).then(|| self.finish(state))
+    }
+
+    /// The increments of the sample that the chain took last, without waiting for a frame: free of dither, less the bias,
+    /// through scale, installation and the terms of increments; zeros after a start or lost samples, when there is none.
+    ///
+    /// For control loops at the sample rate. Navigation takes frames: rounded increments of samples, summed, lose what the
+    /// exact sums of a frame keep, and they hold neither the flexure term nor coning, sculling, size effect and the
+    /// angle by which the strip's taps move.
+    pub fn increment(&self, state: &ChainState<N, T>) -> SampleIncrement {
+        if !state.phase.has_increment() || state.phase == StreamPhase::Second {
+            return SampleIncrement::default();
+        }
+        let fine = |increment: Triad<N::Increment>| {
+            let fine = |value| N::ahead(value, N::Increment::default()) << self.unit_log2;
+            [fine(increment.x), fine(increment.y), fine(increment.z)]
+        };
+        let bias = self.counts.bias_wide(1, self.terms.bias(&state.terms));
+        let bias = compensation::at_rest_wide(self.installation.exact_at_rest(), bias);
+        let mut rotation = fine(state.coning.latest());
+        for (rotation, bias) in rotation.iter_mut().zip(bias) {
+            *rotation = rotation.wrapping_sub(bias as i64);
+        }
+        let scaled = |fine: [i64; 3], log2: i32| {
+            // A power of two: the quotient is as exact as an f32 can be.
+            fine.map(|fine| (fine as f64 / libm::exp2(f64::from(log2))) as f32)
+        };
+        SampleIncrement {
+            dtheta_rad: scaled(rotation, FINE_PER_RAD_LOG2),
+            dvel_m_s: scaled(fine(state.sculling.latest()), FINE_PER_M_S_LOG2),
+        }
     }
 
     /// Takes one sample through the chain and leaves its output period open. If the period is complete,

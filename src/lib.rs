@@ -80,20 +80,20 @@
 //!
 //! | type | bytes | how many |
 //! |---|---|---|
-//! | `Processor<F32>` | 1736 | one: chain, state and health |
-//! | `Processor<Fixed>` | 1896 | |
-//! | `Chain<F32>` | 800 | in the processor |
-//! | `Chain<Fixed>` | 832 | |
+//! | `Processor<F32>` | 2008 | one: chain, state and health |
+//! | `Processor<Fixed>` | 2168 | |
+//! | `Chain<F32>` | 824 | in the processor |
+//! | `Chain<Fixed>` | 856 | |
 //! | `ChainState<F32>` | 840 | in the processor |
 //! | `ChainState<Fixed>` | 968 | |
-//! | `Parameters` | 1608 | at boot; 512 in a build without terms |
+//! | `Parameters` | 1760 | at boot; 664 in a build without terms |
 //! | `BankDecoder` | 40 | one |
 //! | `DitherMonitor` | 56 | one |
 //! | `TraceRing<256>` | 13332 | one, of as many entries as are wanted |
 //! | `Sample` | 36 | a period |
-//! | `Reading` | 48 | a period |
+//! | `Reading` | 56 | a period |
 //! | `OutputFrame` | 32 | an output period |
-//! | `TelemetryFrame` | 40 | an output period, and each place of its queue |
+//! | `TelemetryFrame` | 52 | an output period, and each place of its queue |
 //!
 //! # libm or micromath
 //! `libm` where accuracy decides: rounding in the frame stage and the conversion of parameters at boot are
@@ -139,17 +139,21 @@ pub mod service;
 #[cfg(feature = "monitor")]
 pub use chain::dither_monitor::{self, DitherMonitor};
 pub use chain::{
-    Chain, ChainState, design_parameters, faults, numbers, parameters, sample, stages, terms, triad,
+    Chain, ChainState, design_parameters, faults, health_limits, identity, numbers, parameters,
+    sample, stages, terms, triad,
 };
 #[cfg(feature = "slots")]
 pub use store::{parameter_block, parameter_slots, upload};
 #[cfg(feature = "bank")]
 pub use unit::{bank_bus, counter_bank};
-pub use unit::{clock_start, health, processor, raw_period, sample_source, telemetry_frame, trace};
+pub use unit::{
+    clock_start, health, processor, pulse_clock, raw_period, sample_source, slow_channels,
+    telemetry_frame, trace,
+};
 #[cfg(all(feature = "wire", feature = "bank"))]
 pub use wire::bank_record;
 #[cfg(feature = "wire")]
-pub use wire::{frame_finder, raw_frame, run_report, service_frame, telemetry};
+pub use wire::{frame_finder, inertial_message, raw_frame, run_report, service_frame, telemetry};
 
 #[cfg(feature = "bank")]
 pub use bank_bus::CounterBank;
@@ -158,14 +162,28 @@ pub use counter_bank::BankDecoder;
 pub use design_parameters::{OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE};
 pub use faults::{Faults, FirstFault, Status};
 pub use health::{Health, HealthItem};
+pub use health_limits::HealthLimits;
+pub use identity::{Identity, UnitNumber};
 pub use numbers::{F32, Fixed, NumberSystem};
 #[cfg(feature = "slots")]
 pub use parameter_block::{BlockError, PARAMETER_BLOCK_BYTES};
 pub use parameters::{AccelerometerParameters, FlexureResponse, ParameterError, Parameters};
 pub use processor::{BootReport, Processor, Timing};
-pub use sample::{FrameError, OutputFrame, Sample};
+pub use pulse_clock::FrameTime;
+pub use sample::{FrameError, OutputFrame, Sample, SampleIncrement};
+pub use slow_channels::{BankService, SlowFilter, SlowMailbox};
 #[cfg(feature = "wire")]
 pub use telemetry::{Decoder, TELEMETRY_BYTES, TelemetryError};
 pub use telemetry_frame::TelemetryFrame;
-pub use terms::{SlowReadings, Term, TermKind, TermRecords};
+pub use terms::{SlowReadings, SlowTerms, SlowUpdate, Term, TermKind, TermRecords};
 pub use triad::{CrossAxis, Triad};
+
+/// Revision of this library that the build was made of: the first 28 bits of git's hash, and bit 0 for a tree with changes;
+/// 0 in a build without the feature `board`, or outside a git tree.
+pub const REVISION: u32 = match option_env!("TRUEAXIS_REVISION") {
+    Some(hexadecimal) => match u32::from_str_radix(hexadecimal, 16) {
+        Ok(revision) => revision,
+        Err(_) => panic!("the build script gave no number"),
+    },
+    None => 0,
+};

@@ -23,6 +23,8 @@
 //! | 14 | flash reported an error | 0 |
 //! | 15 | flash differs from the bytes written | 0 |
 //! | 16 | there is no such request | its kind |
+//! | 17 | the block is that of another unit | the last four bytes of that unit's number |
+//! | 18 | an item of the block is not known, or not of this version | its kind |
 //!
 //! The caller brings the bytes, the flash and the state of the supply, and starts the unit anew if [`Reply::restart`]
 //! is set.
@@ -48,6 +50,12 @@ pub const TERM_ABSENT: u8 = 11;
 /// The outcome of an unknown kind of request.
 pub const UNKNOWN: u8 = 16;
 
+/// The outcome of a block of another unit; the end of its number is the detail.
+pub const FOREIGN: u8 = 17;
+
+/// The outcome of a block with an item that is not known.
+pub const ITEM_UNKNOWN: u8 = 18;
+
 /// Returns the meaning of an outcome, in words that begin with "the unit".
 pub const fn meaning(outcome: u8) -> &'static str {
     match outcome {
@@ -68,6 +76,8 @@ pub const fn meaning(outcome: u8) -> &'static str {
         14 => "the unit's flash reported an error; the block before it stays in force",
         15 => "the unit's flash does not hold what was written; the block before it stays in force",
         UNKNOWN => "the unit does not know this request",
+        FOREIGN => "the unit refuses the parameter block of another unit",
+        ITEM_UNKNOWN => "the unit does not know an item of the parameter block",
         _ => "the unit answered with an outcome that this version does not know",
     }
 }
@@ -86,11 +96,14 @@ fn outcome<E>(error: &UploadError<E>) -> (u8, u32) {
             BlockError::Checksum { computed, .. } => (8, *computed),
             BlockError::Accelerometers(byte) => (9, u32::from(*byte)),
             BlockError::Response(_) => (10, 0),
+            BlockError::Foreign(unit) => (FOREIGN, unit.short()),
+            BlockError::Item(kind) => (ITEM_UNKNOWN, u32::from(*kind)),
             BlockError::Parameter(error) => of_parameter(error),
         },
         UploadError::SupplyLow => (13, 0),
         UploadError::Slot(error) => match error {
             SlotError::Parameter(error) => of_parameter(error),
+            SlotError::Foreign(unit) => (FOREIGN, unit.short()),
             SlotError::Layout | SlotError::Flash(_) => (14, 0),
             SlotError::Verify => (15, 0),
         },
@@ -128,6 +141,7 @@ pub fn while_sampling(request: &Request, terms: TermKinds) -> (Answer, bool) {
 
 /// Reply of a stopped unit.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[must_use = "the sender waits for the answer"]
 pub struct Reply {
     /// The answer to send.
     pub answer: Answer,

@@ -16,6 +16,10 @@ pub mod processor;
 
 pub mod raw_period;
 
+pub mod slow_channels;
+
+pub mod pulse_clock;
+
 pub mod clock_start;
 
 pub mod trace;

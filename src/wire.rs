@@ -11,4 +11,6 @@ pub mod service_frame;
 #[cfg(feature = "bank")]
 pub mod bank_record;
 
+pub mod inertial_message;
+
 pub mod run_report;

@@ -4,13 +4,32 @@
 //! wrap, and the first fault keeps its sample number until the state is made anew, because after a failure
 //! the first one is the cause and the rest are its consequences.
 //!
-//! Bits 0 to 15 are the chain's own; bits 16 to 31 concern its input and output and are raised by the processor around
+//! Bits 0 to 13 are the chain's own; bits 14 to 31 concern its input and output and are raised by the processor around
 //! the chain. Bits for information, not faults, are marked.
 
+use core::fmt;
+
 /// Status bits of one output period.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[derive(Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[must_use = "a status may hold a fault"]
 pub struct Status(u32);
+
+impl fmt::Debug for Status {
+    /// The names of the bits that are set.
+    fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
+        f.write_str("Status(")?;
+        let mut separator = "";
+        for bit in (0..32).filter(|bit| self.0 >> bit & 1 != 0) {
+            match Self::name(bit) {
+                Some(name) => write!(f, "{separator}{name}")?,
+                None => write!(f, "{separator}bit {bit}")?,
+            }
+            separator = ", ";
+        }
+        f.write_str(")")
+    }
+}
 
 impl Status {
     /// Pulse counts beyond [`SENSED_LIMIT_RAD`](crate::chain::design_parameters::SENSED_LIMIT_RAD).
@@ -42,6 +61,10 @@ impl Status {
     pub const GAP: Self = Self(1 << 12);
     /// Information: the frame shows rotation or velocity of earlier periods, which their frames could not hold.
     pub const CARRIED_OVER: Self = Self(1 << 13);
+    /// Of the processor: a dither drive is beyond its limits.
+    pub const DITHER_DRIVE: Self = Self(1 << 14);
+    /// Of the processor: the parameters in flash are those of another unit; the values are the nominal ones.
+    pub const PARAMETERS_FOREIGN: Self = Self(1 << 15);
     /// Of the processor: the sampling interrupt did not come in time for at least one period.
     pub const INTERRUPT_MISSED: Self = Self(1 << 16);
     /// Of the processor: the sampling interrupt was entered late.
@@ -65,10 +88,20 @@ impl Status {
     /// Of the processor: the counter bank's sequence number does not fit the time that passed, so it has started anew;
     /// the rotation since its last frame is unknown and left out.
     pub const BANK_RESTARTED: Self = Self(1 << 26);
+    /// Of the processor: a laser's intensity is below its limit.
+    pub const INTENSITY_LOW: Self = Self(1 << 27);
+    /// Of the processor: a laser jumped to another mode, or its path-length control was reset.
+    pub const MODE_HOP: Self = Self(1 << 28);
+    /// Of the processor: a block's temperature is beyond its limits.
+    pub const TEMPERATURE_RANGE: Self = Self(1 << 29);
+    /// Of the processor: a temperature that a limit or a term needs does not come.
+    pub const TEMPERATURE_ABSENT: Self = Self(1 << 30);
+    /// Of the processor: a pulse per second is late, or did not come a second after the one before.
+    pub const PULSE_LOST: Self = Self(1 << 31);
     /// Every bit of the chain that is a fault.
     const FAULTS: u32 = 0b1_0011_1110_1111;
     /// Every bit that is a fault in service: the chain's and the processor's, those of the boot apart.
-    pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 0x47F << 16);
+    pub const IN_SERVICE_FAULTS: Self = Self(Self::FAULTS | 1 << 14 | 0xFC7F << 16);
 
     /// Name of bit `bit` in reports; `None` for a bit without a meaning.
     pub const fn name(bit: u8) -> Option<&'static str> {
@@ -87,6 +120,8 @@ impl Status {
             11 => "adapting",
             12 => "gap",
             13 => "carried over",
+            14 => "dither drive out of range",
+            15 => "parameters of another unit",
             16 => "interrupt missed",
             17 => "interrupt late",
             18 => "sample repeated",
@@ -98,6 +133,11 @@ impl Status {
             24 => "nominal parameters",
             25 => "parameter slot bad",
             26 => "bank restarted",
+            27 => "intensity low",
+            28 => "mode hop",
+            29 => "temperature out of range",
+            30 => "temperature absent",
+            31 => "pulse per second lost",
             _ => return None,
         })
     }
@@ -122,14 +162,12 @@ impl Status {
 
     /// The bits that are set in either.
     #[inline(always)]
-    #[must_use]
     pub const fn union(self, other: Self) -> Self {
         Self(self.0 | other.0)
     }
 
     /// This status if `raised`, else no bit.
     #[inline(always)]
-    #[must_use]
     pub const fn when(self, raised: bool) -> Self {
         // Negating 0 or 1 gives a mask: no branch.
         Self(self.0 & (raised as u32).wrapping_neg())
@@ -139,6 +177,7 @@ impl Status {
 /// The first fault since start.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[must_use = "the first fault is the cause of the others"]
 pub struct FirstFault {
     /// The stages that raised a fault in the first output period that had one; empty before its end.
     pub stages: Status,

@@ -7,6 +7,8 @@ use core::fmt;
 
 use crate::chain::design_parameters as design;
 use crate::chain::dither_phase::DitherPhase;
+use crate::chain::health_limits::HealthLimits;
+use crate::chain::identity::Identity;
 use crate::chain::terms::records::{RecordError, TermKind, TermRecords};
 use crate::chain::triad::CrossAxis;
 
@@ -87,6 +89,10 @@ pub struct Parameters {
     pub adaptation_time_s: f64,
     /// The accelerometers, where there are any.
     pub accelerometers: Option<AccelerometerParameters>,
+    /// Limits of the unit's health, where there are any.
+    pub limits: Option<HealthLimits>,
+    /// Unit and calibration, where they are known.
+    pub identity: Option<Identity>,
     /// Numbers of optional terms, which [`Chain::with_terms`](crate::Chain::with_terms) checks.
     pub terms: TermRecords,
 }
@@ -140,6 +146,8 @@ impl Default for Parameters {
             dither_amplitude_rad: [0.0; 3],
             adaptation_time_s: 0.0,
             accelerometers: None,
+            limits: None,
+            identity: None,
             terms: TermRecords::NONE,
         }
     }
@@ -194,6 +202,20 @@ pub enum ParameterError {
     AccelerometerMisalignment,
     /// `accelerometers.lever_arm_m`.
     LeverArm,
+    /// `limits.temperature_k`.
+    TemperatureLimits,
+    /// `limits.intensity_least`.
+    IntensityLimit,
+    /// `limits.path_length_step`.
+    PathLengthStep,
+    /// `limits.dither_drive`.
+    DitherDriveLimits,
+    /// `limits.dither_amplitude`.
+    DitherAmplitudeLimits,
+    /// `limits.pulse_silence_s`.
+    PulseSilence,
+    /// `identity.calibrated`.
+    CalibrationDate,
     /// A value of this term.
     Term(TermKind),
     /// This term needs accelerometers, and there are none.
@@ -243,6 +265,23 @@ impl fmt::Display for ParameterError {
             Self::AccelerometerMisalignment => "misalignment_rad must be within +-1/128 rad",
             Self::LeverArm => {
                 "lever_arm_m must be within +-0.5 m, and swing by 20 m/s at most at the largest increment"
+            }
+            Self::TemperatureLimits => {
+                "limits.temperature_k must be two rising values of 150 to 450 K"
+            }
+            Self::IntensityLimit => "limits.intensity_least must be 0.01 to 1 of nominal",
+            Self::PathLengthStep => {
+                "limits.path_length_step must be 0.001 to 1 of the control's range"
+            }
+            Self::DitherDriveLimits => {
+                "limits.dither_drive must be two rising values of 0 to 2 of nominal"
+            }
+            Self::DitherAmplitudeLimits => {
+                "limits.dither_amplitude must be 0.2 to below 1 and above 1 to 1.9 of nominal"
+            }
+            Self::PulseSilence => "limits.pulse_silence_s must be 1.001 to 1.04 s",
+            Self::CalibrationDate => {
+                "identity.calibrated must be a date, year x 10000 + month x 100 + day, or 0"
             }
             Self::Term(kind) => {
                 return write!(f, "a value of {kind} is beyond what its term can hold");
@@ -357,6 +396,12 @@ impl Parameters {
         }
         if self.samples_per_output > self.most_samples_per_output() {
             return Err(E::OutputPeriod);
+        }
+        if let Some(limits) = &self.limits {
+            limits.check()?;
+        }
+        if self.identity.is_some_and(|known| !known.has_date()) {
+            return Err(E::CalibrationDate);
         }
         let Some(accelerometers) = &self.accelerometers else {
             return Ok(());

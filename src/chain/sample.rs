@@ -72,6 +72,18 @@ pub struct OutputFrame {
     pub status: Status,
 }
 
+/// Increments of one sample, for a controller that cannot wait for the output period's end.
+#[derive(Debug, Clone, Copy, PartialEq, Default)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+pub struct SampleIncrement {
+    /// Rotation of the case over the sample, in the body frame at the sample \[rad\].
+    pub dtheta_rad: [f32; 3],
+    /// Velocity increment by specific force as the accelerometers sensed it, in the same frame \[m/s\]; zeros without
+    /// accelerometers.
+    pub dvel_m_s: [f32; 3],
+}
+
 /// Reason that bytes are not an output frame.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]

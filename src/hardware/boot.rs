@@ -18,7 +18,7 @@ use crate::{Core, Terms};
 static TERM_KINDS: AtomicU32 = AtomicU32::new(<Terms as Term<Core>>::KINDS.bits());
 
 /// Parameters that were checked, as the terms that they make.
-pub struct Checked(Terms);
+pub struct Checked(pub(super) Terms);
 
 /// Checks parameters that were loaded. Called before [`processor`], not within: the checks' part of the stack is free
 /// again when the processor is built.
@@ -82,10 +82,10 @@ pub fn boot(
             Err(fault) => defmt::error!("a parameter slot is bad and cannot be mended: {}", fault),
         }
     }
-    BootReport {
-        parameters_default: loaded.parameters_default(),
-        slot_bad: loaded.slot_bad,
-        generation: loaded.generation,
-        ..before
-    }
+    before.with(|report| {
+        report.parameters_default = loaded.parameters_default();
+        report.slot_bad = loaded.slot_bad;
+        report.generation = loaded.generation;
+        report.parameters_foreign = loaded.foreign.is_some();
+    })
 }

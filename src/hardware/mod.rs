@@ -48,6 +48,9 @@ mod raw_tap;
 #[cfg(feature = "raw")]
 mod raw_link;
 
+#[cfg(feature = "terms")]
+mod slow_link;
+
 mod background;
 
 mod clock;

@@ -25,6 +25,8 @@ use super::handover::Handover;
 #[cfg(feature = "raw")]
 use super::raw_tap::RawTap;
 use super::sample_timer::SampleTimer;
+#[cfg(feature = "terms")]
+use super::slow_link::{MAILBOX, UPDATE_QUEUE, Updates};
 use crate::{Core, Terms};
 
 /// Slots of the queue of frames, one of which stays empty: 15 frames, 37 ms at 400 Hz, for a main loop that
@@ -85,6 +87,9 @@ pub struct Sampling<Spi> {
     pub timer: SampleTimer,
     /// Cost of each part so far.
     pub costs: Costs,
+    /// Corrections by temperature, prepared by the main loop.
+    #[cfg(feature = "terms")]
+    pub updates: Updates,
     /// The interrupt's end of the raw stream.
     #[cfg(feature = "raw")]
     pub raw: RawTap,
@@ -146,6 +151,7 @@ impl<Spi: SpiDevice> Sampling<Spi> {
         processor: Processor<Core, Terms>,
         frames: Producer<'static, TelemetryFrame>,
         timer: SampleTimer,
+        #[cfg(feature = "terms")] updates: Updates,
         #[cfg(feature = "raw")] raw: RawTap,
     ) -> Self {
         cortex_m::interrupt::free(|_| {
@@ -158,6 +164,8 @@ impl<Spi: SpiDevice> Sampling<Spi> {
             frames,
             timer,
             costs: Costs::NONE,
+            #[cfg(feature = "terms")]
+            updates,
             #[cfg(feature = "raw")]
             raw,
         }
@@ -189,6 +197,8 @@ impl<Spi: SpiDevice> Sampling<Spi> {
             }
         }
         self.publish(trace, reading, cost);
+        #[cfg(feature = "terms")]
+        self.exchange_slow(&reading);
         #[cfg(feature = "raw")]
         self.raw.record(self.processor.periods(), &reading, timing);
 
@@ -196,6 +206,18 @@ impl<Spi: SpiDevice> Sampling<Spi> {
         let interrupt = &mut self.costs.interrupt;
         interrupt.record(self.timer.between(entry, exit));
         WATCH.longest.store(interrupt.maximum, Ordering::Relaxed);
+    }
+
+    /// Puts the slow channel into the mailbox, and takes corrections that are ready.
+    #[cfg(feature = "terms")]
+    #[inline]
+    fn exchange_slow(&mut self, reading: &Reading) {
+        MAILBOX.put(reading.service);
+        // SAFETY: the queue has UPDATE_QUEUE slots, and a queue's length never changes; as of the frames.
+        unsafe { assert_unchecked(self.updates.capacity() == UPDATE_QUEUE - 1) };
+        if let Some(update) = self.updates.dequeue() {
+            self.processor.take_slow(&update);
+        }
     }
 
     /// Records this period for the debugger and the main loop.

@@ -5,7 +5,7 @@
 //! | offset | holds |
 //! |---|---|
 //! | 0 | magic `RLGP` |
-//! | 4 | `u16` version (4; older ones are read too, below) |
+//! | 4 | `u16` version (5 with items, 4 without; older ones are read too, below) |
 //! | 6 | `u16` length of the whole block |
 //! | 8 | `u16` samples per output |
 //! | 10 | `u8` response of the flexure: 1 its block's mode, 0 static |
@@ -13,8 +13,22 @@
 //! | 12 | `u32` generation: of two whole blocks the later one counts |
 //! | 16 | 60 `f64`: pulse weight ×3, bias ×3, scale ×3, installation ×6, flexure ×6, pickoff gain ×3, pickoff weight, sample rate, pickoff delay ×3, dither frequency ×3, dither amplitude ×3, adaptation time; accelerometers: weight ×3, bias ×3, scale ×3, misalignment ×6, lever arms ×9 (zeros without) |
 //! | 496 | `f64` damping of that mode; 0 where the response is static |
-//! | 504 | records of optional terms, each its kind, its bytes and its values ([`records`](crate::chain::terms::records)) |
+//! | 504 | items of the unit, below; none in version 4 |
+//! | then | records of optional terms, each its kind, its bytes and its values ([`records`](crate::chain::terms::records)) |
 //! | last 4 | `u32` CRC-32 (ISO-HDLC, as zip) of everything before it |
+//!
+//! An item is its kind, `u16`, the bytes that follow, `u16`, its own version, `u16`, and its content. Each kind stands at
+//! most once, before all records:
+//!
+//! | kind | version | content |
+//! |---|---|---|
+//! | 0x8001 | 1 | limits of health, 11 `f64`: temperature least, largest \[K\]; intensity least ×3; step of the path-length control; dither drive least, largest; dither amplitude least, largest; silence of the pulse per second \[s\]; 0 where not watched ([`HealthLimits`]) |
+//! | 0x8002 | 1 | identity: number of the unit, 12 bytes; date of the calibration, `u32`; first 8 bytes of the model's SHA-256 ([`Identity`]) |
+//!
+//! A block without items is written as version 4, so that firmware before items reads it. A block without an identity is one
+//! of any unit: blocks of older versions are read as before. A block with one is used by the unit that it names, and by
+//! firmware that does not know its own number ([`ParameterSlots::of_unit`](crate::store::parameter_slots::ParameterSlots::of_unit));
+//! such firmware still takes by upload no block of another unit than the one in force names.
 //!
 //! Version 3 has no damping, so that its records begin at 496, and version 2 has no records either. Both have an
 //! acceleration order at 10, which no longer means anything; their flexure is static, as they were calibrated.
@@ -26,6 +40,8 @@ use core::ops::Deref;
 
 use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
+use crate::chain::health_limits::HealthLimits;
+use crate::chain::identity::{Identity, UnitNumber};
 use crate::chain::parameters::{
     AccelerometerParameters, FlexureResponse, ParameterError, Parameters,
 };
@@ -33,7 +49,9 @@ use crate::chain::terms::records::RECORD_BYTES;
 use crate::chain::triad::CrossAxis;
 
 const MAGIC: [u8; 4] = *b"RLGP";
-const VERSION: u16 = 4;
+const VERSION: u16 = 5;
+/// The version before items.
+const VERSION_WITHOUT_ITEMS: u16 = 4;
 /// The version before responses of the flexure.
 const VERSION_WITHOUT_RESPONSE: u16 = 3;
 /// The version before records.
@@ -51,8 +69,24 @@ pub const PARAMETER_BLOCK_BYTES: usize = RECORDS_OFFSET + CRC_BYTES;
 /// Size of a block of an older version without records \[bytes\].
 const SMALLEST_BLOCK_BYTES: usize = RECORDS_OFFSET_BEFORE + CRC_BYTES;
 
+/// Kind of the item of limits, and of the lowest item: kinds of terms are below.
+const LIMITS: u16 = 0x8001;
+/// Kind of the identity's item.
+const IDENTITY: u16 = 0x8002;
+/// Version of either.
+const ITEM_VERSION: u16 = 1;
+/// Kind, bytes and version of an item.
+const ITEM_HEADER_BYTES: usize = 6;
+const LIMITS_BYTES: usize = 8 * HealthLimits::NUMBERS;
+const IDENTITY_BYTES: usize = 24;
+/// All items.
+const ITEM_BYTES: usize = 2 * ITEM_HEADER_BYTES + LIMITS_BYTES + IDENTITY_BYTES;
+
+/// Size of the largest block without items \[bytes\].
+const LARGEST_WITHOUT_ITEMS: usize = PARAMETER_BLOCK_BYTES + RECORD_BYTES;
+
 /// Size of the largest block \[bytes\].
-pub const LARGEST_BLOCK_BYTES: usize = PARAMETER_BLOCK_BYTES + RECORD_BYTES;
+pub const LARGEST_BLOCK_BYTES: usize = LARGEST_WITHOUT_ITEMS + ITEM_BYTES;
 
 /// Bitwise: it runs once at boot, and a table would cost 1 KiB of flash.
 const CHECKSUM: Crc<u32, NoTable> = Crc::<u32, NoTable>::new(&CRC_32_ISO_HDLC);
@@ -79,6 +113,10 @@ pub enum BlockError {
     Response(u8),
     /// The byte for accelerometers is neither 0 nor 1.
     Accelerometers(u8),
+    /// An item of this kind is not known, is of another version or length, or stands twice.
+    Item(u16),
+    /// The block is that of this unit, and not of the one that reads it.
+    Foreign(UnitNumber),
     /// The block is whole, but a parameter is out of range.
     Parameter(ParameterError),
 }
@@ -109,6 +147,14 @@ impl fmt::Display for BlockError {
                 f,
                 "parameter block says {found} of its accelerometers, expected 0 or 1"
             ),
+            Self::Item(kind) => write!(
+                f,
+                "parameter block has an item {kind:#06x} that is unknown, of another version or length, or there twice; \
+                 expected {LIMITS:#06x} or {IDENTITY:#06x} of version {ITEM_VERSION}"
+            ),
+            Self::Foreign(unit) => {
+                write!(f, "parameter block is that of unit {unit}, not of this one")
+            }
             Self::Parameter(error) => error.fmt(f),
         }
     }
@@ -135,11 +181,18 @@ impl Parameters {
     /// The block of these parameters, even if they fail [`Parameters::check`].
     pub fn to_block(&self, generation: u32) -> ParameterBlock {
         let records = self.terms.bytes();
-        let crc_offset = RECORDS_OFFSET + records.len();
+        let (items, items_length) = self.items();
+        let items = items.get(..items_length).unwrap_or(&[]);
+        let crc_offset = RECORDS_OFFSET + items.len() + records.len();
         let length = crc_offset + CRC_BYTES;
+        let version = if items.is_empty() {
+            VERSION_WITHOUT_ITEMS
+        } else {
+            VERSION
+        };
         let mut block = [0; LARGEST_BLOCK_BYTES];
         block[0..4].copy_from_slice(&MAGIC);
-        block[4..6].copy_from_slice(&VERSION.to_le_bytes());
+        block[4..6].copy_from_slice(&version.to_le_bytes());
         block[6..8].copy_from_slice(&(length as u16).to_le_bytes());
         block[8..10].copy_from_slice(&self.samples_per_output.to_le_bytes());
         block[10] = u8::from(self.flexure_response.damping().is_some());
@@ -149,8 +202,9 @@ impl Parameters {
         for (chunk, number) in chunks.zip(self.numbers()) {
             chunk.copy_from_slice(&number.to_le_bytes());
         }
-        for (byte, of_record) in block[RECORDS_OFFSET..].iter_mut().zip(records) {
-            *byte = *of_record;
+        let rest = block[RECORDS_OFFSET..].iter_mut();
+        for (byte, of_rest) in rest.zip(items.iter().chain(records)) {
+            *byte = *of_rest;
         }
         // Without an index that is known at run time only: its panic would bring formatting into the image.
         let crc = CHECKSUM.checksum(block.get(..crc_offset).unwrap_or(&[]));
@@ -161,6 +215,76 @@ impl Parameters {
             bytes: block,
             length,
         }
+    }
+
+    /// The bytes of the items, and how many they are.
+    fn items(&self) -> ([u8; ITEM_BYTES], usize) {
+        let mut bytes = [0; ITEM_BYTES];
+        let mut places = bytes.iter_mut();
+        let mut length = 0;
+        let mut put = |content: &[u8]| {
+            length += content.len();
+            // The content first: `zip` takes one of its first part more than of its second.
+            for (byte, place) in content.iter().zip(places.by_ref()) {
+                *place = *byte;
+            }
+        };
+        let header = |kind: u16, content: usize, put: &mut dyn FnMut(&[u8])| {
+            put(&kind.to_le_bytes());
+            put(&(content as u16 + 2).to_le_bytes());
+            put(&ITEM_VERSION.to_le_bytes());
+        };
+        if let Some(limits) = &self.limits {
+            header(LIMITS, LIMITS_BYTES, &mut put);
+            for number in limits.numbers() {
+                put(&number.to_le_bytes());
+            }
+        }
+        if let Some(identity) = &self.identity {
+            header(IDENTITY, IDENTITY_BYTES, &mut put);
+            put(&identity.unit.0);
+            put(&identity.calibrated.to_le_bytes());
+            put(&identity.model);
+        }
+        (bytes, length)
+    }
+
+    /// Replaces limits and identity by those of the items at the bytes' beginning; gives the bytes behind them.
+    fn read_items<'a>(&mut self, mut bytes: &'a [u8]) -> Result<&'a [u8], BlockError> {
+        while let Some((&[k0, k1, b0, b1], rest)) = bytes.split_first_chunk() {
+            let kind = u16::from_le_bytes([k0, k1]);
+            if kind < LIMITS {
+                break;
+            }
+            let length = usize::from(u16::from_le_bytes([b0, b1]));
+            let Some((item, rest)) = rest.split_at_checked(length) else {
+                return Err(BlockError::Item(kind));
+            };
+            let content = item.strip_prefix(&ITEM_VERSION.to_le_bytes());
+            match (kind, content.unwrap_or(&[])) {
+                (LIMITS, content) if content.len() == LIMITS_BYTES && self.limits.is_none() => {
+                    let mut numbers = content
+                        .as_chunks::<8>()
+                        .0
+                        .iter()
+                        .map(|chunk| f64::from_le_bytes(*chunk));
+                    self.limits = Some(HealthLimits::of_numbers(take(&mut numbers)));
+                }
+                (IDENTITY, content)
+                    if content.len() == IDENTITY_BYTES && self.identity.is_none() =>
+                {
+                    let mut bytes = content.iter().copied();
+                    self.identity = Some(Identity {
+                        unit: UnitNumber(take(&mut bytes)),
+                        calibrated: u32::from_le_bytes(take(&mut bytes)),
+                        model: take(&mut bytes),
+                    });
+                }
+                _ => return Err(BlockError::Item(kind)),
+            }
+            bytes = rest;
+        }
+        Ok(bytes)
     }
 
     /// Reads and checks a block, and gives its generation too; bytes after it are ignored.
@@ -184,7 +308,8 @@ impl Parameters {
         let version = u16::from_le_bytes([block[4], block[5]]);
         let (records, longest) = match version {
             VERSION_WITHOUT_RECORDS => (RECORDS_OFFSET_BEFORE, SMALLEST_BLOCK_BYTES),
-            VERSION_WITHOUT_RESPONSE => (RECORDS_OFFSET_BEFORE, LARGEST_BLOCK_BYTES),
+            VERSION_WITHOUT_RESPONSE => (RECORDS_OFFSET_BEFORE, LARGEST_WITHOUT_ITEMS),
+            VERSION_WITHOUT_ITEMS => (RECORDS_OFFSET, LARGEST_WITHOUT_ITEMS),
             VERSION => (RECORDS_OFFSET, LARGEST_BLOCK_BYTES),
             _ => return Err(BlockError::Version(version)),
         };
@@ -219,11 +344,11 @@ impl Parameters {
         self.installation_rad = CrossAxis::from_array(take(numbers));
         self.flexure_s2 = CrossAxis::from_array(take(numbers));
         self.pickoff_gain = take(numbers);
-        self.pickoff_weight_rad = take::<1>(numbers)[0];
-        self.sample_rate_hz = take::<1>(numbers)[0];
+        self.pickoff_weight_rad = take::<_, 1>(numbers)[0];
+        self.sample_rate_hz = take::<_, 1>(numbers)[0];
         self.samples_per_output = u16::from_le_bytes([block[8], block[9]]);
         self.flexure_response = FlexureResponse::Static;
-        if version == VERSION {
+        if version >= VERSION_WITHOUT_ITEMS {
             self.flexure_response = match (block[10], body.get(RECORDS_OFFSET_BEFORE..)) {
                 (0, _) => FlexureResponse::Static,
                 (1, Some([a, b, c, d, e, f, g, h, ..])) => FlexureResponse::Mode {
@@ -235,7 +360,7 @@ impl Parameters {
         self.pickoff_delay_s = take(numbers);
         self.dither_frequency_hz = take(numbers);
         self.dither_amplitude_rad = take(numbers);
-        self.adaptation_time_s = take::<1>(numbers)[0];
+        self.adaptation_time_s = take::<_, 1>(numbers)[0];
         self.accelerometers = match block[11] {
             0 => None,
             1 => Some(AccelerometerParameters {
@@ -247,8 +372,13 @@ impl Parameters {
             }),
             other => return Err(BlockError::Accelerometers(other)),
         };
+        (self.limits, self.identity) = (None, None);
+        let mut rest = body.get(records..).unwrap_or(&[]);
+        if version >= VERSION {
+            rest = self.read_items(rest)?;
+        }
         self.terms
-            .read(body.get(records..).unwrap_or(&[]))
+            .read(rest)
             .map_err(|error| BlockError::Parameter(ParameterError::Records(error)))?;
         self.check().map_err(BlockError::Parameter)?;
         Ok(u32::from_le_bytes([
@@ -301,6 +431,6 @@ pub(super) fn set_generation(block: &mut [u8], generation: u32) {
 }
 
 /// The next numbers; 0 beyond the last, which the block's length excludes.
-fn take<const N: usize>(numbers: &mut impl Iterator<Item = f64>) -> [f64; N] {
+fn take<T: Default, const N: usize>(numbers: &mut impl Iterator<Item = T>) -> [T; N] {
     core::array::from_fn(|_| numbers.next().unwrap_or_default())
 }

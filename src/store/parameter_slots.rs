@@ -7,10 +7,12 @@
 //! |---|---|---|
 //! | both good | of the newer generation | none |
 //! | one good, or the newer does not read the same twice | the good one's | `slot_bad` |
+//! | none of this unit, one of another | [`Parameters::default`] | `parameters_default`, `foreign` has its number |
 //! | none good (new device, both worn out) | [`Parameters::default`]: a perfect triad, nothing corrected | `parameters_default` |
 //!
 //! *Good* is a block that [`Parameters::from_block`] accepts: magic, version, length, CRC-32 and every field in its
-//! range; and without records of terms that the build lacks ([`ParameterSlots::accepting`]). A newer generation is one
+//! range; and without records of terms that the build lacks ([`ParameterSlots::accepting`]); and not of another unit
+//! ([`ParameterSlots::of_unit`]). A newer generation is one
 //! that is ahead by less than 2³¹, so the number may wrap.
 //!
 //! [`ParameterSlots::store`] writes only to the slot that is **not** in use: erase, everything but the CRC, the CRC
@@ -48,6 +50,7 @@ use core::marker::PhantomData;
 use embedded_storage::nor_flash::{NorFlash, ReadNorFlash};
 
 use crate::chain::Chain;
+use crate::chain::identity::UnitNumber;
 use crate::chain::numbers::{F32, NumberSystem};
 use crate::chain::parameters::{ParameterError, Parameters};
 use crate::chain::terms::Term;
@@ -99,6 +102,8 @@ impl Slot {
 /// Parameters at start, and their origin.
 #[derive(Debug, Clone, Copy, PartialEq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+#[must_use = "slots may be bad"]
 pub struct Loaded {
     /// Of the newer good slot, or [`Parameters::default`].
     pub parameters: Parameters,
@@ -108,6 +113,8 @@ pub struct Loaded {
     pub slot: Option<Slot>,
     /// True if one slot is good and the other is not.
     pub slot_bad: bool,
+    /// The unit whose parameters a slot holds, where no slot has some of this unit.
+    pub foreign: Option<UnitNumber>,
 }
 
 impl Loaded {
@@ -118,6 +125,7 @@ impl Loaded {
             generation: 0,
             slot: None,
             slot_bad: false,
+            foreign: None,
         }
     }
 
@@ -130,6 +138,7 @@ impl Loaded {
 /// Outcome of [`ParameterSlots::mend`].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[must_use = "the slot may still be bad"]
 pub enum Mending {
     /// Nothing: both slots are good, or none is.
     NotNeeded,
@@ -148,6 +157,8 @@ pub enum Mending {
 pub enum SlotError<E> {
     /// These parameters would be refused at the next boot.
     Parameter(ParameterError),
+    /// These parameters are of another unit.
+    Foreign(UnitNumber),
     /// A slot does not begin at an erasable sector, overlaps the other or ends beyond the flash.
     Layout,
     /// The flash reported an error.
@@ -160,6 +171,7 @@ impl<E: fmt::Debug> fmt::Display for SlotError<E> {
     fn fmt(&self, f: &mut fmt::Formatter<'_>) -> fmt::Result {
         match self {
             Self::Parameter(error) => error.fmt(f),
+            Self::Foreign(unit) => write!(f, "parameters of unit {unit}, not of this one"),
             Self::Layout => f.write_str("the parameter slots do not fit the flash's sectors"),
             Self::Flash(error) => write!(f, "flash error {error:?}"),
             Self::Verify => f.write_str("the parameter slot does not hold what was written"),
@@ -174,6 +186,8 @@ impl<E: fmt::Debug> core::error::Error for SlotError<E> {}
 pub struct ParameterSlots<F, B = Chain<F32>> {
     flash: F,
     offsets: [u32; 2],
+    /// The unit that reads; `None` if it does not know its number.
+    unit: Option<UnitNumber>,
     build: PhantomData<B>,
 }
 
@@ -199,6 +213,7 @@ impl<F: ReadNorFlash> ParameterSlots<F> {
         Self {
             flash,
             offsets,
+            unit: None,
             build: PhantomData,
         }
     }
@@ -209,6 +224,7 @@ impl<F: ReadNorFlash> ParameterSlots<F> {
         ParameterSlots {
             flash: self.flash,
             offsets: self.offsets,
+            unit: self.unit,
             build: PhantomData,
         }
     }
@@ -220,6 +236,37 @@ impl<F: ReadNorFlash, B: Build> ParameterSlots<F, B> {
     /// Gives the flash back.
     pub fn release(self) -> F {
         self.flash
+    }
+
+    /// Restricts good slots to parameters of this unit, and those that name none.
+    #[must_use]
+    pub fn of_unit(self, unit: UnitNumber) -> Self {
+        Self {
+            unit: Some(unit),
+            ..self
+        }
+    }
+
+    /// The unit that parameters name, if it is another than the one that reads.
+    pub(super) fn foreign(&self, parameters: &Parameters) -> Option<UnitNumber> {
+        let named = parameters.identity.map(|identity| identity.unit);
+        named.filter(|named| self.unit.is_some_and(|unit| unit != *named))
+    }
+
+    /// The unit that the next parameters must name, if they name one: the one that reads, or that of the parameters in
+    /// force. `scratch` takes those.
+    pub(super) fn unit_in_force(
+        &mut self,
+        scratch: &mut Parameters,
+    ) -> Result<Option<UnitNumber>, F::Error> {
+        if self.unit.is_some() {
+            return Ok(self.unit);
+        }
+        let Some((slot, _)) = self.survey_with(scratch)?.chosen() else {
+            return Ok(None);
+        };
+        let found = self.read(slot, scratch)?;
+        Ok(found.and_then(|_| scratch.identity.map(|identity| identity.unit)))
     }
 
     /// The newest good parameters. A slot that cannot be read counts as not good.
@@ -241,7 +288,14 @@ impl<F: ReadNorFlash, B: Build> ParameterSlots<F, B> {
             if read == Some(generation) {
                 (loaded.generation, loaded.slot) = (generation, Some(slot));
                 loaded.slot_bad = survey.one_is_bad() || chosen != Some((slot, generation));
+                loaded.foreign = None;
                 return;
+            }
+        }
+        loaded.foreign = None;
+        for slot in Slot::BOTH {
+            if let Ok(Some(_)) = self.parse(slot, &mut loaded.parameters) {
+                loaded.foreign = loaded.foreign.or(self.foreign(&loaded.parameters));
             }
         }
         loaded.parameters = Parameters::default();
@@ -265,7 +319,8 @@ impl<F: ReadNorFlash, B: Build> ParameterSlots<F, B> {
     /// Reads a slot's parameters; gives their generation if they are good. If not, they are of no use.
     fn read(&mut self, slot: Slot, parameters: &mut Parameters) -> Result<Option<u32>, F::Error> {
         let found = self.parse(slot, parameters)?;
-        Ok(found.filter(|_| B::check(parameters).is_ok()))
+        let usable = || self.foreign(parameters).is_none() && B::check(parameters).is_ok();
+        Ok(found.filter(|_| usable()))
     }
 
     /// Reads a slot's parameters, if it holds a block. The buffer is off the stack when this returns.
@@ -297,7 +352,13 @@ impl<F: NorFlash, B: Build> ParameterSlots<F, B> {
     const SLOT_BYTES: u32 = (BUFFER_BYTES + MARKS_BYTES).next_multiple_of(F::ERASE_SIZE) as u32;
 
     /// Makes `parameters` those of the next boot; returns their generation. If it fails, the block in use stays so.
+    ///
+    /// # Errors
+    /// The parameters are of another unit or cannot be used; or flash did not take them.
     pub fn store(&mut self, parameters: &Parameters) -> Result<u32, SlotError<F::Error>> {
+        if let Some(unit) = self.foreign(parameters) {
+            return Err(SlotError::Foreign(unit));
+        }
         B::check(parameters).map_err(SlotError::Parameter)?;
         self.store_block(&parameters.to_block(0), &mut Parameters::default())
     }

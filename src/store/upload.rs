@@ -1,7 +1,8 @@
 //! Gathers a parameter block piece by piece, checks it whole and stores it.
 //!
 //! Nothing of flash is touched before the block is whole and good: CRC, version, every parameter in its range, and no
-//! term that the build lacks. Then it is written to the slot that is not in use, as [`ParameterSlots::store`] does,
+//! term that the build lacks; and none of another unit, which is the one that the parameters in force name, if the slots do not know their own
+//! ([`ParameterSlots::of_unit`]). Then it is written to the slot that is not in use, as [`ParameterSlots::store`] does,
 //! under the generation after the one in force, independent of the block's own generation. A power cut at any byte,
 //! received or written, leaves the old block in force, or the new one.
 
@@ -139,6 +140,13 @@ impl Upload {
         let mut parameters = Parameters::default();
         parameters.read_block(block).map_err(UploadError::Block)?;
         B::check(&parameters).map_err(|error| UploadError::Block(BlockError::Parameter(error)))?;
+        if let Some(named) = parameters.identity.map(|identity| identity.unit) {
+            let own = slots.unit_in_force(&mut parameters);
+            let own = own.map_err(|error| UploadError::Slot(SlotError::Flash(error)))?;
+            if own.is_some_and(|own| own != named) {
+                return Err(UploadError::Block(BlockError::Foreign(named)));
+            }
+        }
         if !supply_suffices {
             return Err(UploadError::SupplyLow);
         }

@@ -5,7 +5,7 @@
 //! gives a [`Reading`] with a [`Sample`]: pulses over the period, pickoff codes at its end and accelerometer codes
 //! \[1\]; block frame, axes x, y, z. Buses are in [`bank_bus`](crate::unit::bank_bus).
 //!
-//! The frame, version 2, 40 bytes, little-endian; the bank latches it once a period and shifts it out while
+//! The frame, version 3, 46 bytes, little-endian; the bank latches it once a period and shifts it out while
 //! chip select is low:
 //!
 //! | bytes | holds |
@@ -14,7 +14,16 @@
 //! | 2..14 | pulse counters x, y, z, i32, free-running, wrap |
 //! | 14..26 | pickoff codes x, y, z, i32 |
 //! | 26..38 | accelerometers x, y, z, i32: free-running pulse counters, or converter codes (below); zeros without |
-//! | 38..40 | CRC-16/IBM-3740 (polynomial 0x1021, initial 0xFFFF) of bytes 0..38 |
+//! | 38 | slow channel, u8, table in [`slow_channels`](crate::unit::slow_channels); 255 for none |
+//! | 39..41 | its reading, i16 |
+//! | 41..44 | time from the last pulse per second to the latch, u24 \[1/16 µs\]; 0xFFFFFF for 1.05 s or more, or without pulses |
+//! | 44..46 | CRC-16/IBM-3740 (polynomial 0x1021, initial 0xFFFF) of bytes 0..44 |
+//!
+//! Version 2 has 40 bytes: the first 38, and the CRC of them. The length of the buffer that the bus fills decides which of
+//! the two is read ([`WireBytes`]); a bank of version 2 brings no slow channel and no time.
+//!
+//! The slow channels take turns, so each comes round within 16 periods, 4 ms at 4 kHz. They share the frame's check sum
+//! instead of having frames of their own: 6 bytes more are 4.6 µs of the bus.
 //!
 //! The counters run freely instead of being cleared on reading, so a lost frame loses no angle: the next
 //! difference holds both periods. A wrap is exact, since the difference is taken modulo 2³² and a period's
@@ -48,21 +57,29 @@ use crc::{CRC_16_IBM_3740, Crc};
 use crate::chain::sample::Sample;
 use crate::chain::triad::are_equal;
 use crate::unit::sample_source::{Reading, SourceFault};
+pub use crate::unit::slow_channels::BankService;
 
 /// Version of the frame's layout.
-pub const BANK_FRAME_VERSION: u16 = 2;
+pub const BANK_FRAME_VERSION: u16 = 3;
 
 /// Bytes in a frame.
-pub const FRAME_BYTES: usize = 40;
+pub const FRAME_BYTES: usize = 46;
+
+/// Bytes in a frame of version 2, which has neither slow channels nor time.
+pub const FRAME_BYTES_V2: usize = 40;
 
 /// Bytes that the CRC covers.
-const CHECKED_BYTES: usize = 38;
+const CHECKED_BYTES: usize = FRAME_BYTES - 2;
+
+/// The same of version 2.
+const CHECKED_BYTES_V2: usize = FRAME_BYTES_V2 - 2;
 
 /// Finds every error of up to 3 bits in frames below 4 KiB (Hamming distance 4), and every burst up to 16.
 const FRAME_CRC: Crc<u16> = Crc::<u16>::new(&CRC_16_IBM_3740);
 
 /// Content of a frame without its check sum.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
 pub struct BankFrame {
     /// Sequence number: one more each period, wrapping.
     pub sequence: u16,
@@ -72,9 +89,79 @@ pub struct BankFrame {
     pub pickoff_codes: [i32; 3],
     /// Free-running counters or codes of the accelerometers x, y, z.
     pub accelerometers: [i32; 3],
+    /// The slow channel whose turn it is, and the time of the latch.
+    pub service: BankService,
+}
+
+/// The bytes of one frame as a bus fills them: of this version or of version 2, by their number.
+pub trait WireBytes: sealed::Sealed {
+    /// Decodes the bytes from the wire.
+    ///
+    /// # Errors
+    /// [`SourceFault::StuckLine`] if every bit is the same, [`SourceFault::Checksum`] if the CRC differs.
+    fn decode(&self) -> Result<BankFrame, SourceFault>;
+}
+
+mod sealed {
+    /// No other number of bytes is a frame.
+    pub trait Sealed {}
+    impl Sealed for [u8; super::FRAME_BYTES] {}
+    impl Sealed for [u8; super::FRAME_BYTES_V2] {}
+}
+
+impl WireBytes for [u8; FRAME_BYTES] {
+    #[inline]
+    fn decode(&self) -> Result<BankFrame, SourceFault> {
+        BankFrame::from_bytes(self)
+    }
+}
+
+impl WireBytes for [u8; FRAME_BYTES_V2] {
+    #[inline]
+    fn decode(&self) -> Result<BankFrame, SourceFault> {
+        if is_stuck(self) {
+            return Err(SourceFault::StuckLine);
+        }
+        let covered = self.first_chunk().unwrap_or(&[0; CHECKED_BYTES_V2]);
+        if FRAME_CRC.checksum(covered) != u16_at::<CHECKED_BYTES_V2, _>(self) {
+            return Err(SourceFault::Checksum);
+        }
+        Ok(BankFrame::of_sample(covered, BankService::NONE))
+    }
 }
 
 impl BankFrame {
+    /// A frame without a slow channel and without time: for a bank's firmware and for tests. Fields are public.
+    pub const fn new(sequence: u16, counters: [i32; 3], pickoff_codes: [i32; 3]) -> Self {
+        Self {
+            sequence,
+            counters,
+            pickoff_codes,
+            accelerometers: [0; 3],
+            service: BankService::NONE,
+        }
+    }
+
+    /// Returns this frame after `change`.
+    #[must_use]
+    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
+
+    /// The frame on the wire of version 2.
+    pub fn to_bytes_v2(&self) -> [u8; FRAME_BYTES_V2] {
+        let whole = self.to_bytes();
+        let mut bytes = [0; FRAME_BYTES_V2];
+        for (byte, of_whole) in bytes.iter_mut().take(CHECKED_BYTES_V2).zip(whole) {
+            *byte = of_whole;
+        }
+        let covered = bytes.first_chunk().unwrap_or(&[0; CHECKED_BYTES_V2]);
+        let crc = FRAME_CRC.checksum(covered).to_le_bytes();
+        [bytes[CHECKED_BYTES_V2], bytes[CHECKED_BYTES_V2 + 1]] = crc;
+        bytes
+    }
+
     /// The frame on the wire: for a bank's firmware, for tests, and for the stream of an emulated bank.
     pub fn to_bytes(&self) -> [u8; FRAME_BYTES] {
         let mut bytes = [0; FRAME_BYTES];
@@ -88,6 +175,15 @@ impl BankFrame {
         for (place, word) in rest.as_chunks_mut::<4>().0.iter_mut().zip(words) {
             *place = word.to_le_bytes();
         }
+        let BankService {
+            channel,
+            value,
+            since_pulse,
+        } = self.service;
+        let [low, high] = value.to_le_bytes();
+        let [t0, t1, t2, _] = since_pulse.min(BankService::NO_PULSE).to_le_bytes();
+        [bytes[38], bytes[39], bytes[40]] = [channel, low, high];
+        [bytes[41], bytes[42], bytes[43]] = [t0, t1, t2];
         let crc = checksum(&bytes).to_le_bytes();
         [bytes[CHECKED_BYTES], bytes[CHECKED_BYTES + 1]] = crc;
         bytes
@@ -102,18 +198,32 @@ impl BankFrame {
         if is_stuck(bytes) {
             return Err(SourceFault::StuckLine);
         }
-        if checksum(bytes) != u16_at::<CHECKED_BYTES>(bytes) {
+        if checksum(bytes) != u16_at::<CHECKED_BYTES, _>(bytes) {
             return Err(SourceFault::Checksum);
         }
-        Ok(Self {
-            sequence: u16_at::<0>(bytes),
+        let covered = bytes.first_chunk().unwrap_or(&[0; CHECKED_BYTES_V2]);
+        let service = BankService {
+            channel: bytes[38],
+            value: i16::from_le_bytes([bytes[39], bytes[40]]),
+            since_pulse: u32::from_le_bytes([bytes[41], bytes[42], bytes[43], 0]),
+        };
+        Ok(Self::of_sample(covered, service))
+    }
+
+    /// The frame of the bytes that both versions begin with.
+    #[inline(always)]
+    fn of_sample(bytes: &[u8; CHECKED_BYTES_V2], service: BankService) -> Self {
+        Self {
+            sequence: u16_at::<0, _>(bytes),
             counters: axes_at::<2>(bytes),
             pickoff_codes: axes_at::<14>(bytes),
             accelerometers: axes_at::<26>(bytes),
-        })
+            service,
+        }
     }
 
-    /// The frame that a bank sends one period after this one if that period brought `sample`.
+    /// The frame that a bank sends one period after this one if that period brought `sample`; slow channel and time stay
+    /// those of this one.
     #[must_use]
     pub fn followed_by(&self, sample: &Sample, accelerometers: AccelerometerInput) -> Self {
         Self {
@@ -126,6 +236,7 @@ impl BankFrame {
                 }
                 AccelerometerInput::Codes => sample.accelerometer_codes,
             },
+            service: self.service,
         }
     }
 }
@@ -202,16 +313,17 @@ impl BankDecoder {
     /// by the caller's clock; 1 as a rule, more after periods without a call, less those given to
     /// [`elapse`](Self::elapse).
     #[inline]
+    #[must_use = "the sample of this period is in it"]
     pub fn reading(
         &mut self,
-        transfer: Result<&[u8; FRAME_BYTES], BusFault>,
+        transfer: Result<&impl WireBytes, BusFault>,
         elapsed: u32,
     ) -> Reading {
         self.elapse(elapsed);
         let Ok(bytes) = transfer else {
             return Reading::without_sample(SourceFault::Bus);
         };
-        let frame = match BankFrame::from_bytes(bytes) {
+        let frame = match bytes.decode() {
             Ok(frame) => frame,
             Err(fault) => return Reading::without_sample(fault),
         };
@@ -246,6 +358,7 @@ impl BankDecoder {
             }),
             periods,
             fault: None,
+            service: frame.service,
         }
     }
 
@@ -272,6 +385,7 @@ impl BankDecoder {
             }),
             periods: 0,
             fault,
+            service: frame.service,
         }
     }
 }
@@ -297,12 +411,14 @@ pub fn checksum(frame: &[u8; FRAME_BYTES]) -> u16 {
 
 /// True if every bit of `frame` is 0, or every bit is 1.
 #[inline]
-fn is_stuck(frame: &[u8; FRAME_BYTES]) -> bool {
-    let words = frame.as_chunks::<4>().0.iter().copied();
+fn is_stuck<const BYTES: usize>(frame: &[u8; BYTES]) -> bool {
+    let (words, rest) = frame.as_chunks::<2>();
     let (any, all) = words
-        .map(u32::from_le_bytes)
-        .fold((0, u32::MAX), |(any, all), word| (any | word, all & word));
-    any == 0 || all == u32::MAX
+        .iter()
+        .map(|word| u16::from_le_bytes(*word))
+        .fold((0, u16::MAX), |(any, all), word| (any | word, all & word));
+    debug_assert!(rest.is_empty());
+    any == 0 || all == u16::MAX
 }
 
 fn difference(new: [i32; 3], old: [i32; 3]) -> [i32; 3] {
@@ -314,12 +430,12 @@ fn sum(old: [i32; 3], increment: [i32; 3]) -> [i32; 3] {
 }
 
 /// The number at byte `AT`: a constant, so that the compiler checks the bounds.
-fn u16_at<const AT: usize>(frame: &[u8; FRAME_BYTES]) -> u16 {
+fn u16_at<const AT: usize, const BYTES: usize>(frame: &[u8; BYTES]) -> u16 {
     u16::from_le_bytes([frame[AT], frame[AT + 1]])
 }
 
 /// Three consecutive i32 from byte `AT`.
-fn axes_at<const AT: usize>(frame: &[u8; FRAME_BYTES]) -> [i32; 3] {
+fn axes_at<const AT: usize>(frame: &[u8; CHECKED_BYTES_V2]) -> [i32; 3] {
     core::array::from_fn(|axis| core::array::from_fn(|byte| frame[AT + 4 * axis + byte]))
         .map(i32::from_le_bytes)
 }

@@ -7,6 +7,7 @@
 //! | index | value, u32 |
 //! |---|---|
 //! | 0 to 3, 5 to 9, 12 | the chain's counter of the [`Status`] bit of this number \[output periods that had it\] |
+//! | 14, 27 to 31 | the processor's counter of the status bit of this number \[output periods that had it\] |
 //! | 16 to 22, 26 | the processor's counter of the status bit of this number: 16 periods whose interrupt never came, 17 late interrupts, 18 repeated frames, 19 samples that were not ready, 20 check sums, 21 bus errors and stuck lines, 22 frames without room, 26 restarts of the bank |
 //! | 32 | first fault: its status bits; 0 without one |
 //! | 33 | first fault: its sampling period since start |
@@ -20,9 +21,16 @@
 //! | 42 | cause of the last reset, bits of [`reset_cause`]; 0 if unknown, as in the emulator |
 //! | 43 | failure of the previous run: 0 none, 1 panic, 2 hard fault, 3 clock lost |
 //! | 44 | its place: the source line of a panic, the instruction's address of a hard fault, else 0 |
+//! | 45 | pulses per second since they began to come |
+//! | 46 | the last second by the bank's clock \[1/16 µs\] |
+//! | 47 | the last four bytes of the number of the unit that the parameters are of, zeros at its end left out, highest first; 0 if they name none |
+//! | 48 | date of the calibration, year × 10 000 + month × 100 + day; 0 if unknown |
+//! | 49 | first four bytes of the model's SHA-256, highest first; 0 if unknown |
+//! | 50 | first 28 bits of the firmware's git revision, and bit 0 for a tree with changes; 0 if unknown |
+//! | 51 to 65 | the bank's slow channel 0 to 14, its code as an i32, table in [`slow_channels`](crate::unit::slow_channels); −32768 if not measured |
 //!
-//! Counters of conditions (5 to 8, 12) grow with each output period that the condition lasts; counters of
-//! events count events. Boot faults (status bits 23 to 25) stay in every frame's status instead of a
+//! Counters of conditions (5 to 8, 12, 14, 27 to 31) grow with each output period that the condition lasts; counters of
+//! events count events. Boot faults (status bits 15 and 23 to 25) stay in every frame's status instead of a
 //! counter, and do not take the place of the first fault in service. Index 40 is not used again: earlier versions had
 //! another counter there.
 //!
@@ -68,6 +76,20 @@ pub mod item {
     pub const LAST_FAILURE_KIND: u8 = 43;
     /// Place of that failure.
     pub const LAST_FAILURE_PLACE: u8 = 44;
+    /// Pulses per second.
+    pub const PULSES: u8 = 45;
+    /// The last second by the bank's clock.
+    pub const SECOND: u8 = 46;
+    /// Unit of the parameters.
+    pub const UNIT: u8 = 47;
+    /// Date of the calibration.
+    pub const CALIBRATED: u8 = 48;
+    /// Hash of the model.
+    pub const MODEL: u8 = 49;
+    /// Revision of the firmware.
+    pub const REVISION: u8 = 50;
+    /// First slow channel of the bank.
+    pub const SLOW_CHANNEL: u8 = 51;
 
     /// Bit of [`CONFIGURATION`]: there are accelerometers.
     pub const WITH_ACCELEROMETERS: u32 = 1 << 0;
@@ -100,8 +122,8 @@ pub mod reset_cause {
     pub const LOW_POWER: u32 = 1 << 6;
 }
 
-/// The items in the order of their turns: at 400 frames a second each comes round every 75 ms.
-pub const HEALTH_ITEMS: [u8; 30] = [
+/// The items in the order of their turns: at 400 frames a second each comes round every 143 ms.
+pub const HEALTH_ITEMS: [u8; 57] = [
     item::SAMPLE_RATE,
     item::SAMPLES_PER_OUTPUT,
     item::CONFIGURATION,
@@ -132,11 +154,40 @@ pub const HEALTH_ITEMS: [u8; 30] = [
     item::RESET_CAUSE,
     item::LAST_FAILURE_KIND,
     item::LAST_FAILURE_PLACE,
+    14,
+    27,
+    28,
+    29,
+    30,
+    31,
+    item::PULSES,
+    item::SECOND,
+    item::UNIT,
+    item::CALIBRATED,
+    item::MODEL,
+    item::REVISION,
+    51,
+    52,
+    53,
+    54,
+    55,
+    56,
+    57,
+    58,
+    59,
+    60,
+    61,
+    62,
+    63,
+    64,
+    65,
 ];
 
 /// Faults around the chain since start. Every counter stops at its end instead of wrapping.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+#[must_use = "a counter may hold a fault"]
 pub struct Health {
     /// Sampling periods whose interrupt never came.
     pub interrupts_missed: u32,
@@ -156,6 +207,18 @@ pub struct Health {
     pub output_overruns: u32,
     /// Times that the bank started anew.
     pub bank_restarts: u32,
+    /// Output periods with a dither drive beyond its limits.
+    pub dither_drive: u32,
+    /// Output periods with a laser too dim.
+    pub intensity_low: u32,
+    /// Output periods with a jump of a laser's mode.
+    pub mode_hops: u32,
+    /// Output periods with a temperature beyond its limits.
+    pub temperature_range: u32,
+    /// Output periods without a temperature that is needed.
+    pub temperature_absent: u32,
+    /// Output periods with a pulse per second lost.
+    pub pulse_lost: u32,
     /// The first fault in service, the chain's or the processor's.
     pub first: FirstFault,
 }
@@ -172,11 +235,31 @@ impl Health {
         stuck_lines: 0,
         output_overruns: 0,
         bank_restarts: 0,
+        dither_drive: 0,
+        intensity_low: 0,
+        mode_hops: 0,
+        temperature_range: 0,
+        temperature_absent: 0,
+        pulse_lost: 0,
         first: FirstFault {
             stages: Status::from_bits(0),
             sample: 0,
         },
     };
+
+    /// Counts one output period's findings of the service channels.
+    pub(crate) fn count_service(&mut self, found: Status) {
+        for (counter, bit) in [
+            (&mut self.dither_drive, Status::DITHER_DRIVE),
+            (&mut self.intensity_low, Status::INTENSITY_LOW),
+            (&mut self.mode_hops, Status::MODE_HOP),
+            (&mut self.temperature_range, Status::TEMPERATURE_RANGE),
+            (&mut self.temperature_absent, Status::TEMPERATURE_ABSENT),
+            (&mut self.pulse_lost, Status::PULSE_LOST),
+        ] {
+            *counter = counter.saturating_add(u32::from(found.contains(bit)));
+        }
+    }
 
     /// The counter of status bit `bit`, the chain's from `chain`; 0 for bits without one.
     pub fn counter(&self, chain: &Faults, bit: u8) -> u32 {
@@ -199,6 +282,12 @@ impl Health {
             21 => self.bus_faults,
             22 => self.output_overruns,
             26 => self.bank_restarts,
+            14 => self.dither_drive,
+            27 => self.intensity_low,
+            28 => self.mode_hops,
+            29 => self.temperature_range,
+            30 => self.temperature_absent,
+            31 => self.pulse_lost,
             _ => 0,
         }
     }

@@ -22,12 +22,16 @@
 //! | check sum | 20 | period lost | as above |
 //! | bus error, stuck line | 21 | period lost | as above |
 //! | no room for a frame | 22 | the frame is dropped with its angle; the next ones report it and the sequence shows it | with the next frame that finds room |
+//! | dither drive, intensity, temperature beyond its limit, mode hop | 14 27 28 29 | nothing is switched off: the gyro may be wrong, not the chain | with the next good reading |
+//! | temperature needed and absent | 30 | the terms keep their last temperature | with the next reading |
+//! | pulse per second lost | 31 | times count on from the last pulse | with the next regular pulse |
 //! | bank restarted | 26 | its counts since its last frame are unknown and left out; the strip begins at its pickoffs | at once |
 //! | count, pickoff step, acceleration, velocity beyond range | 0 1 2 9 | held at the range's end; the excess is lost | with the next sample in range |
 //! | output beyond a frame's range | 3 | the frame shows as much as it can, the next ones the rest ([`Status::CARRIED_OVER`]) | when all is shown |
 //! | pickoff failed, counter stuck | 5 8 | no dynamic term ([`Status::DYNAMIC_TERM_OFF`]) and no size effect, that axis's strip is not adapted | after one whole good window |
 //! | dither stopped, out of band | 6 7 | nothing is switched off: lock-in spoils the gyro, not the chain | with the next good window |
 //! | clock fallback | 23 | runs on the internal oscillator, 1 % off: angles right, times not | reset |
+//! | parameters of another unit | 15 | nominal parameters, nothing compensated | reset with a slot of this unit |
 //! | no parameter slot good | 24 | nominal parameters, nothing compensated | reset with a good slot |
 //! | one slot bad | 25 | the other slot | reset after mending |
 //!
@@ -47,20 +51,25 @@
 //! Bus, queue and clock are outside. A gap's angle is not spread over the periods that it covers: that would be a
 //! guess, and navigation sees the flag.
 
-use crate::chain::design_parameters::START_UP_LIMIT_S;
+use crate::chain::design_parameters::{START_UP_LIMIT_S, TEMPERATURE_RANGE_K};
 use crate::chain::faults::{Faults, FirstFault, Status};
+use crate::chain::identity::Identity;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::parameters::{ParameterError, Parameters};
-use crate::chain::sample::{OutputFrame, Sample};
-use crate::chain::terms::{SlowReadings, Term};
+use crate::chain::sample::{OutputFrame, Sample, SampleIncrement};
+use crate::chain::terms::{SlowReadings, SlowTerms, SlowUpdate, Term};
 use crate::chain::{Chain, ChainState};
 use crate::unit::health::{HEALTH_ITEMS, Health, HealthItem, item};
+use crate::unit::pulse_clock::PulseClock;
 use crate::unit::sample_source::{Reading, SourceFault};
+use crate::unit::slow_channels::{BankService, SlowWatch};
 use crate::unit::telemetry_frame::TelemetryFrame;
 
 /// Findings of the boot that frames report.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
 #[cfg_attr(feature = "defmt", derive(defmt::Format))]
+#[non_exhaustive]
+#[must_use = "a boot may have found a fault"]
 pub struct BootReport {
     /// The external oscillator did not answer.
     pub clock_fallback: bool,
@@ -76,6 +85,18 @@ pub struct BootReport {
     pub last_failure_kind: u32,
     /// Source line or instruction address.
     pub last_failure_place: u32,
+    /// A slot holds the parameters of another unit: nominal values.
+    pub parameters_foreign: bool,
+    /// Revision of the firmware, as health item 50: [`crate::REVISION`] of this library, or the firmware's own.
+    pub revision: u32,
+}
+
+impl BootReport {
+    /// Returns this report after `change`.
+    pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {
+        change(&mut self);
+        self
+    }
 }
 
 /// Timing of this period's interrupt.
@@ -125,6 +146,8 @@ impl CostProbe for NoProbe {
 pub struct Processor<N: NumberSystem, T: Term<N> = ()> {
     state: ChainState<N, T>,
     chain: Chain<N, T>,
+    slow: SlowWatch,
+    pulses: PulseClock,
     health: Health,
     settings: Settings,
     /// Status bits of the boot, which are in every frame.
@@ -154,6 +177,8 @@ struct Settings {
     reset_cause: u32,
     last_failure_kind: u32,
     last_failure_place: u32,
+    identity: Option<Identity>,
+    revision: u32,
 }
 
 impl<N: NumberSystem> Processor<N> {
@@ -178,6 +203,8 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         Self {
             chain: Chain::build(parameters, terms),
             state: ChainState::new(),
+            slow: SlowWatch::new(parameters),
+            pulses: PulseClock::new(parameters),
             health: Health::NONE,
             settings: Settings {
                 sample_rate_hz: parameters.sample_rate_hz as f32,
@@ -192,11 +219,14 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
                 reset_cause: boot.reset_cause,
                 last_failure_kind: boot.last_failure_kind,
                 last_failure_place: boot.last_failure_place,
+                identity: parameters.identity,
+                revision: boot.revision,
             },
             boot: Status::CLOCK_FALLBACK
                 .when(boot.clock_fallback)
                 .union(Status::PARAMETERS_DEFAULT.when(boot.parameters_default))
-                .union(Status::PARAMETER_SLOT_BAD.when(boot.slot_bad)),
+                .union(Status::PARAMETER_SLOT_BAD.when(boot.slot_bad))
+                .union(Status::PARAMETERS_FOREIGN.when(boot.parameters_foreign)),
             pending: Status::default(),
             of_period: Status::default(),
             periods: 0,
@@ -242,9 +272,10 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         // Two ways that do not meet: a call costs lost periods or the stages, not both.
         if lost > 0 {
             core::hint::cold_path();
-            return self.resume(frame, lost, reading.sample, probe);
+            return self.resume(frame, lost, &reading, probe);
         }
         if let Some(mut sample) = reading.sample {
+            self.serve(reading.service, reading.periods);
             // `black_box`: if the compiler shared this decision with the chain, the chain would have fewer registers.
             let beginning = core::hint::black_box(self.state.is_beginning());
             probe.begin();
@@ -273,16 +304,17 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         &mut self,
         mut frame: Option<TelemetryFrame>,
         lost: u32,
-        sample: Option<Sample>,
+        reading: &Reading,
         probe: &mut impl CostProbe,
     ) -> Option<TelemetryFrame> {
         if let Some(ended) = self.chain.process_lost(&mut self.state, lost) {
             frame = Some(self.complete(ended));
         }
         self.periods = self.periods.wrapping_add(lost);
-        let Some(sample) = sample else {
+        let Some(sample) = reading.sample else {
             return frame;
         };
+        self.serve(reading.service, reading.periods);
         probe.begin();
         self.chain.begin_or_resume(&mut self.state, &sample);
         self.periods = self.periods.wrapping_add(1);
@@ -296,9 +328,57 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         frame
     }
 
-    /// Hands readings that change slowly to the terms. The sampling interrupt must not run meanwhile.
+    /// Hands readings that change slowly to the terms at once; they hold until the next ones. It costs as much as some
+    /// samples: firmware whose interrupt runs prepares an update in its main loop ([`SlowTerms`]) and hands that over
+    /// ([`take_slow`](Self::take_slow)).
     pub fn slow(&mut self, readings: &SlowReadings) {
         self.chain.slow(&mut self.state, readings);
+        self.note_own_thermometer(readings);
+    }
+
+    /// The terms as the main loop needs them to prepare updates.
+    pub fn slow_terms(&self) -> SlowTerms<N, T> {
+        self.chain.slow_terms()
+    }
+
+    /// Takes an update that the main loop prepared: a copy, in the interrupt, from a queue of any kind.
+    #[inline]
+    pub fn take_slow(&mut self, update: &SlowUpdate<N, T>) {
+        self.chain.take_slow(&mut self.state, update);
+        if update.own_thermometer {
+            self.slow.own_thermometer(self.periods);
+        }
+    }
+
+    fn note_own_thermometer(&mut self, readings: &SlowReadings) {
+        let (low, high) = TEMPERATURE_RANGE_K;
+        let usable = |kelvin: &f32| (low..=high).contains(kelvin);
+        if readings.temperature_k.iter().all(usable) {
+            self.slow.own_thermometer(self.periods);
+        }
+    }
+
+    /// The increments of the sample of the last period, without waiting for a frame: [`Chain::increment`].
+    pub fn increment(&self) -> SampleIncrement {
+        self.chain.increment(&self.state)
+    }
+
+    /// The bank's slow channels.
+    pub fn slow_channels(&self) -> &SlowWatch {
+        &self.slow
+    }
+
+    /// The clock of the pulse per second.
+    pub fn pulse_clock(&self) -> &PulseClock {
+        &self.pulses
+    }
+
+    /// Takes slow channel and time of a frame, before its sample.
+    #[inline(always)]
+    fn serve(&mut self, service: BankService, periods: u32) {
+        self.slow.take(service);
+        let before = self.state.periods_in_output();
+        self.pulses.take(service.since_pulse, periods, before);
     }
 
     /// Counts a frame of [`Processor::period`] that found no room.
@@ -404,6 +484,13 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
     /// Completes an output frame with status and health item.
     #[inline(never)]
     fn complete(&mut self, mut output: OutputFrame) -> TelemetryFrame {
+        let found = self.slow.conclude(self.periods);
+        let found = found.union(Status::PULSE_LOST.when(self.pulses.has_lost()));
+        if found != Status::default() {
+            core::hint::cold_path();
+            self.health.count_service(found);
+            self.raise(found, self.periods.wrapping_sub(1));
+        }
         let pending = core::mem::take(&mut self.pending);
         output.status = output.status.union(pending).union(self.boot);
         self.of_period = self.of_period.union(output.status);
@@ -420,12 +507,10 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             next if next < HEALTH_ITEMS.len() => next as u8,
             _ => 0,
         };
+        let value = self.value(index);
         TelemetryFrame {
-            output,
-            health: HealthItem {
-                index,
-                value: self.value(index),
-            },
+            time: self.pulses.conclude(),
+            ..TelemetryFrame::new(output, HealthItem { index, value })
         }
     }
 
@@ -464,6 +549,18 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             item::RESET_CAUSE => self.settings.reset_cause,
             item::LAST_FAILURE_KIND => self.settings.last_failure_kind,
             item::LAST_FAILURE_PLACE => self.settings.last_failure_place,
+            item::PULSES => self.pulses.pulses(),
+            item::SECOND => self.pulses.second(),
+            item::UNIT => self.settings.identity.map_or(0, |known| known.unit.short()),
+            item::CALIBRATED => self.settings.identity.map_or(0, |known| known.calibrated),
+            item::MODEL => self.settings.identity.map_or(0, |known| {
+                let [a, b, c, d, ..] = known.model;
+                u32::from_be_bytes([a, b, c, d])
+            }),
+            item::REVISION => self.settings.revision,
+            channel if channel >= item::SLOW_CHANNEL => {
+                i32::from(self.slow.code(channel - item::SLOW_CHANNEL)).cast_unsigned()
+            }
             bit => self.health.counter(self.state.faults(), bit),
         }
     }

@@ -6,6 +6,7 @@
 use core::fmt;
 
 use crate::chain::sample::Sample;
+use crate::unit::slow_channels::BankService;
 
 /// A source of one sample a period.
 pub trait SampleSource {
@@ -18,6 +19,8 @@ pub trait SampleSource {
 
 /// A source's answer for one period.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
+#[non_exhaustive]
+#[must_use = "a sample that the chain does not get is lost"]
 pub struct Reading {
     /// The sample, if there is one that the chain may use.
     pub sample: Option<Sample>,
@@ -26,15 +29,33 @@ pub struct Reading {
     pub periods: u32,
     /// The fault of this period, if any. Only [`SourceFault::Restarted`] comes with a sample.
     pub fault: Option<SourceFault>,
+    /// A slow channel and the time of the latch, of a source that has them.
+    pub service: BankService,
 }
 
 impl Reading {
+    /// A reading of `sample`, if there is one, over `periods` sampling periods, without slow channel and time.
+    pub const fn new(sample: Option<Sample>, periods: u32, fault: Option<SourceFault>) -> Self {
+        Self {
+            sample,
+            periods,
+            fault,
+            service: BankService::NONE,
+        }
+    }
+
+    /// This reading with a slow channel and the time of its latch.
+    pub const fn with_service(self, service: BankService) -> Self {
+        Self { service, ..self }
+    }
+
     /// A reading without a sample, for the reason `fault`.
     pub const fn without_sample(fault: SourceFault) -> Self {
         Self {
             sample: None,
             periods: 0,
             fault: Some(fault),
+            service: BankService::NONE,
         }
     }
 }

@@ -27,7 +27,8 @@
 //! sequence number shows the gap. [`Decoder`] finds the frames in any byte stream. A random 43 bytes pass sync, version, length and check sum together with probability 2⁻⁴⁸.
 //!
 //! Answers to requests stand between frames ([`service_frame`](crate::wire::service_frame)). There are no time stamps: the
-//! sequence number is the time, and its period is a health item.
+//! sequence number is the time, and its period is a health item. Frames with a time against a pulse per second are those of
+//! [`inertial_message`](crate::wire::inertial_message).
 
 use core::fmt;
 
@@ -126,18 +127,18 @@ impl TelemetryFrame {
             *word = *chunk;
         }
         let [_, sequence, x, y, z, u, v, w, status] = words;
-        Ok(Self {
-            output: OutputFrame {
+        Ok(Self::new(
+            OutputFrame {
                 sequence: u32::from_le_bytes(sequence),
                 dtheta_codes: [x, y, z].map(i32::from_le_bytes),
                 dvel_codes: [u, v, w].map(i32::from_le_bytes),
                 status: Status::from_bits(u32::from_le_bytes(status)),
             },
-            health: HealthItem {
+            HealthItem {
                 index: bytes[36],
                 value: u32::from_le_bytes([bytes[37], bytes[38], bytes[39], bytes[40]]),
             },
-        })
+        ))
     }
 }
 

@@ -9,6 +9,8 @@
 //! [`sensing_block`] is a simulator of tilting sensing axes with the true attitude: the reference of the chain's
 //! flexure compensation in `tests/flexure_truth/`.
 
+pub mod service;
+
 pub mod unit;
 
 pub mod campaign;

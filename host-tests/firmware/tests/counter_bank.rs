@@ -9,7 +9,8 @@ use proptest::prelude::*;
 use trueaxis::Sample;
 use trueaxis::bank_bus::CounterBank;
 use trueaxis::counter_bank::{
-    AccelerometerInput, BankDecoder, BankFrame, BusFault, FRAME_BYTES, checksum,
+    AccelerometerInput, BankDecoder, BankFrame, BankService, BusFault, FRAME_BYTES, FRAME_BYTES_V2,
+    WireBytes, checksum,
 };
 use trueaxis::sample_source::{Reading, SampleSource, SourceFault};
 
@@ -33,8 +34,10 @@ fn frame_with_accelerometers(
         bytes[14 + 4 * axis..18 + 4 * axis].copy_from_slice(&pickoffs[axis].to_le_bytes());
         bytes[26 + 4 * axis..30 + 4 * axis].copy_from_slice(&accelerometers[axis].to_le_bytes());
     }
-    let crc = crc16_bit_by_bit(&bytes[..38]);
-    bytes[38..40].copy_from_slice(&crc.to_le_bytes());
+    // No slow channel, and no time.
+    bytes[38..44].copy_from_slice(&[0xFF, 0, 0, 0xFF, 0xFF, 0xFF]);
+    let crc = crc16_bit_by_bit(&bytes[..44]);
+    bytes[44..46].copy_from_slice(&crc.to_le_bytes());
     bytes
 }
 
@@ -86,27 +89,27 @@ fn timed_readings(
 }
 
 fn good(pulse_counts: [i32; 3], pickoff_codes: [i32; 3]) -> Reading {
-    Reading {
-        sample: Some(Sample {
+    Reading::new(
+        Some(Sample {
             pulse_counts,
             pickoff_codes,
             ..Sample::default()
         }),
-        periods: 1,
-        fault: None,
-    }
+        1,
+        None,
+    )
 }
 
 fn after_a_gap(periods: u32, reading: Reading) -> Reading {
-    Reading { periods, ..reading }
+    let mut reading = reading;
+    reading.periods = periods;
+    reading
 }
 
 fn restarted(pickoff_codes: [i32; 3]) -> Reading {
-    Reading {
-        periods: 0,
-        fault: Some(SourceFault::Restarted),
-        ..good([0; 3], pickoff_codes)
-    }
+    let mut reading = after_a_gap(0, good([0; 3], pickoff_codes));
+    reading.fault = Some(SourceFault::Restarted);
+    reading
 }
 
 #[test]
@@ -114,7 +117,7 @@ fn the_check_sum_is_the_standard_one() {
     // The catalogue's check value: the CRC of "123456789" is 0x29B1.
     assert_eq!(crc16_bit_by_bit(b"123456789"), 0x29B1);
     let bytes = frame(0x1234, [1, -2, 3], [-4, 5, i32::MIN]);
-    assert_eq!(checksum(&bytes), crc16_bit_by_bit(&bytes[..38]));
+    assert_eq!(checksum(&bytes), crc16_bit_by_bit(&bytes[..44]));
 }
 
 #[test]
@@ -125,14 +128,77 @@ fn the_encoder_writes_the_documented_bytes_and_the_decoder_reads_them() {
         [-4, 5, i32::MIN],
         [7, -8, 0x1234_5678],
     );
-    let content = BankFrame {
-        sequence: 0xBEEF,
-        counters: [1, -2, i32::MAX],
-        pickoff_codes: [-4, 5, i32::MIN],
-        accelerometers: [7, -8, 0x1234_5678],
-    };
+    let content = BankFrame::new(0xBEEF, [1, -2, i32::MAX], [-4, 5, i32::MIN])
+        .with(|frame| frame.accelerometers = [7, -8, 0x1234_5678]);
     assert_eq!(content.to_bytes(), bytes);
     assert_eq!(BankFrame::from_bytes(&bytes), Ok(content));
+}
+
+#[test]
+fn a_frame_of_version_2_is_the_same_sample_without_slow_channel_and_time() {
+    let content = BankFrame::new(0xBEEF, [1, -2, i32::MAX], [-4, 5, i32::MIN])
+        .with(|frame| frame.accelerometers = [7, -8, 0x1234_5678]);
+    let whole = content.to_bytes();
+    let old = content.to_bytes_v2();
+    assert_eq!(old[..38], whole[..38]);
+    assert_eq!(old[38..], crc16_bit_by_bit(&old[..38]).to_le_bytes());
+    assert_eq!(old.decode(), Ok(content));
+    for bit in 0..8 * FRAME_BYTES_V2 {
+        let mut flipped = old;
+        flipped[bit / 8] ^= 1 << (bit % 8);
+        assert_eq!(flipped.decode(), Err(SourceFault::Checksum), "bit {bit}");
+    }
+    for level in [0, 0xFF] {
+        let dead = [level; FRAME_BYTES_V2];
+        assert_eq!(dead.decode(), Err(SourceFault::StuckLine));
+    }
+    // The same bank read by either driver gives the same readings.
+    let next = content.followed_by(
+        &Sample {
+            pulse_counts: [5, -6, 7],
+            ..Sample::default()
+        },
+        AccelerometerInput::Counters,
+    );
+    let frames = [content, next];
+    let expectations = frames.map(|frame| Transaction::read_vec(frame.to_bytes_v2().to_vec()));
+    let transactions: Vec<_> = expectations
+        .into_iter()
+        .flat_map(|read| {
+            [
+                Transaction::transaction_start(),
+                read,
+                Transaction::transaction_end(),
+            ]
+        })
+        .collect();
+    let mut bank =
+        CounterBank::of_version_2(Mock::new(&transactions), AccelerometerInput::Counters);
+    let seen = frames.map(|_| bank.take(1));
+    assert_eq!(
+        seen.to_vec(),
+        readings(&frames.map(|frame| frame.to_bytes()))
+    );
+    bank.release().done();
+}
+
+#[test]
+fn slow_channel_and_time_stand_where_the_layout_has_them() {
+    let service = BankService {
+        channel: 7,
+        value: -2,
+        since_pulse: 0x0A_0B0C,
+    };
+    let content = BankFrame::new(1, [0; 3], [0; 3]).with(|frame| frame.service = service);
+    let bytes = content.to_bytes();
+    assert_eq!(bytes[38..44], [7, 0xFE, 0xFF, 0x0C, 0x0B, 0x0A]);
+    assert_eq!(readings(&[bytes])[0].service, service);
+    // A time beyond the field is none.
+    let late = content.with(|frame| frame.service.since_pulse = 0x0100_0000);
+    assert_eq!(
+        readings(&[late.to_bytes()])[0].service.since_pulse,
+        BankService::NO_PULSE
+    );
 }
 
 #[test]
@@ -378,7 +444,7 @@ fn a_transfer_that_is_given_up_loses_no_angle() {
         SlowBus(FlakyBus(answers.iter())),
         AccelerometerInput::default(),
     );
-    run(bank.take_async(1));
+    let _ = run(bank.take_async(1));
     {
         let mut given_up = pin!(bank.take_async(1));
         let mut context = Context::from_waker(Waker::noop());
@@ -418,7 +484,10 @@ proptest! {
         sequence in any::<u16>(),
         periods in prop::collection::vec((wire(), any::<[i16; 3]>()), 1..60),
     ) {
-        let mut bank = BankFrame { sequence, counters: start, ..BankFrame::default() };
+        let mut bank = BankFrame::default().with(|frame| {
+frame.sequence = sequence;
+frame.counters = start;
+});
         let mut answers = vec![(1, Some(bank.to_bytes()))];
         let mut elapsed = 0;
         for (wire, counts) in &periods {
@@ -464,9 +533,9 @@ proptest! {
         prop_assert_eq!(passed as usize, periods.len() + 1);
     }
 
-    /// Any 40 bytes are a frame or a fault.
+    /// Any 46 bytes are a frame or a fault.
     #[test]
-    fn any_bytes_do_not_panic(bytes in any::<[u8; 32]>(), tail in any::<[u8; 8]>()) {
+    fn any_bytes_do_not_panic(bytes in any::<[u8; 32]>(), tail in any::<[u8; 14]>()) {
         let mut frame = [0; FRAME_BYTES];
         frame[..32].copy_from_slice(&bytes);
         frame[32..].copy_from_slice(&tail);

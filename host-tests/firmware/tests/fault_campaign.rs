@@ -231,13 +231,12 @@ fn boots<N: NumberSystem>(seed: u64) {
                 place[..content.len()].copy_from_slice(content);
             }
             let loaded = ParameterSlots::new(&flash, [0, SLOT as u32]).load();
-            let report = BootReport {
-                clock_fallback: fault == BootFault::NoOscillator,
-                parameters_default: loaded.parameters_default(),
-                slot_bad: loaded.slot_bad,
-                generation: loaded.generation,
-                ..BootReport::default()
-            };
+            let report = BootReport::default().with(|report| {
+                report.clock_fallback = fault == BootFault::NoOscillator;
+                report.parameters_default = loaded.parameters_default();
+                report.slot_bad = loaded.slot_bad;
+                report.generation = loaded.generation;
+            });
             let played = play::<N>(&loaded.parameters, report, stream, []);
             assert!(!played.frames.is_empty());
             let shown = |frame: &TelemetryFrame| frame.output.status.bits() & BootFault::ANY.bits();

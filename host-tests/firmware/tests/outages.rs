@@ -70,15 +70,15 @@ fn frames<N: NumberSystem>(
                 let pulses = turn.pulses(period);
                 let counted = i32::try_from(pulses - seen).expect("counters span it");
                 seen = pulses;
-                Reading {
-                    sample: Some(Sample {
+                Reading::new(
+                    Some(Sample {
                         // The first sample of a bank has no counts.
                         pulse_counts: [0, 0, if period == 0 { 0 } else { counted }],
                         ..Sample::default()
                     }),
-                    periods: std::mem::take(&mut open),
-                    fault: None,
-                }
+                    std::mem::take(&mut open),
+                    None,
+                )
             }
         };
         let timing = Timing {
@@ -236,14 +236,14 @@ fn no_velocity_is_lost<N: NumberSystem>(outage_periods: u32) {
         } else {
             let codes = std::mem::take(&mut open);
             counted += i64::from(codes);
-            Reading {
-                sample: Some(Sample {
+            Reading::new(
+                Some(Sample {
                     accelerometer_codes: [codes, 0, 0],
                     ..Sample::default()
                 }),
-                periods: 1,
-                fault: None,
-            }
+                1,
+                None,
+            )
         };
         if let Some(frame) = processor.period(reading, Timing::default()) {
             shown += i64::from(frame.output.dvel_codes[0]);
@@ -302,11 +302,7 @@ fn a_gap_and_the_fastest_turn_across_it_keep_their_coning() {
             Processor::<N>::new(parameters, BootReport::default()).expect("in range");
         let mut frames = Vec::new();
         for (missed, sample) in stream {
-            let reading = Reading {
-                sample: Some(*sample),
-                periods: 1 + missed,
-                fault: None,
-            };
+            let reading = Reading::new(Some(*sample), 1 + missed, None);
             let timing = Timing {
                 missed: *missed,
                 late: false,
@@ -426,11 +422,10 @@ fn restarts_at_random_moments<N: NumberSystem>(seed: u64) {
             device = if random.random() {
                 BankFrame::default()
             } else {
-                BankFrame {
-                    sequence: random.random(),
-                    counters: [random.random(), random.random(), random.random()],
-                    ..BankFrame::default()
-                }
+                BankFrame::default().with(|frame| {
+                    frame.sequence = random.random();
+                    frame.counters = [random.random(), random.random(), random.random()];
+                })
             };
             outage = if random.random() {
                 random.random_range(1..=400)

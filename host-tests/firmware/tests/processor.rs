@@ -26,11 +26,7 @@ fn sample(period: u32) -> Sample {
 }
 
 fn good(period: u32) -> Reading {
-    Reading {
-        sample: Some(sample(period)),
-        periods: 1,
-        fault: None,
-    }
+    Reading::new(Some(sample(period)), 1, None)
 }
 
 /// Pulses of 2⁻¹⁹ rad (0.39″), so that three a period are a whole number of output codes; pickoffs are
@@ -68,11 +64,7 @@ fn run<N: NumberSystem>(
 fn whole(periods: u32, period: u32) -> Reading {
     let mut sample = sample(period);
     sample.pulse_counts[2] *= i32::try_from(periods).expect("few");
-    Reading {
-        sample: Some(sample),
-        periods,
-        fault: None,
-    }
+    Reading::new(Some(sample), periods, None)
 }
 
 fn angle_about_z(frames: &[TelemetryFrame]) -> i64 {
@@ -172,11 +164,7 @@ fn missed_interrupts_pass_their_periods_and_are_not_called_skipped() {
 fn restarted(period: u32) -> Reading {
     let mut sample = sample(period);
     sample.pulse_counts = [123_456, -7, 99];
-    Reading {
-        sample: Some(sample),
-        periods: 0,
-        fault: Some(SourceFault::Restarted),
-    }
+    Reading::new(Some(sample), 0, Some(SourceFault::Restarted))
 }
 
 #[test]
@@ -329,13 +317,12 @@ fn an_overrun_is_counted_and_the_next_frame_says_so() {
 
 #[test]
 fn the_boots_faults_stand_in_every_frame_and_leave_the_first_fault_to_service() {
-    let boot = BootReport {
-        clock_fallback: true,
-        parameters_default: true,
-        slot_bad: true,
-        generation: 7,
-        ..BootReport::default()
-    };
+    let boot = BootReport::default().with(|report| {
+        report.clock_fallback = true;
+        report.parameters_default = true;
+        report.slot_bad = true;
+        report.generation = 7;
+    });
     let mut processor = Processor::<F32>::new(&parameters(10), boot).expect("in range");
     let frames = run(&mut processor, 0..100, |period| {
         (period == 50).then_some((Reading::without_sample(SourceFault::Bus), IN_TIME))
@@ -396,12 +383,11 @@ fn every_health_item_takes_its_turn_and_tells_the_settings() {
 
 #[test]
 fn reset_cause_and_last_failure_are_told_in_their_turn() {
-    let boot = BootReport {
-        reset_cause: reset_cause::PIN | reset_cause::SOFTWARE,
-        last_failure_kind: 2,
-        last_failure_place: 0x0800_1234,
-        ..BootReport::default()
-    };
+    let boot = BootReport::default().with(|report| {
+        report.reset_cause = reset_cause::PIN | reset_cause::SOFTWARE;
+        report.last_failure_kind = 2;
+        report.last_failure_place = 0x0800_1234;
+    });
     for (boot, told) in [
         (boot, [0b1010, 2, 0x0800_1234]),
         (BootReport::default(), [0; 3]),
@@ -525,11 +511,8 @@ fn any_reading() -> impl Strategy<Value = Reading> {
         Just(Some(SourceFault::Starved)),
         Just(Some(SourceFault::Restarted)),
     ];
-    (sample, any::<u32>(), fault).prop_map(|(sample, periods, fault)| Reading {
-        sample,
-        periods,
-        fault,
-    })
+    (sample, any::<u32>(), fault)
+        .prop_map(|(sample, periods, fault)| Reading::new(sample, periods, fault))
 }
 
 fn any_timing() -> impl Strategy<Value = Timing> {

@@ -393,11 +393,7 @@ fn reading() -> impl Strategy<Value = Reading> {
         any::<u32>(),
         prop::option::of(faults),
     )
-        .prop_map(|(sample, periods, fault)| Reading {
-            sample,
-            periods,
-            fault,
-        })
+        .prop_map(|(sample, periods, fault)| Reading::new(sample, periods, fault))
 }
 
 /// Mostly none, sometimes some, sometimes more than possible.
@@ -468,12 +464,11 @@ proptest! {
         sequence in any::<u16>(),
         samples in ordinary_samples(50),
     ) {
-        let mut frame = BankFrame {
-            sequence,
-            counters,
-            accelerometers,
-            ..BankFrame::default()
-        };
+        let mut frame = BankFrame::default().with(|frame| {
+frame.sequence = sequence;
+frame.counters = counters;
+frame.accelerometers = accelerometers;
+});
         let mut sent = VecDeque::from([frame]);
         for sample in &samples {
             frame = frame.followed_by(sample, AccelerometerInput::Counters);

@@ -8,15 +8,15 @@ use trueaxis::sample_source::{Reading, SourceFault};
 use trueaxis::{AccelerometerParameters, CrossAxis, Parameters, Sample, SlowReadings, Timing};
 
 fn reading(counts: [i32; 3], periods: u32) -> Reading {
-    Reading {
-        sample: Some(Sample {
+    Reading::new(
+        Some(Sample {
             pulse_counts: counts,
             pickoff_codes: [7, -8, 9],
             accelerometer_codes: [-1, 2, -3],
         }),
         periods,
-        fault: None,
-    }
+        None,
+    )
 }
 
 fn frame(number: u32) -> RawFrame {

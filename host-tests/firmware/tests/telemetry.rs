@@ -8,18 +8,18 @@ use trueaxis::{
 };
 
 fn frame(sequence: u32) -> TelemetryFrame {
-    TelemetryFrame {
-        output: OutputFrame {
+    TelemetryFrame::new(
+        OutputFrame {
             sequence,
             dtheta_codes: [1, -2, i32::MIN],
             dvel_codes: [0x0102_0304, -5, i32::MAX],
             status: Status::from_bits(0x8000_0021),
         },
-        health: HealthItem {
+        HealthItem {
             index: 33,
             value: 0xAABB_CCDD,
         },
-    }
+    )
 }
 
 /// Every frame in `bytes`, and the statistics of the rest.
@@ -136,14 +136,16 @@ fn every_health_item_has_its_own_index() {
 
 fn any_frame() -> impl Strategy<Value = TelemetryFrame> {
     (any::<(u32, [i32; 3], [i32; 3], u32)>(), any::<(u8, u32)>()).prop_map(
-        |((sequence, dtheta_codes, dvel_codes, status), (index, value))| TelemetryFrame {
-            output: OutputFrame {
-                sequence,
-                dtheta_codes,
-                dvel_codes,
-                status: Status::from_bits(status),
-            },
-            health: HealthItem { index, value },
+        |((sequence, dtheta_codes, dvel_codes, status), (index, value))| {
+            TelemetryFrame::new(
+                OutputFrame {
+                    sequence,
+                    dtheta_codes,
+                    dvel_codes,
+                    status: Status::from_bits(status),
+                },
+                HealthItem { index, value },
+            )
         },
     )
 }

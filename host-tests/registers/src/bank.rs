@@ -79,12 +79,14 @@ impl Bank {
         };
         let pickoff =
             |axis: usize| (dither_rad(latch, axis) / parameters.pickoff_weight_rad).round() as i32;
-        BankFrame {
-            sequence: since as u16,
-            counters: std::array::from_fn(counter),
-            pickoff_codes: std::array::from_fn(pickoff),
-            accelerometers: [since as i32, 2 * since as i32, -(since as i32)],
-        }
+        BankFrame::new(
+            since as u16,
+            std::array::from_fn(counter),
+            std::array::from_fn(pickoff),
+        )
+        .with(|frame| {
+            frame.accelerometers = [since as i32, 2 * since as i32, -(since as i32)];
+        })
     }
 
     /// Chip select falls: a frame begins.

@@ -52,14 +52,13 @@ fn run_in<N: NumberSystem, T: Term<N>>(
     terms: TermKinds,
 ) -> Result<HostRun, ParameterError> {
     let loaded = slots.load(terms);
-    let boot = BootReport {
+    let boot = BootReport::default().with(|report| {
         // The emulator does not model the clock tree, so its image always falls back.
-        clock_fallback: true,
-        parameters_default: loaded.parameters_default(),
-        slot_bad: loaded.slot_bad,
-        generation: loaded.generation,
-        ..BootReport::default()
-    };
+        report.clock_fallback = true;
+        report.parameters_default = loaded.parameters_default();
+        report.slot_bad = loaded.slot_bad;
+        report.generation = loaded.generation;
+    });
     let mut processor = Processor::<N, T>::with_terms(&loaded.parameters, boot)?;
     let wire = Cell::new(None);
     let mut bank = CounterBank::new(Wire(&wire), AccelerometerInput::Counters);

@@ -41,7 +41,7 @@
 //!
 //! | finding | condition | consequence |
 //! |---|---|---|
-//! | `DITHER_OUT_OF_BAND` | amplitude beyond 0.5 to 1.5, or frequency beyond 0.8 to 1.2 of nominal | taps rest |
+//! | `DITHER_OUT_OF_BAND` | amplitude beyond its limits (0.5 to 1.5 of nominal unless the parameters have others), or frequency beyond 0.8 to 1.2 of nominal | taps rest |
 //! | `PICKOFF_FAILED` | amplitude below 0.1, E above ¼ of an unstripped dither's | taps rest, no flexure term |
 //! | `DITHER_STOPPED` | amplitude below 0.1, E small | taps rest |
 //! | `COUNTER_STUCK` | amplitude above 0.5, counts the same in all of the window | taps rest, no flexure term |
@@ -56,8 +56,7 @@
 
 use crate::chain::design_parameters::{
     ADAPTATION_RANGE, ADAPTATION_STEP_LIMIT, ADAPTATION_WINDOW_S, FIRST_ADAPTATION_SHARE,
-    HEALTHY_AMPLITUDE, HEALTHY_FREQUENCY, LEAST_WINDOW_SAMPLES, PICKOFF_REACH_RAD, STILL_AMPLITUDE,
-    UNSTRIPPED_ENERGY,
+    HEALTHY_FREQUENCY, LEAST_WINDOW_SAMPLES, PICKOFF_REACH_RAD, STILL_AMPLITUDE, UNSTRIPPED_ENERGY,
 };
 use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
@@ -88,6 +87,8 @@ struct Axis {
     step_energy: f32,
     /// Σ d² over a window of the nominal dither if it were not stripped.
     error_energy: f32,
+    /// Least and largest healthy amplitude over nominal.
+    amplitudes: [f32; 2],
     /// cos Ω at the lower and the upper end of the healthy frequencies.
     cosines: [f32; 2],
     /// Tap change per α and per β \[fine units per code\].
@@ -191,6 +192,7 @@ impl Adaptation {
         } else {
             0.0
         };
+        let limits = parameters.limits.unwrap_or_default();
         let axes = [0, 1, 2].map(|axis| {
             let gain = parameters.strip_rad_per_code(axis);
             let amplitude_rad = parameters.dither_amplitude_rad[axis];
@@ -226,6 +228,7 @@ impl Adaptation {
                     let error = step_rad * libm::sqrt(square_of_z) / rad_per_factor;
                     (looks * 0.5 * error * error) as f32
                 },
+                amplitudes: limits.dither_amplitude.map(|amplitude| amplitude as f32),
                 cosines: [fast, slow].map(|ratio| {
                     libm::cos((phase.omega * ratio).min(core::f64::consts::PI)) as f32
                 }),
@@ -449,7 +452,7 @@ impl Axis {
         }
         let [square, lagged] = sums.steps.map(N::correlation);
         let share = |amplitude: f32| amplitude * amplitude * self.step_energy;
-        let (smallest, largest) = HEALTHY_AMPLITUDE;
+        let [smallest, largest] = self.amplitudes;
         if square < share(STILL_AMPLITUDE) {
             let unstripped = N::correlation(sums.error) > UNSTRIPPED_ENERGY * self.error_energy;
             return if unstripped {

@@ -70,6 +70,13 @@ pub fn process<N: NumberSystem>(
     state.previous = velocity;
 }
 
+impl<N: NumberSystem> ScullingState<N> {
+    /// Velocity increment of the latest sample.
+    pub(crate) fn latest(&self) -> Triad<N::Increment> {
+        self.previous
+    }
+}
+
 /// sum + lever × increment.
 #[inline(always)]
 fn add<N: NumberSystem>(

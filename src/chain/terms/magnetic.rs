@@ -43,6 +43,11 @@ impl<N: NumberSystem> Term<N> for MagneticBias {
         state.0
     }
 
+    #[inline(always)]
+    fn take_slow(&self, state: &mut MagneticBiasState, prepared: &MagneticBiasState) {
+        *state = *prepared;
+    }
+
     /// Takes slow readings; one beyond [`MAGNETIC_FIELD_LIMIT_T`] leaves the correction as it is.
     fn slow(&self, state: &mut MagneticBiasState, readings: &SlowReadings) {
         let field = readings.magnetic_field_t;

@@ -58,6 +58,7 @@ pub use temperature::Temperature;
 
 use core::fmt::Debug;
 
+use crate::chain::design_parameters::TEMPERATURE_RANGE_K;
 use crate::chain::faults::Status;
 use crate::chain::numbers::NumberSystem;
 use crate::chain::parameters::{ParameterError, Parameters};
@@ -89,6 +90,54 @@ pub struct SlowReadings {
     pub temperature_rate_k_s: [f32; 3],
     /// Magnetic flux density, body frame \[T\].
     pub magnetic_field_t: [f32; 3],
+}
+
+/// The terms in the main loop: turns slow readings into an update for the interrupt, with nothing shared.
+#[derive(Debug, Clone)]
+pub struct SlowTerms<N: NumberSystem, T: Term<N>> {
+    terms: T,
+    state: T::State,
+}
+
+/// Corrections that [`SlowTerms`] prepared; the interrupt takes them by a copy
+/// ([`Processor::take_slow`](crate::Processor::take_slow)).
+#[derive(Debug, Clone, Copy)]
+pub struct SlowUpdate<N: NumberSystem, T: Term<N>> {
+    pub(crate) prepared: T::State,
+    /// True if the temperatures are those of a thermometer of the firmware's own, not of the bank.
+    pub(crate) own_thermometer: bool,
+}
+
+impl<N: NumberSystem, T: Term<N>> SlowTerms<N, T> {
+    /// Terms before their first readings, as [`Chain::checked_terms`](crate::Chain::checked_terms) gives them.
+    pub fn new(terms: T) -> Self {
+        Self {
+            terms,
+            state: T::State::default(),
+        }
+    }
+
+    /// Prepares the corrections by temperatures that the bank sent.
+    #[must_use = "the terms use readings that the interrupt takes"]
+    pub fn prepare(&mut self, readings: &SlowReadings) -> SlowUpdate<N, T> {
+        self.terms.slow(&mut self.state, readings);
+        SlowUpdate {
+            prepared: self.state,
+            own_thermometer: false,
+        }
+    }
+
+    /// Prepares the corrections by temperatures of the firmware's own thermometer, which then is missed if it falls
+    /// silent; the same as [`prepare`](Self::prepare) where one is not a temperature.
+    #[must_use = "the terms use readings that the interrupt takes"]
+    pub fn prepare_measured(&mut self, readings: &SlowReadings) -> SlowUpdate<N, T> {
+        let (low, high) = TEMPERATURE_RANGE_K;
+        let usable = |kelvin: &f32| (low..=high).contains(kelvin);
+        SlowUpdate {
+            own_thermometer: readings.temperature_k.iter().all(usable),
+            ..self.prepare(readings)
+        }
+    }
 }
 
 /// Sums of an output period when [`Term::angles`] is called.
@@ -193,6 +242,10 @@ pub trait Term<N: NumberSystem>: Debug + Clone + Copy {
     /// Takes slow readings; they hold until the next ones.
     #[inline(always)]
     fn slow(&self, _: &mut Self::State, _: &SlowReadings) {}
+
+    /// Takes the part of `prepared` that [`slow`](Self::slow) forms of its readings: a copy.
+    #[inline(always)]
+    fn take_slow(&self, _: &mut Self::State, _prepared: &Self::State) {}
 
     /// Records that the next increments do not follow the last ones: samples were lost, or the source restarted.
     #[inline(always)]
@@ -314,6 +367,10 @@ macro_rules! tuple_of_terms {
             }
             fn slow(&self, state: &mut Self::State, readings: &SlowReadings) {
                 $(self.$at.slow(&mut state.$at, readings);)+
+            }
+            #[inline(always)]
+            fn take_slow(&self, state: &mut Self::State, prepared: &Self::State) {
+                $(self.$at.take_slow(&mut state.$at, &prepared.$at);)+
             }
             fn discontinue(&self, state: &mut Self::State) {
                 $(self.$at.discontinue(&mut state.$at);)+

@@ -213,6 +213,11 @@ impl<N: NumberSystem> Term<N> for Temperature {
         }
         state.installation = CrossAxis::from_array(tilts);
     }
+
+    #[inline(always)]
+    fn take_slow(&self, state: &mut TemperatureState, prepared: &TemperatureState) {
+        *state = *prepared;
+    }
 }
 
 /// Sign with which δ_ij enters Eq. (7), in the order of [`CrossAxis::to_array`] (see

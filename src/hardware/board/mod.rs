@@ -38,6 +38,8 @@ use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
 use super::service_mode::{self, IdleTimer};
+#[cfg(feature = "terms")]
+use super::slow_link::{SlowLink, UpdateQueue};
 use super::supply;
 #[cfg(feature = "raw")]
 use super::{
@@ -58,6 +60,8 @@ defmt::timestamp!("period {=u32}", WATCH.served.load(Ordering::Relaxed));
 fn main() -> ! {
     // `entry` makes this a reference that lives for ever, and runs once.
     static mut FRAMES: Queue<TelemetryFrame, FRAME_QUEUE> = Queue::new();
+    #[cfg(feature = "terms")]
+    static mut UPDATES: UpdateQueue = Queue::new();
     #[cfg(feature = "raw")]
     static mut RAW_PERIODS: RawQueue = Queue::new();
     #[cfg(feature = "raw")]
@@ -113,6 +117,8 @@ fn main() -> ! {
     let mut watchdog = Watchdog::start(peripherals.IWDG, &debug);
 
     let checked = boot::checked(&loaded);
+    #[cfg(feature = "terms")]
+    let (updates, mut slow_link) = SlowLink::new(UPDATES, &checked, &loaded.parameters);
     SAMPLING.lend(|| {
         // First: it takes more than a period to make.
         let processor = boot::processor(&loaded, &checked, report_of_boot);
@@ -128,6 +134,8 @@ fn main() -> ! {
             processor,
             frames,
             timer.started(),
+            #[cfg(feature = "terms")]
+            updates,
             #[cfg(feature = "raw")]
             raw_tap,
         )
@@ -140,6 +148,8 @@ fn main() -> ! {
     loop {
         let served = background.poll();
         watchdog.feed(served);
+        #[cfg(feature = "terms")]
+        slow_link.poll(served);
         #[cfg(feature = "raw")]
         raw_link.poll();
         if link.serve() {
@@ -165,12 +175,12 @@ fn report_so_far(rcc: &RCC, clocks: &Clocks, failure: Option<(FailureKind, u32)>
         reset.sftrstf().bit()
     );
     rcc.csr().modify(|_, w| w.rmvf().clear());
-    let mut report = BootReport {
-        clock_fallback: clocks.is_fallback(),
+    let mut report = BootReport::default().with(|report| {
+        report.clock_fallback = clocks.is_fallback();
         // BORRSTF to LPWRRSTF, bits 25 to 31, in the order of `health::reset_cause`.
-        reset_cause: reset.bits() >> 25,
-        ..BootReport::default()
-    };
+        report.reset_cause = reset.bits() >> 25;
+        report.revision = trueaxis::REVISION;
+    });
     if let Some((kind, place)) = failure {
         defmt::error!("the previous run ended in {} at {=u32:#x}", kind, place);
         report.last_failure_kind = kind as u32;

@@ -46,6 +46,8 @@ use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
 use super::service_mode::{self, IdleTimer};
+#[cfg(feature = "terms")]
+use super::slow_link::{SlowLink, UpdateQueue};
 #[cfg(feature = "raw")]
 use super::{raw_link::RawLink, raw_tap::RawQueue};
 
@@ -64,12 +66,16 @@ fn main() -> ! {
     static mut RECORDS: Records = Queue::new();
     static mut FRAMES: Queue<TelemetryFrame, FRAME_QUEUE> = Queue::new();
 
+    #[cfg(feature = "terms")]
+    static mut UPDATES: UpdateQueue = Queue::new();
     #[cfg(feature = "raw")]
     static mut RAW_PERIODS: RawQueue = Queue::new();
 
     let report = match run(
         RECORDS.split(),
         FRAMES.split(),
+        #[cfg(feature = "terms")]
+        UPDATES,
         #[cfg(feature = "raw")]
         RAW_PERIODS,
     ) {
@@ -103,6 +109,7 @@ type Ends<T> = (Producer<'static, T>, Consumer<'static, T>);
 fn run(
     (mut records, record_queue): Ends<BankRecord>,
     (frames, queued): Ends<TelemetryFrame>,
+    #[cfg(feature = "terms")] updates: &'static mut UpdateQueue,
     #[cfg(feature = "raw")] raw: &'static mut RawQueue,
 ) -> io::Result<RunReport> {
     let Some(peripherals) = Peripherals::take() else {
@@ -118,10 +125,9 @@ fn run(
         SlotFlash::new(peripherals.FLASH),
         supply_suffices,
         // It resets for no reason and keeps no failure.
-        BootReport {
-            clock_fallback: clocks.is_fallback(),
-            ..BootReport::default()
-        },
+        BootReport::default().with(|report| {
+            report.clock_fallback = clocks.is_fallback();
+        }),
     );
 
     let mut input = File::open(c"frames.bin")?;
@@ -135,8 +141,10 @@ fn run(
         RawLink::new(raw, &loaded, Some(RawPort::new(peripherals.USART6)));
     let mut background = Background::new(&loaded.parameters);
     let mut stop = false;
+    let checked = boot::checked(&loaded);
+    #[cfg(feature = "terms")]
+    let (updates, mut slow_link) = SlowLink::new(updates, &checked, &loaded.parameters);
     if total > 0 {
-        let checked = boot::checked(&loaded);
         SAMPLING.lend(|| {
             // First: it takes more than a period of the board's slowest clock to make.
             let processor = boot::processor(&loaded, &checked, report_of_boot);
@@ -154,6 +162,8 @@ fn run(
                 processor,
                 frames,
                 timer.started(),
+                #[cfg(feature = "terms")]
+                updates,
                 #[cfg(feature = "raw")]
                 raw_tap,
             )
@@ -161,6 +171,8 @@ fn run(
     }
     while background.poll() < total && !stop {
         sleep_unless_served(background.seen());
+        #[cfg(feature = "terms")]
+        slow_link.poll(background.seen());
         read_ahead(&mut input, &mut records)?;
         if !LINK_HELD.load(Ordering::Relaxed) {
             link.poll();

@@ -40,11 +40,7 @@ fn started<N: NumberSystem>(still: usize) -> Processor<N> {
         .take(still)
         .chain(Triad::default().stream().take(12_000 - still));
     for sample in samples {
-        let reading = Reading {
-            sample: Some(sample),
-            periods: 1,
-            fault: None,
-        };
+        let reading = Reading::new(Some(sample), 1, None);
         processor.period(
             reading,
             Timing {

@@ -3,7 +3,7 @@
 use trueaxis::Status;
 
 /// Bit, constant, name in reports, and whether it is a fault in service.
-const BITS: [(u8, Status, &str, bool); 25] = [
+const BITS: [(u8, Status, &str, bool); 32] = [
     (0, Status::COUNTS_SATURATED, "counts saturated", true),
     (1, Status::PICKOFF_SATURATED, "pickoff saturated", true),
     (
@@ -23,6 +23,13 @@ const BITS: [(u8, Status, &str, bool); 25] = [
     (11, Status::ADAPTING, "adapting", false),
     (12, Status::GAP, "gap", true),
     (13, Status::CARRIED_OVER, "carried over", false),
+    (14, Status::DITHER_DRIVE, "dither drive out of range", true),
+    (
+        15,
+        Status::PARAMETERS_FOREIGN,
+        "parameters of another unit",
+        false,
+    ),
     (16, Status::INTERRUPT_MISSED, "interrupt missed", true),
     (17, Status::INTERRUPT_LATE, "interrupt late", true),
     (18, Status::SAMPLE_REPEATED, "sample repeated", true),
@@ -34,6 +41,16 @@ const BITS: [(u8, Status, &str, bool); 25] = [
     (24, Status::PARAMETERS_DEFAULT, "nominal parameters", false),
     (25, Status::PARAMETER_SLOT_BAD, "parameter slot bad", false),
     (26, Status::BANK_RESTARTED, "bank restarted", true),
+    (27, Status::INTENSITY_LOW, "intensity low", true),
+    (28, Status::MODE_HOP, "mode hop", true),
+    (
+        29,
+        Status::TEMPERATURE_RANGE,
+        "temperature out of range",
+        true,
+    ),
+    (30, Status::TEMPERATURE_ABSENT, "temperature absent", true),
+    (31, Status::PULSE_LOST, "pulse per second lost", true),
 ];
 
 #[test]
@@ -59,6 +76,13 @@ fn every_bit_has_its_place_its_name_and_its_gravity() {
         0,
         "faults without a name"
     );
+}
+
+#[test]
+fn a_status_is_shown_by_the_names_of_its_bits() {
+    assert_eq!(format!("{:?}", Status::default()), "Status()");
+    let both = Status::MODE_HOP.union(Status::GAP);
+    assert_eq!(format!("{both:?}"), "Status(gap, mode hop)");
 }
 
 #[test]

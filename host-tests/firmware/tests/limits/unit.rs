@@ -24,21 +24,25 @@ fn each_counter_is_told_by_its_status_bit() {
     chain.counter_stuck = 9;
     chain.velocity = 10;
     chain.gap = 13;
-    let health = Health {
-        interrupts_missed: 17,
-        interrupts_late: 18,
-        samples_repeated: 19,
-        samples_starved: 20,
-        frame_checksums: 21,
-        bus_faults: 22,
-        output_overruns: 23,
-        bank_restarts: 27,
-        stuck_lines: 99,
-        ..Health::NONE
-    };
+    let mut health = Health::NONE;
+    health.interrupts_missed = 17;
+    health.interrupts_late = 18;
+    health.samples_repeated = 19;
+    health.samples_starved = 20;
+    health.frame_checksums = 21;
+    health.bus_faults = 22;
+    health.output_overruns = 23;
+    health.bank_restarts = 27;
+    health.stuck_lines = 99;
+    health.dither_drive = 15;
+    health.intensity_low = 28;
+    health.mode_hops = 29;
+    health.temperature_range = 30;
+    health.temperature_absent = 31;
+    health.pulse_lost = 32;
     // Every counter above is its bit's number and one.
     let with_counter = [
-        0, 1, 2, 3, 5, 6, 7, 8, 9, 12, 16, 17, 18, 19, 20, 21, 22, 26,
+        0, 1, 2, 3, 5, 6, 7, 8, 9, 12, 14, 16, 17, 18, 19, 20, 21, 22, 26, 27, 28, 29, 30, 31,
     ];
     for bit in 0..=u8::MAX {
         let expected = if with_counter.contains(&bit) {
@@ -91,11 +95,7 @@ fn a_raw_periods_source_is_its_fault_its_sample_and_its_lateness() {
     ];
     for (code, fault) in faults.into_iter().enumerate() {
         for (with_sample, late) in [(false, false), (true, false), (false, true), (true, true)] {
-            let reading = Reading {
-                sample: with_sample.then(Sample::default),
-                periods: 1,
-                fault,
-            };
+            let reading = Reading::new(with_sample.then(Sample::default), 1, fault);
             let source = RawSource::new(&reading, Timing { missed: 0, late });
             let expected =
                 code as u8 + if with_sample { 16 } else { 0 } + if late { 32 } else { 0 };

@@ -32,11 +32,7 @@ fn frames(count: u32, parameters: &Parameters, missing: Option<u32>) -> Vec<Tele
                     pulse_counts: [0, 0, 3 * periods],
                     ..Sample::default()
                 };
-                Reading {
-                    sample: Some(sample),
-                    periods: periods as u32,
-                    fault: None,
-                }
+                Reading::new(Some(sample), periods as u32, None)
             } else {
                 Reading::default()
             };

@@ -60,11 +60,7 @@ fn stream(periods: u32, lost: &[u32], slow: SlowReadings) -> Vec<RawFrame> {
                     sample.pulse_counts = [0; 3];
                     sample.accelerometer_codes = [0; 3];
                 }
-                Reading {
-                    sample: Some(sample),
-                    periods: if number == 1 { 0 } else { covered },
-                    fault: None,
-                }
+                Reading::new(Some(sample), if number == 1 { 0 } else { covered }, None)
             };
             RawFrame {
                 period: counters.period(number, &reading, Timing::default()),

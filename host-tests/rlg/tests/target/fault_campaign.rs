@@ -76,11 +76,10 @@ fn campaign<N: NumberSystem>(core: TargetCore, seed: u64, times: usize) {
     let slots = SlotImages::both(&unit::parameters());
 
     // On the host, injection by injection. The emulator has no crystal.
-    let boot = BootReport {
-        clock_fallback: true,
-        generation: slots.load(TermKinds::NONE).generation,
-        ..BootReport::default()
-    };
+    let boot = BootReport::default().with(|report| {
+        report.clock_fallback = true;
+        report.generation = slots.load(TermKinds::NONE).generation;
+    });
     let boundaries = verdict::boundaries(&campaign.injections);
     let host = player::play::<N>(&unit::parameters(), boot, &campaign.interrupts, boundaries);
     let rows = verdict::judge(&campaign.injections, &host.health_at);
