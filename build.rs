@@ -50,7 +50,7 @@ fn name_revision() {
     }
 }
 
-/// What git prints, without its last line end; `None` if it fails.
+/// Output of a git command without its last line end; `None` if it fails.
 fn git(arguments: &[&str]) -> Option<String> {
     let output = Command::new("git").args(arguments).output().ok()?;
     let text = String::from_utf8(output.stdout).ok()?;

@@ -95,10 +95,21 @@
 //! | `OutputFrame` | 32 | an output period |
 //! | `TelemetryFrame` | 52 | an output period, and each place of its queue |
 //!
+//! # Health, time and identity
+//! The bank's frames bring slow channels and the time since a pulse per second beside each sample: [`slow_channels`] has
+//! their limits and status bits, [`pulse_clock`] the time of each frame, and [`SlowTerms`] prepares in the main loop what
+//! terms make of temperatures. The parameter block may name its unit ([`Identity`]); another unit refuses it.
+//!
+//! # Stability
+//! [`Term`] is open: firmware may add terms of its own. Its methods have defaults but for `new`, and new ones will have
+//! some. [`NumberSystem`] and [`counter_bank::WireBytes`] are sealed. Structs and errors that may grow are
+//! `non_exhaustive`: they are made by `new`, `default` and `with`.
+//!
 //! # libm or micromath
 //! `libm` where accuracy decides: rounding in the frame stage and the conversion of parameters at boot are
 //! exact operations and must stay so. `micromath` has the square root of `DitherMonitor` alone, whose amplitude is a
-//! health figure: it is off by 6 %. Two other figures of the dither would need functions whose errors are too large in it:
+//! health figure: it is off by 6 %. It is kept for one root because that runs in the main loop of images without terms, where
+//! `libm`'s root of an f32 would be the only code that uses it; without the feature `monitor` the crate is not compiled. Two other figures of the dither would need functions whose errors are too large in it:
 //!
 //! | health item | function | off by | asked |
 //! |---|---|---|---|

@@ -1,6 +1,6 @@
 //! Transfers frames of the counter bank by DMA: SPI1 on PA5 to PA7, chip select on PA4, DMA2 streams 0 and 3.
 //!
-//! A frame is 40 bytes: 40 µs on the wire at 8 MHz, during which the processor is free. [`BankDma::start`] begins a
+//! A frame is 48 bytes: 48 µs on the wire at 8 MHz, during which the processor is free. [`BankDma::start`] begins a
 //! transfer, the interrupt of stream 0 ends it.
 
 use core::sync::atomic::{Ordering, compiler_fence};

@@ -1,7 +1,7 @@
 //! The chain under RTIC 2 on an STM32F405: the counter bank by DMA, telemetry through a queue to USART1.
 //!
 //! ```text
-//! TIM2, each period ─▶ bank latches (PA0), chip select, DMA of 40 bytes
+//! TIM2, each period ─▶ bank latches (PA0), chip select, DMA of 48 bytes
 //! DMA2 stream 0, transfer complete ─▶ BankDecoder ─▶ Processor ─▶ queue ─▶ idle ─▶ USART1
 //! ```
 #![no_std]

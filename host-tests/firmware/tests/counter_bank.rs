@@ -36,8 +36,8 @@ fn frame_with_accelerometers(
     }
     // No slow channel, and no time.
     bytes[38..44].copy_from_slice(&[0xFF, 0, 0, 0xFF, 0xFF, 0xFF]);
-    let crc = crc16_bit_by_bit(&bytes[..44]);
-    bytes[44..46].copy_from_slice(&crc.to_le_bytes());
+    let crc = crc16_bit_by_bit(&bytes[..46]);
+    bytes[46..48].copy_from_slice(&crc.to_le_bytes());
     bytes
 }
 
@@ -117,7 +117,7 @@ fn the_check_sum_is_the_standard_one() {
     // The catalogue's check value: the CRC of "123456789" is 0x29B1.
     assert_eq!(crc16_bit_by_bit(b"123456789"), 0x29B1);
     let bytes = frame(0x1234, [1, -2, 3], [-4, 5, i32::MIN]);
-    assert_eq!(checksum(&bytes), crc16_bit_by_bit(&bytes[..44]));
+    assert_eq!(checksum(&bytes), crc16_bit_by_bit(&bytes[..46]));
 }
 
 #[test]
@@ -533,9 +533,9 @@ frame.counters = start;
         prop_assert_eq!(passed as usize, periods.len() + 1);
     }
 
-    /// Any 46 bytes are a frame or a fault.
+    /// Any 48 bytes are a frame or a fault.
     #[test]
-    fn any_bytes_do_not_panic(bytes in any::<[u8; 32]>(), tail in any::<[u8; 14]>()) {
+    fn any_bytes_do_not_panic(bytes in any::<[u8; 32]>(), tail in any::<[u8; 16]>()) {
         let mut frame = [0; FRAME_BYTES];
         frame[..32].copy_from_slice(&bytes);
         frame[32..].copy_from_slice(&tail);

@@ -1,21 +1,34 @@
 //! Turns samples into the records that an emulated counter bank plays.
 //!
-//! Records have free-running counters, sequence numbers and check sums; block frame.
+//! Records have free-running counters, sequence numbers, check sums, and the slow channels and stamps of a bank at rest;
+//! block frame.
 
 use trueaxis::Sample;
 use trueaxis::bank_record::BankRecord;
-use trueaxis::counter_bank::{AccelerometerInput, BankFrame};
+use trueaxis::counter_bank::{AccelerometerInput, BankFrame, BankService};
+use trueaxis::slow_channels::CHANNELS;
 
 /// One ordinary record a sample. The counts of the first are lost: a bank's first frame only primes the
 /// differences, and the chain's first sample adds no rotation either.
 pub fn records_of(samples: impl IntoIterator<Item = Sample>) -> Vec<BankRecord> {
     samples
         .into_iter()
-        .scan(BankFrame::default(), |bank, sample| {
+        .enumerate()
+        .scan(BankFrame::default(), |bank, (period, sample)| {
             *bank = bank.followed_by(&sample, AccelerometerInput::Counters);
+            bank.service = service(period);
             Some(BankRecord::ordinary(bank.to_bytes()))
         })
         .collect()
+}
+
+/// Slow channel and stamp of a bank whose channels do not change, at 4 kHz, with a pulse each second.
+fn service(period: usize) -> BankService {
+    BankService {
+        channel: (period % CHANNELS) as u8,
+        value: 300 * 64,
+        since_pulse: (period % 4_000) as u32 * 4_000,
+    }
 }
 
 /// `samples` played forward, backward, forward and so on, `count` in all.

@@ -74,18 +74,19 @@ impl SpiDevice for BankFile {
         if record.bus_error {
             return Err(NoFrame);
         }
-        let mut wire = record.frame.into_iter();
+        let mut wire: &[u8] = &record.frame;
         for operation in operations {
             match operation {
-                Operation::Read(bytes) | Operation::TransferInPlace(bytes) => {
-                    for byte in bytes.iter_mut() {
-                        *byte = wire.next().unwrap_or(0);
+                Operation::Read(bytes)
+                | Operation::TransferInPlace(bytes)
+                | Operation::Transfer(bytes, _) => {
+                    for (byte, on_wire) in bytes.iter_mut().zip(wire) {
+                        *byte = *on_wire;
                     }
-                }
-                Operation::Transfer(bytes, _) => {
-                    for byte in bytes.iter_mut() {
-                        *byte = wire.next().unwrap_or(0);
+                    for byte in bytes.iter_mut().skip(wire.len()) {
+                        *byte = 0;
                     }
+                    wire = wire.get(bytes.len()..).unwrap_or(&[]);
                 }
                 Operation::Write(_) | Operation::DelayNs(_) => {}
             }

@@ -1,5 +1,5 @@
-//! Ten faults, each a hundred times at drawn moments: the bit that must show does so within 100 ms, and no other; and none in
-//! sound data.
+//! Injects ten faults, each a hundred times at drawn moments: its bit must show within 100 ms, and no other. Sound data show
+//! none.
 
 use firmware_tests::service::{self, SlowBank, SlowFault, latch_s};
 use firmware_tests::unit::{RATE_HZ, Unit};
