@@ -475,7 +475,7 @@ frame.accelerometers = accelerometers;
             sent.push_back(frame);
         }
         let mut bank = CounterBank::new(Frames(sent), AccelerometerInput::Counters);
-        bank.take(1);
+        let _ = bank.take(1);
         for sample in samples {
             let reading = bank.take(1);
             prop_assert_eq!(reading.fault, None);

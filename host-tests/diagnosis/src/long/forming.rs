@@ -272,7 +272,7 @@ mod tests {
     use rlg_catalogue::Pool;
     use rlg_catalogue::signals::Path as SignalPath;
     use rlg_inference::NoiseLevels;
-    use rlg_model::{Gyro, Model, MotionSource};
+    use rlg_model::{DeclaredModel, Gyro, Model, MotionSource};
     use rlg_signal::piece::Origin;
     use rlg_signal::streams::{Streams, Triad};
 
