@@ -153,6 +153,17 @@ impl Unit {
         Self::named(text)
     }
 
+    /// Parses the unit of a column whose dimension is known, which decides what is ambiguous: `G` is g for a force and gauss
+    /// for a field, `°` alone is °C for a temperature.
+    pub fn parse_for(text: &str, dimension: Dimension) -> Option<Self> {
+        let of = |text: &str| Self::parse(text).filter(|unit| unit.dimension == dimension);
+        of(text).or_else(|| match (dimension, text.trim()) {
+            (Dimension::Force, "G" | "Gs") => of("g"),
+            (Dimension::Temperature, "°" | "º" | "deg") => of("C"),
+            _ => None,
+        })
+    }
+
     fn named(text: &str) -> Option<Self> {
         let text = canonical(text);
         let same =

@@ -3,7 +3,7 @@
 use std::fs;
 use std::path::{Path, PathBuf};
 
-use clap::Args;
+use clap::{Args, ValueEnum as _};
 use serde_json::{Value, json};
 use sha2::{Digest as _, Sha256};
 
@@ -12,15 +12,16 @@ use super::inputs::check_plausible;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column, Dates, blocks};
 use crate::import::files::date_times::{is_rfc3339, rfc3339};
-use crate::import::files::{hdf5_file, mat_file, text_table};
+use crate::import::files::{beside, hdf5_file, mat_file, text_table};
 use crate::import::forming::assemble::{Assembled, assemble};
 use crate::import::forming::attitudes::EulerOrder;
 use crate::import::forming::clocks::{Said, TimeOption, check_times};
 use crate::import::forming::described;
+use crate::import::forming::settle::Settled;
 use crate::import::known;
-use crate::import::mapping::column_map::plan;
-use crate::import::mapping::column_names::time_unit;
+use crate::import::mapping::column_names::{time_in, time_unit};
 use crate::import::mapping::own_rows;
+use crate::import::mapping::questions;
 use crate::import::still::WITHOUT_SITE;
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
@@ -58,6 +59,9 @@ pub(super) struct ColumnOptions {
     /// Take what cannot be plausible as it is, with a warning
     #[arg(long)]
     anyway: bool,
+    /// Take the guesses of all questions
+    #[arg(long)]
+    yes: bool,
 }
 
 /// Remaining arguments of the command line.
@@ -76,7 +80,7 @@ impl ColumnOptions {
         let lists = [&self.map, &self.unit, &self.time, &self.sampling];
         let texts = [&self.euler, &self.instrument, &self.start];
         let is_said = lists.iter().any(|list| !list.is_empty());
-        !is_said && !self.anyway && texts.iter().all(|text| text.is_none())
+        !is_said && !self.anyway && !self.yes && texts.iter().all(|text| text.is_none())
     }
 
     /// Reads the files, or takes columns in memory, and writes the recording.
@@ -89,7 +93,7 @@ impl ColumnOptions {
     ) -> Result<(), InputError> {
         let first = &request.files[0];
         let mut sums = Vec::new();
-        let mut blocks = match in_memory {
+        let mut blocks: Vec<Block> = match in_memory {
             Some(columns) => blocks(first, columns, None),
             None => {
                 let mut all = Vec::new();
@@ -115,8 +119,30 @@ impl ColumnOptions {
             .map(|option| option.column.clone())
             .collect();
         check_times(&blocks, &said)?;
-        let mut plan = plan(&blocks, &self.map, &self.unit, &times)?;
-        own_rows::separate(&mut blocks, &mut plan, request.rate_hz);
+        let has_stamps = |block: &Block| {
+            let mut columns = block.columns.iter();
+            let is_stamps = |column: &Column| {
+                let is_number =
+                    column.bad_cell.is_none() && column.values.iter().any(|value| !value.is_nan());
+                column.dates.is_some()
+                    || times.contains(&column.name)
+                    || (is_number && time_in(block, column).is_some())
+            };
+            columns.any(is_stamps)
+        };
+        let mut blocks = beside::join(blocks, has_stamps);
+        let mut settled = Settled {
+            maps: self.map.clone(),
+            units: self.unit.clone(),
+            times,
+            said,
+            notes: Vec::new(),
+            questions: Vec::new(),
+        };
+        let mut plan = settled.settle(&mut blocks)?;
+        self.answer(request, &settled, terminal)?;
+        let said = settled.said;
+        own_rows::separate(&mut blocks, &mut plan, said.rate_hz);
         let mut assembled = assemble(&blocks, &plan, &said)?;
         for (column, reason) in &mut plan.left_out {
             if time_unit(column).is_some() {
@@ -126,7 +152,7 @@ impl ColumnOptions {
         plan.left_out
             .retain(|(column, _)| !assembled.stamps.contains(column));
         let notes = blocks.iter().flat_map(|block| block.notes.iter().cloned());
-        assembled.notes.splice(0..0, notes);
+        assembled.notes.splice(0..0, notes.chain(settled.notes));
         if let (None, Some(origin)) = (&labels.start, assembled.origin) {
             labels.start = rfc3339(origin.since_1970_s);
             if !origin.has_zone {
@@ -162,6 +188,77 @@ impl ColumnOptions {
         result["instrument"] = json!(labels.instrument);
         result["start"] = json!(labels.start);
         terminal.result(&result)
+    }
+
+    /// Asks all questions in one message, or says which guesses `--yes` takes.
+    fn answer(
+        &self,
+        request: &Request<'_>,
+        settled: &Settled,
+        terminal: &Terminal,
+    ) -> Result<(), InputError> {
+        let questions = &settled.questions;
+        let is_answered = self.yes && questions.iter().all(|question| question.is_guess);
+        if questions.is_empty() {
+            return Ok(());
+        }
+        if !is_answered {
+            return Err(questions::ask(
+                &request.files[0],
+                questions,
+                &self.command(request),
+            ));
+        }
+        for question in questions {
+            terminal.warn(format!(
+                "{}: {} is a guess that --yes takes: {}",
+                question.asks,
+                question.guess(),
+                question.evidence
+            ));
+        }
+        Ok(())
+    }
+
+    /// Returns the command line so far.
+    fn command(&self, request: &Request<'_>) -> Vec<String> {
+        let mut words = vec!["rlg".to_owned(), "import".to_owned()];
+        let path = |path: &Path| path.display().to_string();
+        words.extend(request.files.iter().map(|file| path(file)));
+        let mut add = |option: &str, value: String| words.extend([option.to_owned(), value]);
+        if let Some(format) = request.format.and_then(|format| format.to_possible_value()) {
+            add("--format", format.get_name().to_owned());
+        }
+        for (option, values) in [
+            ("--map", &self.map),
+            ("--unit", &self.unit),
+            ("--time", &self.time),
+            ("--sampling", &self.sampling),
+        ] {
+            values.iter().for_each(|value| add(option, value.clone()));
+        }
+        for (option, value) in [
+            ("--euler", &self.euler),
+            ("--instrument", &self.instrument),
+            ("--start", &self.start),
+        ] {
+            value.iter().for_each(|value| add(option, value.clone()));
+        }
+        if let Some(rate_hz) = request.rate_hz {
+            add("--rate", rate_hz.to_string());
+        }
+        if let Some(site) = request.site {
+            add("--latitude-deg", site.latitude_rad.to_degrees().to_string());
+            add("--gravity", site.gravity_m_s2.to_string());
+        }
+        if let Some(sum) = request.sha256 {
+            add("--sha256", sum.to_owned());
+        }
+        add("--out", path(request.target));
+        if self.anyway {
+            words.push("--anyway".to_owned());
+        }
+        words
     }
 
     /// Returns instrument and start as stated by the caller.

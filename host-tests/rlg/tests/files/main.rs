@@ -9,6 +9,7 @@ mod import;
 mod import_columns;
 mod import_dates;
 mod import_foreign;
+mod import_headers;
 mod import_matrices;
 mod import_raw;
 mod model_compensation;

@@ -184,7 +184,10 @@ fn of_units() -> Vec<Mistake> {
     let at_import = |what, log: Log| mistake(what, &log, Said::Import);
     let at_diagnosis = |what, log: Log| mistake(what, &log, Said::Diagnose);
     vec![
-        at_import("a unit stands nowhere", log.clone().named("gx", "gx")),
+        at_import(
+            "a unit stands nowhere, and nothing turns",
+            log.clone().without(&["encoder_z"]).named("gx", "gx"),
+        ),
         at_import(
             "stamps in milliseconds under a header that says s",
             log.clone().times(&["t"], 1e3),

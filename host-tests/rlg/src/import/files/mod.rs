@@ -1,5 +1,7 @@
 //! Reads files with columns of numbers: one file a format.
 
+pub mod beside;
+
 pub mod columns;
 
 pub mod matrix;

@@ -238,10 +238,18 @@ fn header(
     width: usize,
 ) -> (Vec<String>, Vec<Option<String>>) {
     let fits = |cells: &Vec<String>| cells.len() == width;
+    // A header may end with empty cells: pandas writes `time,,,` under two levels of names.
+    let whole = |line: &str| {
+        let mut cells = delimiter.split(line);
+        if cells.len() + 1 == width && delimiter.ends(line) {
+            cells.push(String::new());
+        }
+        cells
+    };
     let mut lines: Vec<Vec<String>> = above
         .iter()
         .rev()
-        .map(|(_, line)| delimiter.split(line))
+        .map(|(_, line)| whole(line))
         .take_while(fits)
         .take(MOST_HEADER_LINES)
         .collect();
@@ -256,6 +264,15 @@ fn header(
     if lines.len() > 1 && lines[0].iter().all(is_unit) && told(&lines[0]) {
         let filled = |cell: &String| (!cell.is_empty()).then(|| bare(cell).to_owned());
         units = lines.remove(0).iter().map(filled).collect();
+    }
+    // Names of pandas' index stand alone in the last line, and above them the names of its levels.
+    let is_index = |cells: &Vec<String>| cells.iter().filter(|cell| !cell.is_empty()).count() == 1;
+    if width > 1 && lines.len() > 1 && is_index(&lines[0]) {
+        let index = lines.remove(0);
+        let place = index.iter().position(|cell| !cell.is_empty()).unwrap_or(0);
+        let (last, upper) = lines.split_at_mut(1);
+        upper.iter_mut().for_each(|cells| cells[place].clear());
+        last[0][place].clone_from(&index[place]);
     }
     lines.reverse();
     let mut names = vec![String::new(); width];

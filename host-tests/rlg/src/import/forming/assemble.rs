@@ -3,7 +3,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use super::attitudes::{increments_of_angle, of_euler, unit};
+use super::attitudes::increments_of_angle;
 use super::clocks::{Group, Origin, Said, check_one_rate, origin, stamps_of, times};
 use super::sense::other_sense;
 use super::stamps::Times;
@@ -166,25 +166,25 @@ fn apart(times: Times, columns: Vec<&Mapped>) -> Vec<(Times, Vec<&Mapped>)> {
 }
 
 /// A table under construction.
-struct Builder<'a> {
-    blocks: &'a [Block],
+pub(super) struct Builder<'a> {
+    pub(super) blocks: &'a [Block],
     name: String,
     times: Times,
     channels: Vec<Channel>,
-    assembled: &'a mut Assembled,
+    pub(super) assembled: &'a mut Assembled,
 }
 
 impl Builder<'_> {
-    fn file(&self, mapped: &Mapped) -> &Path {
+    pub(super) fn file(&self, mapped: &Mapped) -> &Path {
         &self.blocks[mapped.block].file
     }
 
-    fn source(&self, mapped: &Mapped) -> &str {
+    pub(super) fn source(&self, mapped: &Mapped) -> &str {
         &self.blocks[mapped.block].columns[mapped.column].name
     }
 
     /// Returns the values of a column in SI on the table's rows.
-    fn values(&self, mapped: &Mapped) -> Vec<f64> {
+    pub(super) fn values(&self, mapped: &Mapped) -> Vec<f64> {
         let stored = &self.blocks[mapped.block].columns[mapped.column].values;
         let values = stored.iter().map(|stored| mapped.unit.to_si(*stored));
         match &self.times {
@@ -209,7 +209,7 @@ impl Builder<'_> {
     }
 
     /// Adds a channel and its origin.
-    fn add(
+    pub(super) fn add(
         &mut self,
         quantity: Quantity,
         axis: Option<&str>,
@@ -378,67 +378,6 @@ impl Builder<'_> {
         }
     }
 
-    /// Forms `reference_attitude` from quaternions of either sense, or from Euler angles.
-    fn attitudes(&mut self, columns: &[&Mapped], said: &Said) -> Result<(), InputError> {
-        let attitudes = columns.iter().filter(|mapped| mapped.target.is_attitude());
-        let attitudes: Vec<&&Mapped> = attitudes.collect();
-        let Some(first) = attitudes.first() else {
-            return Ok(());
-        };
-        let file = self.file(first).to_path_buf();
-        let is_euler = first.target == Target::Euler;
-        let labels: &[&str] = if is_euler {
-            &["x", "y", "z"]
-        } else {
-            &["w", "x", "y", "z"]
-        };
-        let mut found = Vec::new();
-        for label in labels {
-            let component = attitudes.iter().find(|mapped| {
-                mapped.axis.as_deref() == Some(label) && mapped.target == first.target
-            });
-            found.push(component.ok_or_else(|| {
-                InputError::new(&file, "has an attitude that is not whole")
-                    .channel(format!("{} {label}", first.target.name()))
-                    .expected(format!("a column each for {}", labels.join(", ")))
-            })?);
-        }
-        let mut values = found.iter().map(|mapped| self.values(mapped));
-        let mut next = || values.next().unwrap_or_default();
-        let components = if is_euler {
-            let order = said.euler.ok_or_else(|| {
-                InputError::new(&file, "has Euler angles of an unknown sequence")
-                    .channel(first.target.name())
-                    .expected("--euler with the axes in the order of the rotations, such as zyx for yaw, pitch, roll")
-            })?;
-            of_euler(order, [next(), next(), next()])
-        } else {
-            let names = [0, 1, 2, 3].map(|part: usize| self.source(found[part]));
-            let is_inverse = first.target == Target::AttitudeInverse;
-            unit(&file, names, [next(), next(), next(), next()], is_inverse)?
-        };
-        let origins: Vec<String> = found
-            .iter()
-            .map(|mapped| self.source(mapped).to_owned())
-            .collect();
-        for (place, (axis, values)) in ["w", "x", "y", "z"].into_iter().zip(components).enumerate()
-        {
-            let origin = match first.target {
-                Target::Euler => format!("{} as Euler angles", origins.join(", ")),
-                Target::AttitudeInverse => format!("{}, conjugate", origins[place]),
-                _ => format!("{}, body to navigation", origins[place]),
-            };
-            self.add(
-                Quantity::ReferenceAttitude,
-                Some(axis),
-                (1.0, 0.0),
-                values,
-                origin,
-            );
-        }
-        Ok(())
-    }
-
     /// Returns the finished table.
     fn finish(self) {
         let rows = self
@@ -450,7 +389,17 @@ impl Builder<'_> {
                 rate_hz,
                 start_s,
                 places,
+                jitter_s,
             } => {
+                if let Some(jitter_s) = jitter_s {
+                    let note = format!(
+                        "{}: the stamps jitter by {:.3} ms (rms) about an even clock of {rate_hz:.3} Hz, which the rows are \
+                         taken to follow",
+                        self.name,
+                        1e3 * jitter_s
+                    );
+                    self.assembled.notes.push(note);
+                }
                 let missing = rows - places.len();
                 if missing > 0 {
                     let note = format!(

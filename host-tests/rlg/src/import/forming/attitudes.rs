@@ -100,6 +100,75 @@ pub fn of_euler(order: EulerOrder, angles_rad: [Vec<f64>; 3]) -> [Vec<f64>; 4] {
     components
 }
 
+/// Computes the quaternions of rotation matrices, row by row of the matrix, that take the body's axes into the navigation
+/// frame's.
+///
+/// # Errors
+/// A matrix that is no rotation. All zeros are a missing value.
+pub fn of_matrix(
+    file: &Path,
+    names: [&str; 4],
+    elements: &[Vec<f64>],
+) -> Result<[Vec<f64>; 4], InputError> {
+    let mut components = [const { Vec::new() }; 4];
+    for row in 0..elements[0].len() {
+        let at = |i: usize, j: usize| elements[3 * i + j][row];
+        let (trace, total) = (
+            at(0, 0) + at(1, 1) + at(2, 2),
+            elements
+                .iter()
+                .map(|element| element[row].powi(2))
+                .sum::<f64>(),
+        );
+        let quaternion = match total > NOTHING {
+            false => [f64::NAN; 4],
+            true => of_elements(at, trace),
+        };
+        if (total - 3.0).abs() > OFF_NORM && total > NOTHING {
+            return Err(InputError::new(file, "is no rotation matrix")
+                .channel(names.join(", "))
+                .row(row as u64)
+                .value(format!("squares that add up to {total}"))
+                .expected("nine elements whose squares add up to 3, zeros or nothing where it was not measured"));
+        }
+        for (component, value) in components.iter_mut().zip(quaternion) {
+            component.push(value);
+        }
+    }
+    Ok(components)
+}
+
+/// Computes the unit quaternion of a rotation matrix by its greatest component (Shepperd 1978).
+fn of_elements(at: impl Fn(usize, usize) -> f64, trace: f64) -> [f64; 4] {
+    let squares = [trace, at(0, 0), at(1, 1), at(2, 2)];
+    let greatest = (0..4)
+        .max_by(|a, b| squares[*a].total_cmp(&squares[*b]))
+        .unwrap_or(0);
+    let skew = [
+        at(2, 1) - at(1, 2),
+        at(0, 2) - at(2, 0),
+        at(1, 0) - at(0, 1),
+    ];
+    let mut quaternion = [0.0; 4];
+    match greatest {
+        0 => quaternion = [1.0 + trace, skew[0], skew[1], skew[2]],
+        place => {
+            let own = place - 1;
+            quaternion[0] = skew[own];
+            for other in 0..3 {
+                quaternion[other + 1] = at(own, other) + at(other, own);
+            }
+            quaternion[place] = 1.0 + 2.0 * at(own, own) - trace;
+        }
+    }
+    let norm = quaternion
+        .iter()
+        .map(|part| part * part)
+        .sum::<f64>()
+        .sqrt();
+    quaternion.map(|part| part / norm)
+}
+
 /// Computes the angle over each row's period \[rad\] from an encoder's angle at the rows' ends \[rad\], unwrapped.
 ///
 /// The first row, and a row after a missing one, have none: the angle over one period is unknown.

@@ -9,7 +9,6 @@ use crate::import::files::columns::{Block, Column};
 use crate::import::files::date_times::origin_since_1970_s;
 use crate::import::mapping::column_map::{Mapped, locate};
 use crate::import::mapping::column_names;
-use crate::import::mapping::known_forms::Form;
 use crate::recording::Quantity;
 use crate::recording::units::{Dimension, Unit};
 
@@ -68,17 +67,21 @@ impl TimeOption {
 /// Refuses columns of stamps that no file has.
 pub fn check_times(blocks: &[Block], said: &Said) -> Result<(), InputError> {
     let mut named = said.times.iter().filter(|option| !option.is_none());
-    named.try_for_each(|option| locate(blocks, &option.column, "--time").map(drop))
+    named.try_for_each(|option| {
+        let mut columns = blocks.iter().flat_map(|block| &block.columns);
+        // A name that several files have stands for each of them.
+        match columns.any(|column| column.name == option.column) {
+            true => Ok(()),
+            false => locate(blocks, &option.column, "--time").map(drop),
+        }
+    })
 }
 
-/// Returns the column of stamps of a mapped column: as stated by the caller, else by its name.
-pub fn stamps_of(
-    blocks: &[Block],
-    mapped: &Mapped,
-    said: &Said,
-) -> Result<Option<usize>, InputError> {
+/// Returns the column of stamps of a mapped column, with a unit or without: as stated by the caller, else by its name. Also
+/// true if the caller stated it.
+pub fn stamps_in(blocks: &[Block], mapped: &Mapped, said: &Said) -> Option<(usize, bool)> {
     if said.times.iter().any(TimeOption::is_none) {
-        return Ok(None);
+        return None;
     }
     let mut general = None;
     for option in &said.times {
@@ -87,20 +90,29 @@ pub fn stamps_of(
             continue;
         };
         match &option.target {
-            Some(target) if *target == mapped.target.name() => return Ok(Some(column)),
+            Some(target) if *target == mapped.target.name() => return Some((column, true)),
             Some(_) => {}
-            None => general = Some(column),
+            None => general = Some((column, true)),
         }
     }
-    let block = &blocks[mapped.block];
-    let Some(column) = general.or_else(|| by_name(block, mapped)) else {
+    general.or_else(|| Some((by_name(&blocks[mapped.block], mapped)?, false)))
+}
+
+/// Returns the column of stamps of a mapped column, whose unit is known.
+pub fn stamps_of(
+    blocks: &[Block],
+    mapped: &Mapped,
+    said: &Said,
+) -> Result<Option<usize>, InputError> {
+    let Some((column, is_given)) = stamps_in(blocks, mapped, said) else {
         return Ok(None);
     };
+    let block = &blocks[mapped.block];
     if time_unit(block, column, said)?.is_some() {
         return Ok(Some(column));
     }
     // With a rate, stamps of an unknown unit are not needed.
-    if said.rate_hz.is_some() && general.is_none() {
+    if said.rate_hz.is_some() && !is_given {
         return Ok(None);
     }
     let name = &block.columns[column].name;
@@ -118,13 +130,15 @@ pub fn stamps_of(
 fn by_name(block: &Block, mapped: &Mapped) -> Option<usize> {
     let is_time = |column: &Column| {
         let is_text = matches!(column.bad_cell, Some((0, _)));
-        let is_named = column_names::time_unit(&column.name).is_some();
-        column.dates.is_some() || (!is_text && is_named)
+        let is_named = column_names::time_in(block, column).is_some();
+        let is_empty = column.values.iter().all(|value| value.is_nan());
+        column.dates.is_some() || (!is_text && !is_empty && is_named)
     };
+    // Of `imu.wb[0]` it is imu, of `avp[2]` avp.
     let structure = |name: &str| {
-        name.rsplit_once('.')
-            .map_or("", |(before, _)| before)
-            .to_owned()
+        let before = name.rsplit_once('.').map(|(before, _)| before);
+        let before = before.or_else(|| Some(name.split_once('[')?.0));
+        before.unwrap_or("").to_owned()
     };
     let own = structure(&block.columns[mapped.column].name);
     let mut columns = block.columns.iter();
@@ -133,7 +147,7 @@ fn by_name(block: &Block, mapped: &Mapped) -> Option<usize> {
 }
 
 /// Returns the unit of a column of stamps.
-fn time_unit(block: &Block, column: usize, said: &Said) -> Result<Option<Unit>, InputError> {
+pub fn time_unit(block: &Block, column: usize, said: &Said) -> Result<Option<Unit>, InputError> {
     let column = &block.columns[column];
     if column.dates.is_some() {
         return Ok(Unit::parse("s"));
@@ -144,12 +158,11 @@ fn time_unit(block: &Block, column: usize, said: &Said) -> Result<Option<Unit>, 
         .find(|option| option.column == column.name);
     let written = given.and_then(|option| option.unit.clone());
     let in_file = || {
-        column_names::time_unit(&column.name)
+        column_names::time_in(block, column)
             .flatten()
             .or(column.unit.clone())
     };
-    let by_form = || Some(Form::of(block)?.unit("time")?.to_owned());
-    let Some(text) = written.or_else(in_file).or_else(by_form) else {
+    let Some(text) = written.or_else(in_file) else {
         return Ok(None);
     };
     let unit = Unit::parse(&text).filter(|unit| unit.dimension == Dimension::Time);

@@ -4,6 +4,8 @@ pub mod resample;
 
 pub mod stamps;
 
+pub mod attitude_channels;
+
 pub mod attitudes;
 
 pub mod clocks;
@@ -13,3 +15,13 @@ pub mod sense;
 pub mod assemble;
 
 pub mod described;
+
+pub mod evidence;
+
+pub mod repeats;
+
+pub mod settle;
+
+pub mod settle_times;
+
+pub mod settle_units;

@@ -6,6 +6,7 @@
 use super::column_names::{self, Guess};
 use super::known_forms::Form;
 use super::map_options::{Given, parse, units_of_quantities};
+use super::one_attitude;
 use super::targets::Target;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column};
@@ -32,6 +33,8 @@ pub struct Mapped {
     pub unit_text: String,
     /// True if the caller named it.
     pub is_given: bool,
+    /// True if its unit stands nowhere: `unit` is that of SI until the data or the caller decide.
+    pub is_open: bool,
 }
 
 /// Mapping of all columns.
@@ -41,6 +44,10 @@ pub struct Plan {
     pub mapped: Vec<Mapped>,
     /// Columns left out: name and reason.
     pub left_out: Vec<(String, String)>,
+    /// Columns left out that may be an attitude, an angle or a temperature: block and index.
+    pub telling: Vec<(usize, usize)>,
+    /// Quaternions `q1` to `q4`, whose scalar is the first or the last: block and index of the four.
+    pub unordered: Vec<(usize, usize)>,
 }
 
 /// Reason of a column left out by `--map`.
@@ -75,34 +82,68 @@ pub fn plan(
         take_given(blocks, place, given, &units, &mut plan)?;
     }
     for (b, block) in blocks.iter().enumerate() {
-        let guesses = guesses(block);
+        let (guesses, unordered) = guesses(block);
         for (c, column) in block.columns.iter().enumerate() {
             if !named.contains(&(b, c)) && !times.contains(&column.name) {
                 let guess = guesses[c].clone();
+                let is_known = guess.is_some() || column_names::time_in(block, column).is_some();
                 match by_name(blocks, (b, c), guess, &units, &plan)? {
                     Ok(mapped) => plan.mapped.push(mapped),
-                    Err(reason) => plan.left_out.push((column.name.clone(), reason)),
+                    Err(reason) => {
+                        plan.left_out.push((column.name.clone(), reason));
+                        if !is_known && may_tell(column) {
+                            plan.telling.push((b, c));
+                        }
+                    }
                 }
             }
         }
+        if unordered.len() == 4 && plan.unordered.is_empty() {
+            plan.unordered = unordered.into_iter().map(|c| (b, c)).collect();
+        }
     }
-    drop_incomplete_attitudes(blocks, &mut plan);
+    one_attitude::keep(blocks, &mut plan);
     check_gyros(blocks, &plan)?;
     Ok(plan)
 }
 
-/// Returns the place of the column `name`: block and index.
+/// True if a column of numbers, by its name, may be an attitude, an angle or a temperature.
+fn may_tell(column: &Column) -> bool {
+    let is_number = column.bad_cell.is_none() && column.values.iter().any(|value| !value.is_nan());
+    is_number && column_names::reason(&column.name).1
+}
+
+/// Returns the place of the column `name`, or `FILE:COLUMN`: block and index.
 pub fn locate(blocks: &[Block], name: &str, option: &str) -> Result<(usize, usize), InputError> {
     let all = blocks.iter().enumerate().flat_map(|(b, block)| {
         let columns = block.columns.iter().enumerate();
         columns.map(move |(c, column)| ((b, c), column))
     });
-    let mut found = all.filter(|(_, column)| column.name == name);
+    let is_it = |b: usize, column: &Column| {
+        let file = blocks[b]
+            .file
+            .file_name()
+            .unwrap_or_default()
+            .to_string_lossy();
+        let of_file = name
+            .strip_prefix(&*file)
+            .and_then(|rest| rest.strip_prefix(':'));
+        column.name == name || of_file == Some(&column.name)
+    };
+    let mut found = all.filter(|((b, _), column)| is_it(*b, column));
     match (found.next(), found.next()) {
         (Some((place, _)), None) => Ok(place),
-        (Some(_), Some(_)) => Err(InputError::new(&blocks[0].file, "has this column twice")
-            .channel(name)
-            .expected("each column once")),
+        (Some(((first, _), _)), Some(((second, _), _))) => {
+            let of = |b: usize| {
+                let file = blocks[b].file.file_name().unwrap_or_default();
+                format!("{}:{name}", file.to_string_lossy())
+            };
+            let fault = InputError::new(&blocks[0].file, "has this column twice").channel(name);
+            Err(match first == second {
+                true => fault.expected("each column once"),
+                false => fault.expected(format!("{} or {}", of(first), of(second))),
+            })
+        }
         _ => Err(InputError::new(&blocks[0].file, "has no such column")
             .channel(format!("{option} {name}"))
             .expected(format!("one of {}", list(blocks)))),
@@ -136,46 +177,42 @@ fn unit_of(
     guess: Option<&Guess>,
 ) -> Result<Option<(Unit, String)>, InputError> {
     let of_quantity = units.iter().find(|(name, _)| name == target.name());
-    let by_caller = written.or(of_quantity.map(|(_, unit)| unit));
-    let by_file = || {
-        let in_name = guess
-            .and_then(|guess| guess.unit.clone())
-            .or(column.unit.clone());
-        in_name.or_else(|| Form::of(block)?.unit(target.name()).map(str::to_owned))
+    let dimension = target.dimension();
+    let parse = |text: &str| match dimension {
+        Some(dimension) => Unit::parse_for(text, dimension),
+        None => Unit::parse(text),
     };
-    let text = match (by_caller.cloned().or_else(by_file), target.dimension()) {
-        (Some(text), _) => text,
-        (None, None | Some(Dimension::Number)) => "1".to_owned(),
-        (None, Some(_)) => return Ok(None),
-    };
-    let unit = Unit::parse(&text);
-    let fits = |unit: &Unit| {
-        target
-            .dimension()
-            .is_none_or(|dimension| dimension == unit.dimension)
-    };
-    match unit.filter(fits) {
-        Some(unit) => Ok(Some((unit, text))),
-        None if by_caller.is_none() => Ok(None),
-        None => Err(
+    if let Some(text) = written.or(of_quantity.map(|(_, unit)| unit)) {
+        let fault = || {
             InputError::new(&block.file, format!("is no unit of {}", target.name()))
                 .channel(&column.name)
                 .value(format!("{text:?}"))
-                .expected(target.dimension().map_or("a unit", Dimension::examples)),
-        ),
+                .expected(dimension.map_or("a unit", Dimension::examples))
+        };
+        return match parse(text) {
+            Some(unit) => Ok(Some((unit, text.clone()))),
+            None => Err(fault()),
+        };
     }
+    let in_name = guess.and_then(|guess| guess.unit.clone());
+    let by_form = Form::unit_in(block, target.name()).map(|(unit, _)| unit.to_owned());
+    let is_plain = matches!(dimension, None | Some(Dimension::Number));
+    let plain = is_plain.then(|| "1".to_owned());
+    let mut texts = [in_name, column.unit.clone(), by_form, plain]
+        .into_iter()
+        .flatten();
+    Ok(texts.find_map(|text| Some((parse(&text)?, text))))
 }
 
-fn no_unit(block: &Block, column: &Column, target: &Target, axis: Option<&str>) -> InputError {
-    let examples = target.dimension().map_or("a unit", Dimension::examples);
-    InputError::new(&block.file, format!("is taken for {}, but its unit stands nowhere", target.name()))
-        .channel(&column.name)
-        .expected(format!(
-            "--unit {0}:UNIT for all columns of the quantity or --map {1}={0}:{2}:UNIT, with UNIT one of {examples}",
-            target.name(),
-            column.name,
-            axis.unwrap_or("-")
-        ))
+/// Returns the unit of SI of a target, which stands for one that is still open.
+fn open(target: &Target) -> (Unit, String) {
+    let dimension = target.dimension().unwrap_or(Dimension::Number);
+    let unit = Unit {
+        dimension,
+        scale: 1.0,
+        offset: 0.0,
+    };
+    (unit, "?".to_owned())
 }
 
 fn take_given(
@@ -192,7 +229,7 @@ fn take_given(
     }
     column.check(&block.file)?;
     let axis = given.axis.as_deref();
-    let guess = column_names::guess(&column.name);
+    let guess = column_names::guess_in(block, column);
     let unit = unit_of(
         block,
         column,
@@ -201,7 +238,8 @@ fn take_given(
         units,
         guess.as_ref(),
     )?;
-    let (unit, unit_text) = unit.ok_or_else(|| no_unit(block, column, &given.target, axis))?;
+    let is_open = unit.is_none();
+    let (unit, unit_text) = unit.unwrap_or_else(|| open(&given.target));
     if let Some(other) = plan.holder(&given.target, axis) {
         let other = &blocks[other.block].columns[other.column].name;
         return Err(
@@ -223,6 +261,7 @@ fn take_given(
         unit,
         unit_text,
         is_given: true,
+        is_open,
     });
     Ok(())
 }
@@ -238,11 +277,11 @@ fn by_name(
     let (block, column) = (&blocks[b], &blocks[b].columns[c]);
     let leave = |reason: &str| Ok(Err(reason.to_owned()));
     let Some(guess) = guess else {
-        return leave("its name says no quantity and axis; --map states both");
+        return leave(column_names::reason(&column.name).0);
     };
     let axis = guess.axis.as_deref();
     let name = guess.target.name();
-    if !guess.target.takes_axis(axis) {
+    if axis.is_some() && !guess.target.takes_axis(axis) {
         return leave(&format!("a {name} has no such axis"));
     }
     if matches!(column.bad_cell, Some((0, _))) {
@@ -259,15 +298,14 @@ fn by_name(
         let other = &blocks[other.block].columns[other.column].name;
         return leave(&format!("{name} {} is {other}", axis.unwrap_or("-")));
     }
-    let Some((unit, unit_text)) = unit_of(block, column, &guess.target, None, units, Some(&guess))?
-    else {
-        if guess.target.needs_a_unit() {
-            return Err(no_unit(block, column, &guess.target, axis));
-        }
+    let found = unit_of(block, column, &guess.target, None, units, Some(&guess))?;
+    if found.is_none() && guess.target == Target::Stored(Quantity::MagneticField) {
         return leave(&format!(
             "its unit stands nowhere; --unit {name}:UNIT states it"
         ));
-    };
+    }
+    let is_open = found.is_none();
+    let (unit, unit_text) = found.unwrap_or_else(|| open(&guess.target));
     column.check(&block.file)?;
     Ok(Ok(Mapped {
         block: b,
@@ -277,17 +315,19 @@ fn by_name(
         unit,
         unit_text,
         is_given: false,
+        is_open,
     }))
 }
 
 /// Guesses the quantities of a block's columns from their names, with digits turned into axes: 0 1 2 or 1 2 3 are x y z, 0
-/// to 3 of a quaternion w x y z.
-fn guesses(block: &Block) -> Vec<Option<Guess>> {
+/// to 3 of a quaternion w x y z. Also the places of quaternions counted from 1, whose scalar is the first or the last.
+fn guesses(block: &Block) -> (Vec<Option<Guess>>, Vec<usize>) {
     let mut guesses: Vec<Option<Guess>> = block
         .columns
         .iter()
-        .map(|column| column_names::guess(&column.name))
+        .map(|column| column_names::guess_in(block, column))
         .collect();
+    let mut unordered = Vec::new();
     let digit = |guess: &Guess| {
         guess
             .axis
@@ -299,7 +339,13 @@ fn guesses(block: &Block) -> Vec<Option<Guess>> {
         .flatten()
         .filter_map(|guess| Some((guess.target.clone(), digit(guess)?)))
         .collect();
-    for place in &mut guesses {
+    for (column, place) in guesses.iter_mut().enumerate() {
+        if place
+            .as_ref()
+            .is_some_and(|guess| guess.target == Target::Matrix)
+        {
+            continue;
+        }
         let Some((guess, index)) = place
             .as_ref()
             .and_then(|guess| Some((guess.clone(), digit(guess)?)))
@@ -308,7 +354,10 @@ fn guesses(block: &Block) -> Vec<Option<Guess>> {
         };
         let is_quaternion = guess.target == Target::Stored(Quantity::ReferenceAttitude);
         let from_zero = seen.contains(&(guess.target.clone(), 0));
-        // In q1 to q4 some take the first as the scalar and some the last: they need --map.
+        if is_quaternion && !from_zero {
+            unordered.push(column);
+        }
+        // In q1 to q4 some take the first as the scalar and some the last: the gyros decide, or --map.
         let labels: &[&str] = match (is_quaternion, from_zero) {
             (true, true) => &["w", "x", "y", "z"],
             (false, true) => &["x", "y", "z"],
@@ -321,7 +370,7 @@ fn guesses(block: &Block) -> Vec<Option<Guess>> {
             ..guess
         });
     }
-    guesses
+    (guesses, unordered)
 }
 
 impl Plan {
@@ -329,26 +378,6 @@ impl Plan {
     fn holder(&self, target: &Target, axis: Option<&str>) -> Option<&Mapped> {
         let mut mapped = self.mapped.iter();
         mapped.find(|mapped| mapped.target == *target && mapped.axis.as_deref() == axis)
-    }
-}
-
-/// Leaves out quaternions that are guessed and lack a component.
-fn drop_incomplete_attitudes(blocks: &[Block], plan: &mut Plan) {
-    let attitude = Target::Stored(Quantity::ReferenceAttitude);
-    let is_guessed = |mapped: &Mapped| mapped.target == attitude && !mapped.is_given;
-    let count = plan
-        .mapped
-        .iter()
-        .filter(|mapped| is_guessed(mapped))
-        .count();
-    if (1..4).contains(&count) {
-        let (dropped, kept) = plan.mapped.drain(..).partition(is_guessed);
-        plan.mapped = kept;
-        let name = |mapped: &Mapped| blocks[mapped.block].columns[mapped.column].name.clone();
-        let reason = "a quaternion needs w, x, y and z".to_owned();
-        let dropped: Vec<Mapped> = dropped;
-        plan.left_out
-            .extend(dropped.iter().map(|mapped| (name(mapped), reason.clone())));
     }
 }
 

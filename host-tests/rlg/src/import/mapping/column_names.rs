@@ -1,6 +1,9 @@
 //! Infers from a column's usual name its quantity, axis and unit.
 
+use super::known_forms::Form;
+use super::name_table::{self, is_filler};
 use super::targets::Target;
+use crate::import::files::columns::{Block, Column};
 use crate::recording::Quantity;
 use crate::recording::units::{Dimension, Unit};
 
@@ -15,75 +18,9 @@ pub struct Guess {
     pub unit: Option<String>,
 }
 
-/// Words before a quantity that carry no information.
-const FILLERS: &[&str] = &[
-    "imu",
-    "ins",
-    "sensor",
-    "sensors",
-    "raw",
-    "cal",
-    "calibrated",
-    "data",
-    "device",
-    "motion",
-    "body",
-    "b",
-    "mean",
-    "measured",
-    "meas",
-    "value",
-    "values",
-];
-
-/// Words that mark a measurement of another instrument.
-const REFERENCE_WORDS: &[&str] = &[
-    "ref",
-    "reference",
-    "truth",
-    "true",
-    "gt",
-    "groundtruth",
-    "vicon",
-    "opt",
-    "optical",
-    "mocap",
-    "optitrack",
-    "table",
-    "turntable",
-];
-
-/// Returns the quantity of a usual name, its words joined in lower case.
-fn quantity(stem: &str) -> Option<Target> {
-    let quantity = match stem {
-        "gyro" | "gyr" | "gyros" | "gyroscope" | "gyrorate" | "g" | "w" | "omega"
-        | "angularvelocity" | "angularrate" | "angvel" | "angrate" | "rate" | "rates"
-        | "rotationrate" | "rotrate" | "turnrate" | "gyrorad" => Quantity::GyroRate,
-        "dtheta" | "deltatheta" | "deltaangle" | "dangle" | "dang" | "gyroincrement"
-        | "angleincrement" => Quantity::GyroIncrement,
-        "gyrocount" | "gyrocounts" | "gyropulses" | "pulse" | "pulses" | "count" | "counts" => {
-            Quantity::GyroCount
-        }
-        "acc" | "accel" | "accelerometer" | "accelerometers" | "acceleration" | "a" | "f"
-        | "sf" | "specificforce" => Quantity::SpecificForce,
-        "dvel" | "deltav" | "deltavel" | "deltavelocity" | "dv" | "velocityincrement" => {
-            Quantity::VelocityIncrement
-        }
-        "mag" | "magnetometer" | "magneticfield" | "magfield" | "magnetic" | "m" => {
-            Quantity::MagneticField
-        }
-        "temp" | "temperature" => Quantity::Temperature,
-        "q" | "quat" | "quaternion" | "orientation" | "attitude" | "att" => {
-            Quantity::ReferenceAttitude
-        }
-        "dither" | "pickoff" | "ditherangle" => Quantity::DitherAngle,
-        "encoder" | "enc" | "encoderangle" | "tableangle" => return Some(Target::ReferenceAngle),
-        _ => return None,
-    };
-    Some(Target::Stored(quantity))
-}
-
-/// Splits off the unit in brackets or behind the last blank of a name; returns the name without it, and the unit.
+/// Splits off the unit in brackets or behind the last blank of a name; returns the name without it, and the unit. Brackets
+/// around another text are dropped if they are empty or hold no unit, and a word before the unit goes to the name:
+/// `ORIENTATION Z (azimuth °)`.
 fn bracketed(name: &str) -> (String, Option<String>) {
     for (open, close) in [('(', ')'), ('[', ']')] {
         if let Some((before, inside)) = name
@@ -91,10 +28,22 @@ fn bracketed(name: &str) -> (String, Option<String>) {
             .strip_suffix(close)
             .and_then(|rest| rest.rsplit_once(open))
         {
-            let is_index = inside.chars().all(|letter| letter.is_ascii_digit());
-            if !is_index && Unit::parse(inside).is_some() {
+            let is_index =
+                !inside.is_empty() && inside.chars().all(|letter| letter.is_ascii_digit());
+            let is_unit = |text: &str| Unit::parse(text).is_some() || text == "°";
+            if is_index {
+                continue;
+            }
+            if is_unit(inside) {
                 return (before.trim().to_owned(), Some(inside.to_owned()));
             }
+            return match inside.rsplit_once(' ') {
+                Some((word, unit)) if is_unit(unit) => {
+                    (format!("{before} {word}"), Some(unit.to_owned()))
+                }
+                _ if inside.len() < 2 => (before.trim().to_owned(), None),
+                _ => (name.to_owned(), None),
+            };
         }
     }
     if let Some((before, last)) = name.trim().rsplit_once(char::is_whitespace)
@@ -141,18 +90,25 @@ fn axis_of(word: &str) -> Option<&'static str> {
 /// Infers quantity and axis from words without a unit.
 fn meaning(words: &[String]) -> Option<(Target, Option<String>)> {
     let lower: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
-    let is_reference = lower
-        .iter()
-        .any(|word| REFERENCE_WORDS.contains(&word.as_str()));
-    let is_filler = |word: &str| {
-        let name = word.trim_end_matches(|letter: char| letter.is_ascii_digit());
-        REFERENCE_WORDS.contains(&word) || (FILLERS.contains(&name) && (name != "b" || word == "b"))
-    };
+    if name_table::no_measurement(&lower).is_some() {
+        return None;
+    }
+    let is_reference = lower.iter().any(|word| name_table::is_reference(word));
+    // EuRoC: w_RS_S is of the sensor S; p_RS_R of the reference R.
+    let is_euroc = lower.iter().any(|word| word == "rs");
     let mut left: Vec<&str> = lower
         .iter()
         .map(String::as_str)
-        .filter(|word| !is_filler(word))
+        .filter(|word| !(is_filler(word) || is_euroc && *word == "s"))
         .collect();
+    if let Some(found) = matrix_element(&left) {
+        return Some((Target::Matrix, Some(found)));
+    }
+    if left.len() == 1
+        && let Some(axis) = angle_axis(left[0])
+    {
+        return Some((Target::Euler, Some(axis.to_owned())));
+    }
     let mut axis = None;
     if left.len() > 1 {
         if let Some(found) = left.last().and_then(|word| axis_of(word)) {
@@ -165,16 +121,51 @@ fn meaning(words: &[String]) -> Option<(Target, Option<String>)> {
     }
     let mut stem = left.concat();
     // A reference with only an axis in its name is an attitude: `Vicon Orientation W` came out as `orientation`.
-    let mut target = quantity(&stem).filter(|_| axis.is_some() || stem.len() > 1);
+    let mut target = name_table::target(&stem).filter(|_| axis.is_some() || stem.len() > 1);
     if target.is_none() && axis.is_none() {
         let last = stem.pop()?;
         axis = axis_of(&last.to_string());
         axis?;
-        target = quantity(&stem);
+        target = name_table::target(&stem);
+    }
+    // One angle of a table is an encoder's, three of a camera system are a sequence.
+    let is_table = lower
+        .iter()
+        .any(|word| word.ends_with("table") || word == "stage");
+    if target == Some(Target::Euler) && is_reference && (is_table || axis.is_none()) {
+        target = Some(Target::ReferenceAngle);
+    }
+    if target == Some(Target::Matrix) {
+        return None;
     }
     let target = as_reference(target?, is_reference)?;
-    let bare = Target::Stored(Quantity::Temperature);
-    (axis.is_some() || target == bare).then_some((target, axis.map(str::to_owned)))
+    let bare = [
+        Target::Stored(Quantity::Temperature),
+        Target::ReferenceAngle,
+        Target::ReferenceRate,
+    ];
+    // A table's angle without an axis gets it from the gyros.
+    let may_be_bare = bare.contains(&target);
+    (axis.is_some() || may_be_bare).then_some((target, axis.map(str::to_owned)))
+}
+
+/// Returns the axis of an angle that is a word by itself.
+fn angle_axis(word: &str) -> Option<&'static str> {
+    match word {
+        "roll" | "phi" => Some("x"),
+        "pitch" => Some("y"),
+        "yaw" | "heading" => Some("z"),
+        _ => None,
+    }
+}
+
+/// Returns row and column of a matrix's element, from 1: `Mat[1][2]`, `R12`, `element 12`.
+fn matrix_element(words: &[&str]) -> Option<String> {
+    let joined = words.concat();
+    let stem = joined.trim_end_matches(|letter: char| letter.is_ascii_digit());
+    let digits = &joined[stem.len()..];
+    let is_place = digits.len() == 2 && digits.chars().all(|digit| ('1'..='3').contains(&digit));
+    (is_place && name_table::target(stem) == Some(Target::Matrix)).then(|| digits.to_owned())
 }
 
 /// Returns the target of a quantity measured by another instrument; `None` if it is of no use.
@@ -187,15 +178,97 @@ fn as_reference(target: Target, is_reference: bool) -> Option<Target> {
         Target::Stored(Quantity::GyroIncrement) => {
             Some(Target::Stored(Quantity::ReferenceIncrement))
         }
-        Target::Stored(Quantity::ReferenceAttitude) | Target::ReferenceAngle => Some(target),
+        // `Table angle z` is an encoder's, and no angle of a sequence of three.
+        Target::Stored(Quantity::ReferenceAttitude) | Target::ReferenceAngle | Target::Euler => {
+            Some(target)
+        }
         _ => None,
     }
 }
 
 /// Guesses a column from its `name`; `None` if the name is not usual. A field of a structure may suffice by itself.
 pub fn guess(name: &str) -> Option<Guess> {
-    let field = || guess_whole(name.rsplit_once('.')?.1);
-    guess_whole(name).or_else(field)
+    let mut fields = name.match_indices('.').map(|(place, _)| &name[place + 1..]);
+    guess_whole(name).or_else(|| fields.find_map(guess_whole))
+}
+
+/// Guesses a column of a file: by the form of the file, by its name, or, where that is an axis alone, by its unit or by the
+/// name of the file.
+pub fn guess_in(block: &Block, column: &Column) -> Option<Guess> {
+    if let Some(meaning) = Form::takes(block, column) {
+        let mut parts = meaning.splitn(3, ':');
+        let mut next = || parts.next().filter(|part| *part != "-").map(str::to_owned);
+        let (target, axis, unit) = (next()?, next(), next());
+        return (target != "time").then(|| Guess {
+            target: Target::from_name(&target),
+            axis,
+            unit,
+        });
+    }
+    guess(&column.name).or_else(|| bare_axis(block, column))
+}
+
+/// Guesses a column with only an axis in its name.
+fn bare_axis(block: &Block, column: &Column) -> Option<Guess> {
+    let (rest, unit) = bracketed(&column.name);
+    let words = words(&rest);
+    let axis = match &words[..] {
+        [word] if ["x", "y", "z"].contains(&word.to_lowercase().as_str()) => axis_of(word)?,
+        _ => return None,
+    };
+    let unit = unit.or_else(|| column.unit.clone());
+    let by_unit = || match Unit::parse(unit.as_deref()?)?.dimension {
+        Dimension::AngularRate => Some(Target::Stored(Quantity::GyroRate)),
+        Dimension::Force => Some(Target::Stored(Quantity::SpecificForce)),
+        Dimension::Field => Some(Target::Stored(Quantity::MagneticField)),
+        _ => None,
+    };
+    let by_file = || {
+        let stem = block.file.file_stem()?.to_string_lossy().into_owned();
+        let words = self::words(&stem);
+        name_table::of_file(
+            &words
+                .iter()
+                .map(|word| word.to_lowercase())
+                .collect::<Vec<_>>(),
+        )
+    };
+    let target = by_unit().or_else(by_file)?;
+    Some(Guess {
+        target,
+        axis: Some(axis.to_owned()),
+        unit,
+    })
+}
+
+/// Returns the reason for which a column of this name is not taken, and true if it might be an attitude, an angle or a
+/// temperature, which is not left out without a word of the user's.
+pub fn reason(name: &str) -> (&'static str, bool) {
+    let (rest, _) = bracketed(name);
+    let lower: Vec<String> = words(&rest)
+        .iter()
+        .map(|word| word.to_lowercase())
+        .collect();
+    match name_table::no_measurement(&lower) {
+        Some(reason) => (reason, false),
+        None => (
+            "its name says no quantity and axis; --map states both",
+            name_table::is_telling(&lower),
+        ),
+    }
+}
+
+/// True if a word is the temperature's: `board temp (°C)`.
+fn is_temperature(words: &[String]) -> bool {
+    let temperature = Some(Target::Stored(Quantity::Temperature));
+    let mut words = words.iter();
+    words.any(|word| name_table::target(&word.to_lowercase()) == temperature)
+}
+
+/// Returns the axis of a gyro's own temperature.
+fn temperature_axis(words: &[String]) -> Option<String> {
+    let last = words.last()?.to_lowercase();
+    ["x", "y", "z"].contains(&last.as_str()).then_some(last)
 }
 
 fn guess_whole(name: &str) -> Option<Guess> {
@@ -204,8 +277,15 @@ fn guess_whole(name: &str) -> Option<Guess> {
     if let Some(text) = &unit {
         let parsed = Unit::parse(text)?;
         let is_t = words.len() == 1 && words[0].eq_ignore_ascii_case("t");
+        let is_bare = words.len() == 1
+            && axis_of(&words[0]).is_some()
+            && angle_axis(&words[0].to_lowercase()).is_none();
         let (target, axis) = match parsed.dimension {
-            Dimension::Temperature if is_t => (Target::Stored(Quantity::Temperature), None),
+            Dimension::Temperature if is_t || is_temperature(&words) => (
+                Target::Stored(Quantity::Temperature),
+                temperature_axis(&words),
+            ),
+            _ if is_bare => return None,
             _ => meaning(&words)?,
         };
         return Some(Guess { target, axis, unit });
@@ -240,6 +320,7 @@ fn guess_whole(name: &str) -> Option<Guess> {
 pub fn time_unit(name: &str) -> Option<Option<String>> {
     let (rest, unit) = bracketed(name);
     let words = words(&rest);
+    let lower: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
     let is_of_time =
         |unit: &str| Unit::parse(unit).is_some_and(|unit| unit.dimension == Dimension::Time);
     let (first, last) = (words.first()?, words.last()?);
@@ -247,11 +328,32 @@ pub fn time_unit(name: &str) -> Option<Option<String>> {
         let is_named = is_of_time(&unit) && words.iter().any(|word| is_time(word));
         return is_named.then_some(Some(unit));
     }
-    if words.len() > 1 && is_of_time(last) && words.iter().any(|word| is_time(word)) {
-        return Some(Some(last.clone()));
+    // ArduPilot's TimeUS.
+    let small = last.to_lowercase();
+    if words.len() > 1 && is_of_time(&small) && words.iter().any(|word| is_time(word)) {
+        return Some(Some(small));
     }
-    let alone = matches!(words.len(), 1 | 2) && (is_time(first) || is_time(last));
+    if let [unit, elapsed] = &lower[..]
+        && elapsed == "elapsed"
+        && is_of_time(unit)
+    {
+        return Some(Some(unit.clone()));
+    }
+    let is_offset = name_table::no_measurement(&lower).is_some();
+    let is_named = is_time(first) || is_time(last) || lower.concat() == "sampletimefine";
+    let alone = matches!(words.len(), 1..=3) && is_named && !is_offset;
     alone.then_some(None)
+}
+
+/// Returns the unit text of a column of times in its file, by its name or by the form of the file.
+pub fn time_in(block: &Block, column: &Column) -> Option<Option<String>> {
+    if let Some(meaning) = Form::takes(block, column) {
+        let unit = meaning.strip_prefix("time:")?.rsplit(':').next()?;
+        return Some(Some(unit.to_owned()));
+    }
+    let named = time_unit(&column.name)?;
+    let by_form = || Form::unit_in(block, "time").map(|(unit, _)| unit.to_owned());
+    Some(named.or(column.unit.clone()).or_else(by_form))
 }
 
 /// True if a word means time; a capital T is a temperature as often.
@@ -263,6 +365,7 @@ fn is_time(word: &str) -> bool {
         "timestamps",
         "stamp",
         "stamps",
+        "chiptime",
     ];
     word == "t" || names.contains(&word.to_lowercase().as_str())
 }

@@ -4,6 +4,12 @@ pub mod targets;
 
 pub mod column_names;
 
+pub mod name_table;
+
+pub mod one_attitude;
+
+pub mod questions;
+
 pub mod known_forms;
 
 pub mod map_options;

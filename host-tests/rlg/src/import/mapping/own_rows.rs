@@ -70,9 +70,8 @@ fn filled_rows(values: &[f64]) -> Option<Vec<usize>> {
 
 /// Returns the columns of times of a block at these rows.
 fn stamps(block: &Block, rate_hz: Option<f64>, rows: &[usize]) -> Option<Vec<Column>> {
-    let is_time = |column: &&Column| {
-        column.dates.is_some() || column_names::time_unit(&column.name).is_some()
-    };
+    let is_time =
+        |column: &&Column| column.dates.is_some() || column_names::time_in(block, column).is_some();
     let times = block.columns.iter().filter(is_time);
     let times: Vec<Column> = times.map(|column| thinned(column, rows)).collect();
     if !times.is_empty() {

@@ -16,6 +16,8 @@ pub enum Target {
     AttitudeInverse,
     /// An angle about the axis in a sequence of three rotations.
     Euler,
+    /// Element `11` to `33`, row and column, of the matrix that takes the body's axes into the navigation frame's.
+    Matrix,
     /// Column left out.
     Nothing,
 }
@@ -28,6 +30,7 @@ impl Target {
             "reference_angle" => Self::ReferenceAngle,
             "reference_attitude_inverse" => Self::AttitudeInverse,
             "reference_euler" => Self::Euler,
+            "reference_matrix" => Self::Matrix,
             "none" => Self::Nothing,
             other => Self::Stored(Quantity::from_name(other)),
         }
@@ -41,6 +44,7 @@ impl Target {
             Self::ReferenceAngle => "reference_angle",
             Self::AttitudeInverse => "reference_attitude_inverse",
             Self::Euler => "reference_euler",
+            Self::Matrix => "reference_matrix",
             Self::Nothing => "none",
         }
     }
@@ -51,7 +55,7 @@ impl Target {
             Self::Stored(quantity) => Dimension::of(quantity),
             Self::ReferenceRate => Some(Dimension::AngularRate),
             Self::ReferenceAngle | Self::Euler => Some(Dimension::Angle),
-            Self::AttitudeInverse => Some(Dimension::Number),
+            Self::AttitudeInverse | Self::Matrix => Some(Dimension::Number),
             Self::Nothing => None,
         }
     }
@@ -59,7 +63,16 @@ impl Target {
     /// True if it becomes an attitude.
     pub fn is_attitude(&self) -> bool {
         let stored = Self::Stored(Quantity::ReferenceAttitude);
-        *self == stored || matches!(self, Self::AttitudeInverse | Self::Euler)
+        *self == stored || matches!(self, Self::AttitudeInverse | Self::Euler | Self::Matrix)
+    }
+
+    /// Returns the axis labels that make it whole, for an attitude.
+    pub fn parts(&self) -> &'static [&'static str] {
+        match self {
+            Self::Euler => &["x", "y", "z"],
+            Self::Matrix => &["11", "12", "13", "21", "22", "23", "31", "32", "33"],
+            _ => &["w", "x", "y", "z"],
+        }
     }
 
     /// True if a row holds a sum or a mean over its period, so that all rows need one period.
@@ -93,6 +106,7 @@ impl Target {
             Self::Stored(Quantity::ReferenceAttitude) | Self::AttitudeInverse => {
                 matches!(axis, Some("w" | "x" | "y" | "z"))
             }
+            Self::Matrix => axis.is_some_and(|axis| self.parts().contains(&axis)),
             Self::Stored(Quantity::Other(_)) | Self::Nothing => true,
             _ => matches!(axis, Some("x" | "y" | "z")),
         }

@@ -1,0 +1,86 @@
+//! Keeps one attitude of a file that states it more than once: the caller's, else a quaternion, a matrix, Euler angles.
+
+use super::column_map::{Mapped, Plan};
+use super::known_forms::Form;
+use super::targets::Target;
+use crate::import::files::columns::Block;
+use crate::recording::Quantity;
+
+/// Attitudes by preference: those without a convention of their own first.
+const BY_PREFERENCE: [Target; 4] = [
+    Target::Stored(Quantity::ReferenceAttitude),
+    Target::AttitudeInverse,
+    Target::Matrix,
+    Target::Euler,
+];
+
+/// Leaves out all guessed attitudes but the preferred one that is whole.
+pub fn keep(blocks: &[Block], plan: &mut Plan) {
+    drop_constant(blocks, plan);
+    let is_whole = |target: &Target| {
+        let has = |part: &&str| {
+            let mut mapped = plan.mapped.iter();
+            mapped.any(|one| one.target == *target && one.axis.as_deref() == Some(part))
+        };
+        target.parts().iter().all(|part| has(part))
+    };
+    let given = plan
+        .mapped
+        .iter()
+        .find(|mapped| mapped.is_given && mapped.target.is_attitude());
+    let kept = match given {
+        Some(given) => Some(given.target.clone()),
+        None => BY_PREFERENCE.into_iter().find(is_whole),
+    };
+    let name = |mapped: &Mapped| blocks[mapped.block].columns[mapped.column].name.clone();
+    let source: Vec<String> = plan
+        .mapped
+        .iter()
+        .filter(|mapped| Some(&mapped.target) == kept.as_ref())
+        .map(name)
+        .collect();
+    let is_dropped = |mapped: &Mapped| {
+        mapped.target.is_attitude() && !mapped.is_given && Some(&mapped.target) != kept.as_ref()
+    };
+    let (dropped, rest): (Vec<Mapped>, Vec<Mapped>) = plan.mapped.drain(..).partition(is_dropped);
+    plan.mapped = rest;
+    for mapped in dropped {
+        let reason = match kept {
+            Some(_) => format!("the attitude is taken from {}", source.join(", ")),
+            None => match mapped.target {
+                Target::Euler => "an attitude needs three angles".to_owned(),
+                Target::Matrix => "an attitude needs all nine elements".to_owned(),
+                _ => "a quaternion needs w, x, y and z".to_owned(),
+            },
+        };
+        plan.left_out.push((name(&mapped), reason));
+        if kept.is_none() {
+            plan.telling.push((mapped.block, mapped.column));
+        }
+    }
+}
+
+/// Leaves out the orientation of a `sensor_msgs/Imu` that never changes: its driver has none.
+fn drop_constant(blocks: &[Block], plan: &mut Plan) {
+    let is_orientation = |mapped: &&Mapped| {
+        mapped.target == Target::Stored(Quantity::ReferenceAttitude)
+            && !mapped.is_given
+            && Form::of(&blocks[mapped.block])
+                .into_iter()
+                .any(|form| form.name == "ROS sensor_msgs/Imu")
+    };
+    let is_constant = |mapped: &Mapped| {
+        let values = &blocks[mapped.block].columns[mapped.column].values;
+        values.windows(2).all(|pair| pair[0] == pair[1])
+    };
+    let found: Vec<Mapped> = plan.mapped.iter().filter(is_orientation).cloned().collect();
+    if found.is_empty() || !found.iter().all(is_constant) {
+        return;
+    }
+    plan.mapped.retain(|mapped| !found.contains(mapped));
+    for mapped in found {
+        let name = blocks[mapped.block].columns[mapped.column].name.clone();
+        let reason = "it never changes, as of a sensor_msgs/Imu without an orientation";
+        plan.left_out.push((name, reason.to_owned()));
+    }
+}
