@@ -13,7 +13,7 @@ const POLLS: u32 = 8;
 static UNCONFIRMED: AtomicBool = AtomicBool::new(false);
 
 /// Reads enable bits back by `is_set`; a bit that does not show is remembered, and the boot goes on: the peripheral is then
-/// silent or its bus fails, and both are told.
+/// silent or its bus fails, and both show.
 pub fn confirm(is_set: impl Fn() -> bool) {
     if !(0..POLLS).any(|_| is_set()) {
         UNCONFIRMED.store(true, Ordering::Relaxed);

@@ -3,11 +3,14 @@
 //! The flash is [`firmware_tests::nor`]; requests come byte by byte, as over the line.
 
 use firmware_tests::nor::{LEFTOVERS, Nor, SECTOR};
+use proptest::array::uniform32;
+use proptest::collection::vec;
+use proptest::prelude::*;
 use trueaxis::frame_finder::WireFrame;
 use trueaxis::parameter_slots::{Loaded, ParameterSlots};
 use trueaxis::service::{DONE, RUNNING, Service, UNKNOWN, meaning, while_sampling};
 use trueaxis::service_frame::{
-    Answer, AnswerFinder, DATA_BYTES, Request, RequestKind, RequestReceiver,
+    ANSWER_BYTES, Answer, AnswerFinder, DATA_BYTES, Request, RequestKind, RequestReceiver,
 };
 use trueaxis::terms::TermKinds;
 use trueaxis::{Chain, F32, Parameters, TermKind};
@@ -301,4 +304,66 @@ fn a_request_to_start_anew_is_answered_first() {
     assert!(reply.restart && reply.answer.outcome == DONE);
     let reply = unit.answer(&Request::new(1, RequestKind::State, 0), || true);
     assert!(!reply.restart && reply.answer.stopped);
+}
+
+fn any_request() -> impl Strategy<Value = Request> {
+    (
+        any::<u8>(),
+        prop_oneof![0..8u8, any::<u8>()],
+        prop_oneof![0..1_700u16, any::<u16>()],
+        0..=DATA_BYTES as u8,
+        uniform32(any::<u8>()),
+    )
+        .prop_map(|(number, kind, word, count, data)| Request {
+            number,
+            kind,
+            word,
+            count,
+            data,
+        })
+}
+
+proptest! {
+    /// Behind any bytes but a frame's beginning, which would take the request's bytes for its own.
+    #[test]
+    fn every_request_comes_back_from_its_bytes(
+        request in any_request(),
+        noise in vec(any::<u8>(), 0..100),
+    ) {
+        let mut receiver = RequestReceiver::new();
+        for byte in noise {
+            receiver.push(byte);
+        }
+        // A damaged frame that has begun ends first.
+        let taken = (0..2).find_map(|_| {
+            request.to_bytes().into_iter().find_map(|byte| receiver.push(byte))
+        });
+        prop_assert!(taken.is_some());
+        let mut receiver = RequestReceiver::new();
+        let taken = request.to_bytes().into_iter().find_map(|byte| receiver.push(byte));
+        prop_assert_eq!(taken, Some(request));
+    }
+
+    #[test]
+    fn every_answer_comes_back_from_its_bytes(
+        (number, kind, outcome, stopped) in any::<(u8, u8, u8, bool)>(),
+        (detail, term_kinds) in any::<(u32, u32)>(),
+        noise in vec(any::<u8>(), 0..60),
+    ) {
+        let answer = Answer { number, kind, outcome, stopped, detail, term_kinds };
+        prop_assert_eq!(Answer::decode(&answer.to_bytes()), Some(answer));
+        let mut finder = AnswerFinder::new();
+        let stream = noise.into_iter().chain(answer.to_bytes()).chain([0; ANSWER_BYTES]);
+        prop_assert!(stream.into_iter().filter_map(|byte| finder.push(byte)).any(|one| one == answer));
+    }
+
+    /// No panic, and the block in force stays: no block comes about by chance.
+    #[test]
+    fn any_requests_leave_the_block_in_force(sent in vec(any_request(), 1..60)) {
+        let mut unit = unit(in_use());
+        for request in &sent {
+            unit.answer(request, || true);
+        }
+        prop_assert_eq!(load(&unit.release().release()).generation, 2);
+    }
 }

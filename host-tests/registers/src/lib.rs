@@ -18,7 +18,9 @@
 //!
 //! A model refuses violations of the manual: an access to a peripheral without a clock, a PLL that is set up while it
 //! runs, a store to locked flash, too few wait states. Each refusal is kept as a sentence, and every test requires an
-//! empty list.
+//! empty list. Judged are too: the regulator's scale against the core's clock, the receiver's pin and its pull-up, the speed of
+//! the bus's pads, chip select against the busy flag, caches and prefetch when sampling begins, and accesses to a peripheral
+//! whose clock enable was not read back.
 //!
 //! # Time
 //! Ticks of [`ticks::PER_SECOND`]. An instruction takes a given number of cycles of the core, one by default: then
