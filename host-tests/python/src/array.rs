@@ -1,12 +1,18 @@
-//! Arrays of doubles between Python and Rust, by the buffer protocol and as bytes.
+//! Arrays of doubles between Python and Rust, as bytes: the stable interface has the buffer protocol from Python 3.11 only.
 
-use pyo3::buffer::PyBuffer;
+use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
 use pyo3::types::PyBytes;
 
-/// Copies a buffer of doubles, such as a numpy array.
+/// Copies an array of doubles, by its `tobytes`.
 pub(crate) fn column(values: &Bound<'_, PyAny>) -> PyResult<Vec<f64>> {
-    PyBuffer::<f64>::get(values)?.to_vec(values.py())
+    let bytes = values.call_method0("tobytes")?;
+    let bytes = bytes.cast::<PyBytes>()?.as_bytes();
+    let (doubles, rest) = bytes.as_chunks();
+    if !rest.is_empty() {
+        return Err(PyValueError::new_err("an array of doubles is expected"));
+    }
+    Ok(doubles.iter().copied().map(f64::from_ne_bytes).collect())
 }
 
 /// Returns doubles as bytes, for `numpy.frombuffer`.

@@ -10,7 +10,7 @@ use rlg::command;
 use rlg::report::{figure, page};
 
 use crate::array::bytes;
-use crate::error::raised;
+use crate::error::{Names, raised};
 
 /// A diagnosis with all that its report needs.
 #[pyclass(frozen, module = "rlg._native")]
@@ -36,9 +36,10 @@ impl Diagnosed {
             .map_err(|error| PyRuntimeError::new_err(format!("no JSON form ({error})")))
     }
 
-    /// Returns the answer as the command prints it, a line each.
+    /// Returns the answer as the command prints it, a line each, with Python's names of arguments.
     fn lines(&self) -> Vec<String> {
-        self.diagnosed.lines()
+        let lines = self.diagnosed.lines();
+        lines.iter().map(|line| Names::Arguments.of(line)).collect()
     }
 
     /// Returns what the user should know beside the answer.
@@ -96,6 +97,6 @@ impl Diagnosed {
     /// Writes the files of `rlg diagnose --out` into a folder.
     fn write(&self, py: Python<'_>, out: PathBuf) -> PyResult<()> {
         py.detach(|| self.diagnosed.write(&out))
-            .map_err(|error| raised(py, &error))
+            .map_err(|error| raised(py, &error, Names::Arguments))
     }
 }

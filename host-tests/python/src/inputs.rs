@@ -10,7 +10,7 @@ use rlg::model::Model;
 use rlg::recording::{Clock, Recording};
 
 use crate::array::bytes;
-use crate::error::raised;
+use crate::error::{Names, raised};
 
 /// Reads a recording's channels, in SI units.
 ///
@@ -21,7 +21,7 @@ use crate::error::raised;
 pub(crate) fn channels<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Vec<Bound<'py, PyDict>>> {
     let recording = py
         .detach(|| Recording::read(&folder))
-        .map_err(|error| raised(py, &error))?;
+        .map_err(|error| raised(py, &error, Names::Arguments))?;
     let mut all = Vec::new();
     for table in &recording.tables {
         let stamps: Option<Bound<'_, PyBytes>> = match &table.clock {
@@ -51,8 +51,10 @@ pub(crate) fn channels<'py>(py: Python<'py>, folder: PathBuf) -> PyResult<Vec<Bo
 /// Its text as `rlg` writes it, and warnings.
 #[pyfunction]
 pub(crate) fn read_model(py: Python<'_>, file: PathBuf) -> PyResult<(String, Vec<String>)> {
-    let (model, warnings) = Model::read_with_warnings(&file).map_err(|error| raised(py, &error))?;
-    Ok((model.to_toml(), warnings))
+    let (model, warnings) =
+        Model::read_with_warnings(&file).map_err(|error| raised(py, &error, Names::Arguments))?;
+    let warnings = warnings.iter().map(|one| Names::Arguments.of(one));
+    Ok((model.to_toml(), warnings.collect()))
 }
 
 /// Makes the ideal unit that is assumed of a recording where no model is given.
@@ -61,6 +63,6 @@ pub(crate) fn read_model(py: Python<'_>, file: PathBuf) -> PyResult<(String, Vec
 /// Its text.
 #[pyfunction]
 pub(crate) fn ideal_model(py: Python<'_>, recording: PathBuf) -> PyResult<String> {
-    let model = ideal(&recording).map_err(|error| raised(py, &error))?;
+    let model = ideal(&recording).map_err(|error| raised(py, &error, Names::Arguments))?;
     Ok(model.to_toml())
 }

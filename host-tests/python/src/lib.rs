@@ -9,32 +9,39 @@ use rlg::command;
 use rlg::import::files::columns::Column;
 
 use crate::array::column;
+use crate::error::Names;
 use crate::work::{AtInterrupt, work};
 
+mod arguments;
 mod array;
 mod diagnosed;
 mod error;
 mod inputs;
 mod work;
 
-/// Runs `rlg ARGUMENTS`, a command that writes files.
+/// Runs `rlg ARGUMENTS`, a command that writes files. Sentences name Python's arguments, or with `as_command` the options.
 ///
 /// # Returns
 /// The result as the JSON of `--json`, and warnings.
 #[pyfunction]
-#[pyo3(signature = (arguments, progress=None))]
+#[pyo3(signature = (arguments, progress=None, as_command=false))]
 fn run(
     py: Python<'_>,
     arguments: Vec<OsString>,
     progress: Option<Py<PyAny>>,
+    as_command: bool,
 ) -> PyResult<(Option<String>, Vec<String>)> {
-    let ((), heard) = work(py, progress, AtInterrupt::Wait, move |terminal| {
+    let names = match as_command {
+        true => Names::Options,
+        false => Names::Arguments,
+    };
+    let ((), heard) = work(py, progress, AtInterrupt::Wait, names, move |terminal| {
         command::run_in_process(arguments, terminal)
     })?;
     Ok((heard.json, heard.warnings))
 }
 
-/// Runs `rlg import ARGUMENTS` on columns of doubles, `(name, buffer)` each.
+/// Runs `rlg import ARGUMENTS` on columns of doubles, `(name, array)` each.
 ///
 /// # Returns
 /// As [`run`].
@@ -50,9 +57,13 @@ fn import_columns(
         .into_iter()
         .map(|(name, values)| Ok(Column::new(name, column(&values)?)))
         .collect::<PyResult<Vec<_>>>()?;
-    let ((), heard) = work(py, progress, AtInterrupt::Wait, move |terminal| {
-        command::import_in_process(columns, arguments, terminal)
-    })?;
+    let ((), heard) = work(
+        py,
+        progress,
+        AtInterrupt::Wait,
+        Names::Arguments,
+        move |terminal| command::import_in_process(columns, arguments, terminal),
+    )?;
     Ok((heard.json, heard.warnings))
 }
 
@@ -65,9 +76,13 @@ fn diagnose(
     progress: Option<Py<PyAny>>,
 ) -> PyResult<diagnosed::Diagnosed> {
     // Nothing is on disk before the result is, so there is no need to wait for the work to stop.
-    let (diagnosed, heard) = work(py, progress, AtInterrupt::Leave, move |terminal| {
-        command::diagnose_in_process(arguments, terminal)
-    })?;
+    let (diagnosed, heard) = work(
+        py,
+        progress,
+        AtInterrupt::Leave,
+        Names::Arguments,
+        move |terminal| command::diagnose_in_process(arguments, terminal),
+    )?;
     Ok(diagnosed::Diagnosed::new(diagnosed, heard.warnings))
 }
 
@@ -76,10 +91,14 @@ fn diagnose(
 mod _native {
     #[pymodule_export]
     use super::{diagnose, import_columns, run};
+    /// Version of the package.
+    #[allow(non_upper_case_globals)]
+    #[pymodule_export]
+    const __version__: &str = env!("CARGO_PKG_VERSION");
     #[pymodule_export]
     use crate::diagnosed::Diagnosed;
     #[pymodule_export]
-    use crate::error::InputError;
+    use crate::error::{InputError, refusal};
     #[pymodule_export]
     use crate::inputs::{channels, ideal_model, read_model};
 }

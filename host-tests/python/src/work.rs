@@ -14,7 +14,7 @@ use pyo3::prelude::*;
 use rlg::error::InputError;
 use rlg::terminal::{Heard, Listener, Terminal};
 
-use crate::error::raised;
+use crate::error::{Names, raised};
 
 /// Time between two checks of Python's signals: not noticeable.
 const LOOK: Duration = Duration::from_millis(50);
@@ -45,6 +45,7 @@ pub(crate) fn work<T: Send + 'static>(
     py: Python<'_>,
     progress: Option<Py<PyAny>>,
     at_interrupt: AtInterrupt,
+    names: Names,
     of: impl FnOnce(&Terminal) -> Result<T, InputError> + Send + 'static,
 ) -> PyResult<(T, Heard)> {
     let stop = Arc::new(AtomicBool::new(false));
@@ -72,8 +73,14 @@ pub(crate) fn work<T: Send + 'static>(
         }
     };
     match done {
-        Ok(Ok(done)) => Ok((done, listener.take())),
-        Ok(Err(error)) => Err(raised(py, &error)),
+        Ok(Ok(done)) => {
+            let mut heard = listener.take();
+            for warning in &mut heard.warnings {
+                *warning = names.of(warning);
+            }
+            Ok((done, heard))
+        }
+        Ok(Err(error)) => Err(raised(py, &error, names)),
         Err(panic) => Err(PyRuntimeError::new_err(words(panic.as_ref()))),
     }
 }

@@ -80,6 +80,37 @@ def test_a_mistake_is_one_exception_with_its_parts(logged, tmp_path):
         rlg.command("replay", "a", "--model", "b", "--core", "f16", "--out", "c")
 
 
+def test_sentences_name_arguments_and_those_of_command_options(logged, tmp_path):
+    numbers = logged.gyro_deg_s[0]
+    with pytest.raises(rlg.InputError) as caught:
+        rlg.Recording.from_arrays({"gx": numbers, "t [s]": logged.time_s})
+    assert 'unit={"gyro_rate": "UNIT"}' in str(caught.value) and 'map={"gx": "gyro_rate:x:UNIT"}' in caught.value.expected
+    assert "--" not in str(caught.value)
+
+    file = tmp_path / "log.csv"
+    np.savetxt(file, np.column_stack([logged.time_s, numbers]), delimiter=",", header="t [s],gx", comments="")
+    with pytest.raises(rlg.InputError, match="--unit gyro_rate:UNIT"):
+        rlg.command("import", file, "--out", tmp_path / "log")
+    for given, words in [({"map": {"gx": "speed"}}, "map="), ({"rate": "fast"}, "rate="), ({"euler": "abc"}, "euler=")]:
+        with pytest.raises(rlg.InputError) as caught:
+            rlg.import_file(file, **given)
+        assert words in str(caught.value) and "--" not in str(caught.value), given
+
+
+def test_a_column_that_is_no_vector_of_real_numbers_is_named(logged):
+    columns = logged.columns()
+    for values, sentence in [
+        (columns["gyro_x_dps"] + 0j, "arrays, gyro_x_dps: is complex, found complex128; expected real numbers"),
+        (["0", "a", "1"], "arrays, gyro_x_dps, row 1: is no number, found 'a'"),
+        (np.zeros((3, 3, 3)), "arrays, gyro_x_dps: has the wrong number of dimensions, found 3"),
+    ]:
+        with pytest.raises(rlg.InputError) as caught:
+            rlg.Recording.from_arrays(columns | {"gyro_x_dps": values})
+        assert str(caught.value).startswith(sentence) and caught.value.channel == "gyro_x_dps"
+    with pytest.raises(rlg.InputError, match="gyro_x_dps: is complex"):
+        rlg.Recording.from_dataframe(pandas.DataFrame(columns).assign(gyro_x_dps=columns["gyro_x_dps"] * 1j))
+
+
 def test_a_temporary_recording_goes_with_its_object_and_a_copy_stays(logged, tmp_path):
     recording = rlg.Recording.from_arrays(logged.columns())
     folder = recording.folder

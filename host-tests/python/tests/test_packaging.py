@@ -27,10 +27,47 @@ def test_the_stubs_declare_what_the_library_has():
     assert (Path(rlg.__file__).parent / "py.typed").is_file()
 
 
+#: A user's program: every line is right.
+PROGRAM = """
+from pathlib import Path
+
+import rlg
+
+found: rlg.Diagnosis = rlg.diagnose("flight", model=Path("model.toml"), hold_out=[Path("a"), rlg.Recording.open("b")])
+also: rlg.Diagnosis = rlg.diagnose([rlg.Recording.open("a"), "b"], model=rlg.Model.open("model.toml"))
+drift: dict[str, object] = rlg.replay("flight", "model.toml").result
+version: str = rlg.__version__
+"""
+
+
+def checked(*arguments: str, cache: Path, cwd: Path) -> str:
+    command = [sys.executable, "-m", "mypy", "--cache-dir", str(cache), *arguments]
+    return subprocess.run(command, cwd=cwd, capture_output=True, text=True).stdout
+
+
+def test_the_types_are_those_that_mypy_finds(tmp_path):
+    cache = tmp_path / "cache"
+    said = checked(cache=cache, cwd=PACKAGE)
+    assert said.startswith("Success"), said
+
+    file = tmp_path / "program.py"
+    file.write_text(PROGRAM)
+    config = ["--config-file", str(PACKAGE / "pyproject.toml")]
+    said = checked(*config, str(file), cache=cache, cwd=PACKAGE / "python")
+    assert said.startswith("Success"), said
+    file.write_text("import rlg\n\nrlg.diagnose(3)\n")
+    assert 'error: Argument 1 to "diagnose"' in checked(*config, str(file), cache=cache, cwd=PACKAGE / "python")
+
+
+def test_the_version_is_the_commands(command):
+    printed = subprocess.run([command, "--version"], check=True, capture_output=True, text=True).stdout
+    assert printed == f"rlg {rlg.__version__}\n"
+
+
 def test_pip_is_told_name_version_and_needs(tmp_path):
     arguments = [sys.executable, "-m", "maturin", "pep517", "write-dist-info", "--metadata-directory", tmp_path]
     subprocess.run([*arguments, "--interpreter", sys.executable], cwd=PACKAGE, check=True, capture_output=True)
     metadata = next(tmp_path.glob("rlg-*.dist-info/METADATA")).read_text()
 
     assert "\nName: rlg\n" in metadata and "\nRequires-Dist: numpy" in metadata
-    assert "\nRequires-Python: >=3.11\n" in metadata
+    assert "\nRequires-Python: >=3.10\n" in metadata

@@ -36,7 +36,15 @@ def test_the_json_is_the_commands_byte_for_byte(command, recording, found):
 def test_the_lines_are_the_commands_too(command, recording):
     printed = subprocess.run([command, "diagnose", recording.folder], check=True, capture_output=True, text=True).stdout
 
-    assert str(rlg.diagnose(recording)) == "\n".join(printed.splitlines()[:-1])
+    # The one option that they name is an argument here.
+    assert printed.count("--") == printed.count("no --model is given") + printed.count("--out DIR") == 2
+    lines = printed.replace("no --model is given", "no model= is given").splitlines()
+    assert str(rlg.diagnose(recording)) == "\n".join(lines[:-1])
+
+
+def test_files_and_folders_are_taken_as_their_objects_are(recording, found):
+    assert rlg.diagnose(str(recording.folder), model=str(recording.model.file)).json == found.json
+    assert rlg.diagnose([recording.folder], model=recording.model.file).json == found.json
 
 
 def test_the_files_are_the_commands(command, recording, found, tmp_path):

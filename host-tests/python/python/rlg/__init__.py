@@ -11,7 +11,7 @@ works, Python's other threads run; Ctrl-C ends a call within a fraction of a sec
 """
 
 from ._calls import command
-from ._native import InputError
+from ._native import InputError, __version__
 from .diagnosis import Combination, Diagnosis, Effect, Parameter, Registration, diagnose
 from .model import Model
 from .recording import Channel, Recording, import_file
@@ -29,6 +29,7 @@ __all__ = [
     "Recording",
     "Registration",
     "Replay",
+    "__version__",
     "calibrate",
     "command",
     "diagnose",

@@ -6,13 +6,15 @@ import json
 import os
 import tempfile
 import warnings
-from collections.abc import Callable, Iterable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from pathlib import Path
-from typing import Any
+from typing import Any, TypeVar
 
 from . import _native
 
 PathLike = str | os.PathLike[str]
+
+T = TypeVar("T", bound=PathLike)
 
 #: Called with a sentence at each step of the work.
 Progress = Callable[[str], object]
@@ -40,6 +42,14 @@ def options(name: str, values: Options | None, between: str) -> list[str]:
     return [f"--{name}={value}" for value in values]
 
 
+def each(given: T | Sequence[T] | None) -> list[T]:
+    """Returns one folder, or several, as a list."""
+    if given is None:
+        return []
+    # A text is a sequence too.
+    return [given] if isinstance(given, str | os.PathLike) else list(given)
+
+
 def warn(texts: Iterable[str]) -> None:
     """Warns as Python does, at the caller of the package."""
     for text in texts:
@@ -58,7 +68,8 @@ def command(*arguments: PathLike, progress: Progress | None = None) -> Any:
 
     >>> rlg.command("align", "flight", "--model", "flight/model.toml")
     """
-    return answered(_native.run([os.fspath(argument) for argument in arguments], progress))
+    # The caller gave options, so the sentences may name them.
+    return answered(_native.run([os.fspath(argument) for argument in arguments], progress, as_command=True))
 
 
 class Folder:

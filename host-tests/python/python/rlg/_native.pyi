@@ -25,8 +25,10 @@ class Diagnosed:
     def curves(self) -> dict[str, list[bytes]] | None: ...
     def write(self, out: str) -> None: ...
 
+__version__: str
+
 def run(
-    arguments: Sequence[str], progress: Callable[[str], object] | None = None
+    arguments: Sequence[str], progress: Callable[[str], object] | None = None, as_command: bool = False
 ) -> tuple[str | None, list[str]]: ...
 def import_columns(
     columns: Sequence[tuple[str, Any]],
@@ -37,3 +39,11 @@ def diagnose(arguments: Sequence[str], progress: Callable[[str], object] | None 
 def channels(folder: str) -> list[dict[str, Any]]: ...
 def read_model(file: str) -> tuple[str, list[str]]: ...
 def ideal_model(recording: str) -> str: ...
+def refusal(
+    file: str,
+    problem: str,
+    channel: str | None = None,
+    row: int | None = None,
+    value: str | None = None,
+    expected: str | None = None,
+) -> InputError: ...

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from . import _native, plots
-from ._calls import PathLike, Progress, option, options, warn
+from ._calls import PathLike, Progress, each, option, options, warn
 from .model import Model
 from .recording import Recording
 
@@ -72,9 +72,9 @@ class Registration:
 class Diagnosis:
     """What `rlg diagnose` found."""
 
-    def __init__(self, native: _native.Diagnosed, recordings: Sequence[Recording]) -> None:
+    def __init__(self, native: _native.Diagnosed, recordings: Sequence[Recording | PathLike]) -> None:
         self._native = native
-        self._recordings = list(recordings)
+        self._recordings = [Recording.of(one) for one in recordings]
         #: The text of `rlg diagnose --json`.
         self.json: str = native.json()
         self._entries: dict[str, Any] = json.loads(self.json)
@@ -174,10 +174,10 @@ class Diagnosis:
 
 
 def diagnose(
-    recordings: Recording | Sequence[Recording],
-    model: Model | None = None,
+    recordings: Recording | PathLike | Sequence[Recording | PathLike],
+    model: Model | PathLike | None = None,
     *,
-    hold_out: Recording | Sequence[Recording] | None = None,
+    hold_out: Recording | PathLike | Sequence[Recording | PathLike] | None = None,
     anyway: bool = False,
     seed: int = 0,
     threads: int | None = None,
@@ -190,7 +190,9 @@ def diagnose(
     Ctrl-C ends the call at once; the computation behind it ends at its next step, and has no effect any more.
 
     Args:
-        model: what a simulation of the recordings already contains; without it an ideal unit is assumed.
+        recordings: a `Recording` or its folder, or several.
+        model: what a simulation of the recordings already contains, a `Model` or its file; without it an ideal unit is
+            assumed.
         hold_out: of several recordings those that test what was found; without it the last.
         anyway: put channels right that are reversed, exchanged or of another unit, instead of refusing them.
         seed: of the self-test and the control; the findings do not depend on it.
@@ -202,11 +204,10 @@ def diagnose(
     Raises:
         InputError: the recording or the model cannot be used.
     """
-    all_of_them = [recordings] if isinstance(recordings, Recording) else list(recordings)
-    held_out = [hold_out] if isinstance(hold_out, Recording) else list(hold_out or [])
+    all_of_them = each(recordings)
     arguments = [os.fspath(one) for one in all_of_them]
-    arguments += options("hold-out", [os.fspath(one) for one in held_out], "")
-    arguments += option("model", None if model is None else model.file) + option("anyway", anyway)
+    arguments += options("hold-out", [os.fspath(one) for one in each(hold_out)], "")
+    arguments += option("model", model) + option("anyway", anyway)
     arguments += option("seed", seed) + option("threads", threads) + option("most-rows", most_rows)
     native = _native.diagnose(arguments, progress)
     warn(native.warnings())

@@ -3,12 +3,17 @@
 from __future__ import annotations
 
 import os
-import tomllib
+import sys
 from pathlib import Path
 from typing import Any
 
 from . import _native
 from ._calls import Folder, PathLike, answered, option, warn
+
+if sys.version_info >= (3, 11):
+    import tomllib
+else:
+    import tomli as tomllib
 
 
 class Model:
@@ -45,9 +50,9 @@ class Model:
         return cls(folder.path.read_text(encoding="utf-8"))
 
     @classmethod
-    def ideal(cls, recording: Any) -> Model:
-        """Makes the ideal unit that `diagnose` assumes of a recording where no model is given."""
-        return cls(_native.ideal_model(os.fspath(recording.folder)))
+    def ideal(cls, recording: PathLike) -> Model:
+        """Makes the ideal unit that `diagnose` assumes of a recording, or its folder, where no model is given."""
+        return cls(_native.ideal_model(os.fspath(recording)))
 
     @property
     def effects(self) -> list[dict[str, Any]]:
@@ -62,6 +67,9 @@ class Model:
     def write(self, file: PathLike) -> None:
         """Writes the model to a file."""
         Path(file).write_text(self.text, encoding="utf-8")
+
+    def __fspath__(self) -> str:
+        return os.fspath(self.file)
 
     def __repr__(self) -> str:
         kinds = [effect.get("kind", "?") for effect in self.effects]

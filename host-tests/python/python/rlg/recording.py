@@ -64,6 +64,11 @@ class Recording:
         return cls(Folder(folder, ""))
 
     @classmethod
+    def of(cls, recording: Recording | PathLike) -> Recording:
+        """Returns the recording itself, or that of a folder, which is not read yet."""
+        return recording if isinstance(recording, cls) else cls(Folder(recording, ""))
+
+    @classmethod
     def from_arrays(
         cls,
         columns: Mapping[str, ArrayLike],
@@ -106,7 +111,7 @@ class Recording:
         arguments += _import_options(
             map, unit, time, rate, euler, sampling, latitude_deg, gravity, instrument, start, anyway
         )
-        said = _native.import_columns(_vectors(columns), arguments)
+        said = _native.import_columns(_vectors(columns, name), arguments)
         return cls(folder, answered(said))
 
     @classmethod
@@ -130,6 +135,9 @@ class Recording:
                 stamps.append(f"{name}:s")
             elif kind in "iufb":
                 columns[name] = values.to_numpy(dtype=float, na_value=np.nan)
+            elif kind == "c":
+                # Refused with its name, as an array is.
+                columns[name] = values.to_numpy()
         if time is None and len(stamps) == 1:
             time = stamps
         if index.dtype.kind == "M" and getattr(index, "tz", None) is not None:
@@ -225,20 +233,43 @@ def _import_options(
     return said + (["--anyway"] if anyway else [])
 
 
-def _vectors(columns: Mapping[str, ArrayLike]) -> list[tuple[str, np.ndarray]]:
+def _vectors(columns: Mapping[str, ArrayLike], file: str) -> list[tuple[str, np.ndarray]]:
     vectors = []
     for name, values in columns.items():
         array = np.asarray(values)
-        array = _seconds(array) if array.dtype.kind in "Mm" else array.astype(float)
+        if array.ndim not in (1, 2):
+            expected = "one dimension for a column, two for a matrix"
+            raise _native.refusal(file, "has the wrong number of dimensions", name, value=str(array.ndim), expected=expected)
+        array = _doubles(array, name, file)
         if array.ndim == 1:
             vectors.append((name, np.ascontiguousarray(array)))
             continue
-        if array.ndim != 2:
-            raise ValueError(f"{name} has {array.ndim} dimensions; a column has one, a matrix two")
         if array.shape[0] < array.shape[1]:
             array = array.T
         vectors += [(f"{name}[{k}]", np.ascontiguousarray(array[:, k])) for k in range(array.shape[1])]
     return vectors
+
+
+def _doubles(array: np.ndarray, name: str, file: str) -> np.ndarray:
+    """The values as doubles, date-times as seconds; nothing is lost on the way."""
+    if array.dtype.kind in "Mm":
+        return _seconds(array)
+    if array.dtype.kind == "c":
+        real = "real numbers: np.real, np.imag, np.abs or np.angle of it"
+        raise _native.refusal(file, "is complex", name, value=str(array.dtype), expected=real)
+    try:
+        return array.astype(float)
+    except (TypeError, ValueError):
+        row, value = next((at[0], one) for at, one in np.ndenumerate(array.astype(object)) if not _is_number(one))
+        raise _native.refusal(file, "is no number", name, row, repr(value), "real numbers") from None
+
+
+def _is_number(value: Any) -> bool:
+    try:
+        float(value)
+    except (TypeError, ValueError):
+        return False
+    return True
 
 
 def _seconds(values: Any) -> np.ndarray:

@@ -10,7 +10,7 @@ from pathlib import Path
 from typing import Any
 
 from . import _native
-from ._calls import Folder, PathLike, Progress, answered, option
+from ._calls import Folder, PathLike, Progress, answered, each, option
 from .model import Model
 from .recording import Recording
 
@@ -52,8 +52,8 @@ class Replay:
 
 
 def replay(
-    recording: Recording,
-    model: Model | None = None,
+    recording: Recording | PathLike,
+    model: Model | PathLike | None = None,
     *,
     core: str = "f32",
     out: PathLike | None = None,
@@ -64,13 +64,14 @@ def replay(
     """Runs a recording through the chain on the host.
 
     Args:
-        model: what the chain compensates; without it the model beside the recording.
+        recording: a `Recording` or its folder.
+        model: what the chain compensates, a `Model` or its file; without it the model beside the recording.
         core: number system of the chain: f32, fixed or reference.
         output_every: samples in one output period.
         adapt_s: time in which the dither strip follows the pickoff's gain and delay [s].
     """
     folder = Folder(out, "replayed")
-    arguments = ["replay", os.fspath(recording), *option("model", _model(model, recording).file)]
+    arguments = ["replay", os.fspath(recording), *option("model", _model(model, recording))]
     arguments += option("core", core) + option("output-every", output_every)
     arguments += option("adapt-s", adapt_s) + option("out", folder.path)
     return Replay(answered(_native.run(arguments, progress)), Recording(folder))
@@ -97,8 +98,8 @@ class Calibration:
 
 
 def calibrate(
-    recordings: Recording | Sequence[Recording],
-    model: Model | None = None,
+    recordings: Recording | PathLike | Sequence[Recording | PathLike],
+    model: Model | PathLike | None = None,
     *,
     out: PathLike | None = None,
     progress: Progress | None = None,
@@ -106,17 +107,19 @@ def calibrate(
     """Calibrates how far the dither suspensions bend, of recordings of one instrument.
 
     Args:
-        model: what the instrument's compensation already contains; without it the model beside the first recording.
+        recordings: a `Recording` or its folder, or several.
+        model: what the instrument's compensation already contains, a `Model` or its file; without it the model beside the
+            first recording.
     """
-    all_of_them = [recordings] if isinstance(recordings, Recording) else list(recordings)
+    all_of_them = each(recordings)
     folder = Folder(out, "calibrated")
     arguments = ["calibrate", *(os.fspath(one) for one in all_of_them)]
-    arguments += option("model", _model(model, all_of_them[0]).file) + option("out", folder.path)
+    arguments += option("model", _model(model, all_of_them[0])) + option("out", folder.path)
     return Calibration(folder, answered(_native.run(arguments, progress)))
 
 
-def _model(model: Model | None, recording: Recording) -> Model:
-    beside = model or recording.model
+def _model(model: Model | PathLike | None, recording: Recording | PathLike) -> Model | PathLike:
+    beside = model or Recording.of(recording).model
     if beside is None:
-        raise ValueError(f"{recording!r} has no model.toml beside it; give the model")
+        raise _native.refusal(os.fspath(recording), "has no model.toml beside it", expected="model=")
     return beside
