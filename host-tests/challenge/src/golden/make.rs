@@ -16,7 +16,7 @@ use crate::{Plan, prepare};
 use rayon::prelude::*;
 use rlg_findings::result::Diagnosis;
 use rlg_flow::{Settings, diagnose_under};
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 
@@ -103,7 +103,7 @@ pub fn guard_rows(
         let own = trials.map(|(trial, answer)| {
             let begun = Instant::now();
             let (recording, model) = record(trial, Declares::Nothing)?;
-            let of = (&model, Path::new(MODEL));
+            let of = DeclaredModel::new(&model, Path::new(MODEL));
             let said = guard.read_as.diagnose(&Settings::default(), &recording, of);
             let said = said.map(|outcome| outcome.diagnosis);
             let said = said.map_err(|error| format!("refused: {}", error.problem));

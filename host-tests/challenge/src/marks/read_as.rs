@@ -1,11 +1,9 @@
 //! Alternative reading of the same trial: as a recording longer than memory, or as two recordings of one unit.
 
-use std::path::Path;
-
 use rlg_flow::{
     Aligned, LongRecording, Outcome, Settings, align, diagnose_together, diagnose_under,
 };
-use rlg_model::{DeclaredModel, Model};
+use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Recording, Table};
 use serde::{Deserialize, Serialize};

@@ -5,7 +5,7 @@ use std::collections::BTreeMap;
 use std::path::{Path, PathBuf};
 
 use rlg_flow::Settings;
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;
 use serde::{Deserialize, Serialize};
 use serde_json::Value;
@@ -191,7 +191,7 @@ impl Ours {
         let file = Path::new("model.toml");
         let outcome = self
             .read_as
-            .diagnose(&self.settings, recording, (model, file))
+            .diagnose(&self.settings, recording, DeclaredModel::new(model, file))
             .map_err(|error| error.to_string())?;
         let json = serde_json::to_value(&outcome.diagnosis).map_err(|error| error.to_string())?;
         Ok((DiagnosisSummary::from_json(&json)?, outcome.model))

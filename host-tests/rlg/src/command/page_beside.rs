@@ -9,7 +9,7 @@ use indicatif::ProgressBar;
 use super::given::Given;
 use crate::error::InputError;
 use crate::import::hashed::Hashed;
-use crate::model::DeclaredModel;
+use crate::model::{DeclaredModel, Model};
 use crate::recording::Recording;
 use crate::report::beside::{Beside, Declared};
 
