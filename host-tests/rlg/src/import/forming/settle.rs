@@ -35,7 +35,7 @@ const NEAR_WHOLE: f64 = 1e-3;
 /// Rate of rows of a unit whose rate is unknown, for comparisons \[Hz\].
 const STAND_IN_HZ: f64 = 100.0;
 
-/// What the caller said, completed by what the data decide.
+/// Statements of the caller, completed by those that the data decide.
 #[derive(Debug, Clone)]
 pub struct Settled {
     /// `--map`.
@@ -46,9 +46,9 @@ pub struct Settled {
     pub times: Vec<String>,
     /// Clocks and attitudes.
     pub said: Said,
-    /// What was decided, as notes.
+    /// Decisions, as notes.
     pub notes: Vec<String>,
-    /// What is still open.
+    /// Open questions.
     pub questions: Vec<Question>,
 }
 
