@@ -1,7 +1,7 @@
 //! Residual of each gyro with a finding as a picture of braille characters: integrated angle, before and after.
 //!
 //! Two dots by four a character. A library of terminal plots draws one function over a frame of its own and puts two curves
-//! into the same dots, where without colour they cannot be told apart; the grid of dots itself is a dozen lines.
+//! into the same dots, indistinguishable without colour; the grid of dots itself is a dozen lines.
 
 use rlg_diagnosis::pictures::Pictures;
 use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, seconds};

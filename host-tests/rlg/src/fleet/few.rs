@@ -8,8 +8,7 @@
 
 use std::collections::BTreeMap;
 
-use super::statistics::{Fleet, Measured, mean, normal_chance, student_chance};
-use super::summary::Place;
+use super::statistics::{Fleet, Measured, Place, mean, normal_chance, student_chance};
 
 /// Dixon's r10 at 95 %, two-sided, by number of values (Rorabacher 1991, table 1).
 const DIXON: [(usize, f64); 2] = [(3, 0.970), (4, 0.829)];

@@ -65,6 +65,16 @@ fn median(values: &[f64]) -> Option<f64> {
     }
 }
 
+/// Place of an instrument among the others.
+pub(super) struct Place {
+    /// Middle and spread it is compared with.
+    pub(super) fleet: Fleet,
+    /// Distance from the middle.
+    pub(super) z: f64,
+    /// True if it stands out.
+    pub(super) is_outlier: bool,
+}
+
 impl Fleet {
     /// Computes both from one value an instrument.
     pub fn of(values: &[f64]) -> Option<Self> {

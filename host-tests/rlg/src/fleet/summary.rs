@@ -4,7 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use super::few;
 use super::run::{Effect, Run, Told};
-use super::statistics::{Fleet, Measured, Slope, mean, normal_chance, slopes};
+use super::statistics::{Fleet, Measured, Place, Slope, mean, normal_chance, slopes};
 
 /// Seconds in a day.
 const DAY_S: f64 = 86_400.0;
@@ -291,16 +291,6 @@ fn place(keyed: &mut [Keyed], key: &Key, plan: &SummaryPlan) {
             one.is_outlier = place.is_some_and(|place| place.is_outlier);
         }
     }
-}
-
-/// Place of an instrument among the others.
-pub(super) struct Place {
-    /// Middle and spread it is compared with.
-    pub(super) fleet: Fleet,
-    /// Distance from the middle.
-    pub(super) z: f64,
-    /// True if it stands out.
-    pub(super) is_outlier: bool,
 }
 
 /// Places every instrument by the median of all and its deviation.

@@ -9,7 +9,7 @@ use super::sense::other_sense;
 use super::stamps::Times;
 use crate::error::InputError;
 use crate::import::files::columns::Block;
-use crate::import::mapping::column_map::{Mapped, Plan};
+use crate::import::mapping::mapped::{Mapped, Plan};
 use crate::import::mapping::targets::Target;
 use crate::recording::{Channel, Clock, Quantity, Table};
 

@@ -6,8 +6,8 @@ use super::assemble::Builder;
 use super::attitudes::{EulerOrder, of_euler, of_matrix, unit};
 use super::clocks::Said;
 use crate::error::InputError;
-use crate::import::mapping::column_map::Mapped;
 use crate::import::mapping::known_forms::Form;
+use crate::import::mapping::mapped::Mapped;
 use crate::import::mapping::targets::Target;
 use crate::recording::Quantity;
 

@@ -7,8 +7,9 @@ use super::stamps::{Stamps, Times, at_rate};
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column};
 use crate::import::files::date_times::origin_since_1970_s;
-use crate::import::mapping::column_map::{Mapped, locate};
+use crate::import::mapping::column_map::locate;
 use crate::import::mapping::column_names;
+use crate::import::mapping::mapped::Mapped;
 use crate::recording::Quantity;
 use crate::recording::units::{Dimension, Unit};
 

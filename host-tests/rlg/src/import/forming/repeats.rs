@@ -2,7 +2,7 @@
 
 use super::clocks::{Said, stamps_in};
 use crate::import::files::columns::Block;
-use crate::import::mapping::column_map::Plan;
+use crate::import::mapping::mapped::Plan;
 
 /// Largest share of rows with a repeated stamp and other values: more are stamps too coarse for their rows.
 const MOST: f64 = 0.2;

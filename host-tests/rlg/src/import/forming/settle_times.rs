@@ -4,7 +4,7 @@ use super::clocks::{Said, stamps_in, time_unit};
 use crate::error::InputError;
 use crate::import::files::columns::Block;
 use crate::import::files::date_times::origin_since_1970_s;
-use crate::import::mapping::column_map::Plan;
+use crate::import::mapping::mapped::Plan;
 use crate::import::mapping::questions::Question;
 use crate::recording::units::Unit;
 

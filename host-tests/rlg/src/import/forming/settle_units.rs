@@ -5,7 +5,7 @@ use super::assemble::Assembled;
 use super::evidence::{self, Ratio};
 use super::settle::Settled;
 use crate::import::files::columns::Block;
-use crate::import::mapping::column_map::Plan;
+use crate::import::mapping::mapped::Plan;
 use crate::import::mapping::questions::Question;
 use crate::import::mapping::targets::Target;
 use crate::recording::Quantity;

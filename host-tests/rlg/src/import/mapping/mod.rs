@@ -2,6 +2,8 @@
 
 pub mod targets;
 
+pub mod mapped;
+
 pub mod column_names;
 
 pub mod name_table;

@@ -1,7 +1,7 @@
 //! Keeps one attitude of a file that states it more than once: the caller's, else a quaternion, a matrix, Euler angles.
 
-use super::column_map::{Mapped, Plan};
 use super::known_forms::Form;
+use super::mapped::{Mapped, Plan};
 use super::targets::Target;
 use crate::import::files::columns::Block;
 use crate::recording::Quantity;

@@ -1,8 +1,8 @@
 //! Moves columns filled in every second, third, ... row only to rows of their own: an encoder logged with gyros of twice its
 //! rate.
 
-use super::column_map::{Mapped, Plan};
 use super::column_names;
+use super::mapped::{Mapped, Plan};
 use crate::import::files::columns::{Block, Column};
 
 /// Smallest share of equal steps from one filled row to the next: any other empty row is a missing value.
