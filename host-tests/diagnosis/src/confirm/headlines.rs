@@ -67,7 +67,7 @@ pub(super) fn settle_instants(
     fit: &Fit,
 ) -> Vec<Option<f64>> {
     let mut std_rows = vec![None; headlines.len()];
-    for recording in 0..each.len() {
+    for (recording, data) in each.iter().enumerate() {
         let is_here = |one: &Shared| one.candidate.kind == STEP && one.own[recording].is_some();
         let mut steps = headlines.iter().map(|&place| &together.shared[place]);
         if !steps.any(is_here) {
@@ -75,12 +75,7 @@ pub(super) fn settle_instants(
         }
         let fit = with_noise_of(fit, recording);
         let mut own = headlines.to_vec();
-        let of_own = settle_in_recording(
-            &each[recording],
-            &mut together.found[recording],
-            &mut own,
-            &fit,
-        );
+        let of_own = settle_in_recording(data, &mut together.found[recording], &mut own, &fit);
         for (place, (headline, std)) in own.into_iter().zip(of_own).enumerate() {
             if std.is_none() || !is_here(&together.shared[headlines[place]]) {
                 continue;

@@ -17,7 +17,7 @@ fn number(text: &str) -> UnitNumber {
 
 fn identity(unit: &str) -> Identity {
     Identity::new(number(unit)).with(|known| {
-        known.calibrated = 2026_11_29;
+        known.calibrated = 20_261_129;
         known.model = [1, 2, 3, 4, 5, 6, 7, 8];
     })
 }
@@ -52,7 +52,7 @@ fn a_block_brings_limits_and_identity_back() {
     assert_eq!(block[510..518], 233.0_f64.to_le_bytes());
     assert_eq!(block[598..604], [0x02, 0x80, 26, 0, 1, 0]);
     assert_eq!(block[604..616], *b"RLG-0042\0\0\0\0");
-    assert_eq!(block[616..620], 2026_11_29_u32.to_le_bytes());
+    assert_eq!(block[616..620], 20_261_129_u32.to_le_bytes());
     assert_eq!(block[620..628], [1, 2, 3, 4, 5, 6, 7, 8]);
     assert_eq!(block.len(), 628 + 4);
 }
@@ -142,9 +142,9 @@ fn limits_and_dates_have_ranges() {
             .check()
     };
     assert_eq!(dated(0), Ok(()));
-    assert_eq!(dated(2026_02_28), Ok(()));
-    assert_eq!(dated(2026_13_01), Err(E::CalibrationDate));
-    assert_eq!(dated(2026_12_00), Err(E::CalibrationDate));
+    assert_eq!(dated(20_260_228), Ok(()));
+    assert_eq!(dated(20_261_301), Err(E::CalibrationDate));
+    assert_eq!(dated(20_261_200), Err(E::CalibrationDate));
 }
 
 /// Each of a hundred foreign blocks: refused at boot with its number, in every frame, and by upload.

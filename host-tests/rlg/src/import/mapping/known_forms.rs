@@ -334,7 +334,7 @@ impl Form {
             .collect();
         let has = |name: &&str| names.iter().any(|found| is_column(found, name));
         let is = |form: &&Self| {
-            form.columns.iter().all(|name| has(name)) && !form.without.iter().any(|name| has(name))
+            form.columns.iter().all(&has) && !form.without.iter().any(&has)
         };
         FORMS.iter().filter(is).collect()
     }

@@ -22,7 +22,7 @@ pub fn keep(blocks: &[Block], plan: &mut Plan) {
             let mut mapped = plan.mapped.iter();
             mapped.any(|one| one.target == *target && one.axis.as_deref() == Some(part))
         };
-        target.parts().iter().all(|part| has(part))
+        target.parts().iter().all(has)
     };
     let given = plan
         .mapped
