@@ -213,7 +213,7 @@ impl Terminal {
         spinner
     }
 
-    /// Returns the width of the stream of words \[characters\]: [`WIDTH`] if it is no terminal.
+    /// Returns the width of the stream of words \[characters\]: 80 if it is no terminal.
     pub fn width(&self) -> usize {
         let stream = match self.results {
             Results::Words => Term::stdout(),
