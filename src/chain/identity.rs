@@ -82,6 +82,13 @@ impl Identity {
         }
     }
 
+    /// Words of the health items: the number's last bytes, the date, and the model's first bytes.
+    pub(crate) const fn words(&self) -> [u32; 3] {
+        let [a, b, c, d, ..] = self.model;
+        let model = u32::from_be_bytes([a, b, c, d]);
+        [self.unit.short(), self.calibrated, model]
+    }
+
     /// Returns this identity after `change`.
     #[must_use]
     pub fn with(mut self, change: impl FnOnce(&mut Self)) -> Self {

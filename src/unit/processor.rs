@@ -177,7 +177,8 @@ struct Settings {
     reset_cause: u32,
     last_failure_kind: u32,
     last_failure_place: u32,
-    identity: Option<Identity>,
+    /// Unit, calibration date and model of the parameters, a word each; zeros without an identity.
+    identity: [u32; 3],
     revision: u32,
 }
 
@@ -219,7 +220,7 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
                 reset_cause: boot.reset_cause,
                 last_failure_kind: boot.last_failure_kind,
                 last_failure_place: boot.last_failure_place,
-                identity: parameters.identity,
+                identity: parameters.identity.as_ref().map_or([0; 3], Identity::words),
                 revision: boot.revision,
             },
             boot: Status::CLOCK_FALLBACK
@@ -551,12 +552,9 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             item::LAST_FAILURE_PLACE => self.settings.last_failure_place,
             item::PULSES => self.pulses.pulses(),
             item::SECOND => self.pulses.second(),
-            item::UNIT => self.settings.identity.map_or(0, |known| known.unit.short()),
-            item::CALIBRATED => self.settings.identity.map_or(0, |known| known.calibrated),
-            item::MODEL => self.settings.identity.map_or(0, |known| {
-                let [a, b, c, d, ..] = known.model;
-                u32::from_be_bytes([a, b, c, d])
-            }),
+            item::UNIT => self.settings.identity[0],
+            item::CALIBRATED => self.settings.identity[1],
+            item::MODEL => self.settings.identity[2],
             item::REVISION => self.settings.revision,
             channel if channel >= item::SLOW_CHANNEL => {
                 i32::from(self.slow.code(channel - item::SLOW_CHANNEL)).cast_unsigned()

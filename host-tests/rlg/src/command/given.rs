@@ -6,6 +6,7 @@ use std::sync::{Mutex, PoisonError};
 
 use serde_json::Value;
 
+use super::import_format::Format;
 use crate::error::InputError;
 use crate::import::still::name_of;
 use crate::output::ScratchFolder;
@@ -28,9 +29,10 @@ struct One {
     folder: PathBuf,
 }
 
-/// True if a path is a file to import, not the folder of a recording.
+/// True if a path is a file that an import reads without `--format`, not the folder of a recording.
 fn is_foreign(path: &Path) -> bool {
-    path.is_file() && path.file_name().is_none_or(|name| name != MANIFEST)
+    let is_manifest = path.file_name().is_some_and(|name| name == MANIFEST);
+    path.is_file() && !is_manifest && Format::of_file(path).is_ok()
 }
 
 impl Given {

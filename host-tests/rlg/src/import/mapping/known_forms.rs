@@ -333,9 +333,7 @@ impl Form {
             .map(|column| reduced(&column.name))
             .collect();
         let has = |name: &&str| names.iter().any(|found| is_column(found, name));
-        let is = |form: &&Self| {
-            form.columns.iter().all(&has) && !form.without.iter().any(&has)
-        };
+        let is = |form: &&Self| form.columns.iter().all(&has) && !form.without.iter().any(&has);
         FORMS.iter().filter(is).collect()
     }
 
