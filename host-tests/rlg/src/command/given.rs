@@ -87,13 +87,7 @@ impl Given {
         for warning in heard.warnings {
             self.warn(&warning, terminal);
         }
-        if let Err(error) = imported {
-            terminal.note(format!(
-                "{0} is no recording yet. rlg import {0} --out DIR takes the options that answer this, and rlg diagnose DIR the recording:",
-                one.named.display()
-            ));
-            return Err(self.renamed(error));
-        }
+        imported.map_err(|error| self.renamed(error))?;
         if let Some(told) = heard.json.and_then(|json| serde_json::from_str(&json).ok()) {
             for line in taken(&one.named, &told) {
                 terminal.note(line);
@@ -160,7 +154,9 @@ impl Given {
         let imported = self.recordings.iter().filter(|one| one.is_imported());
         imported.fold(text.to_owned(), |text, one| {
             let [folder, named] = [&one.folder, &one.named].map(|path| path.display().to_string());
-            text.replace(&folder, &named)
+            // The scratch folder goes: the command to paste needs one that stays.
+            text.replace(&format!("--out {folder}"), "--out DIR")
+                .replace(&folder, &named)
         })
     }
 }

@@ -291,7 +291,10 @@ fn answers_on_recordings_of_others_are_short_and_whole() {
         ("bias-0.076", &["gyro bias   x 0.116", " °/s"]),
         (
             "autopilot-attitude",
-            &["reference late   7.5", "gyro x: 52 rows in 45 places"],
+            &[
+                "reference late   7.5",
+                "52 rows of the recording in 45 places",
+            ],
         ),
         (
             "held-7-rows",

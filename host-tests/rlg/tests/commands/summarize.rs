@@ -49,8 +49,8 @@ fn a_result_in_another_form_is_refused_with_its_number() {
     told["format"] = json!(2);
     fs::write(&file, told.to_string()).expect("a file");
     let said = rlg()
-        .args(["summarize", "--json"])
-        .arg(&run)
+        .args(["summarize", "--json", "--out"])
+        .args([folder.path().join("out"), run])
         .output()
         .expect("it runs");
     let said =
