@@ -8,6 +8,8 @@ pub(crate) mod dither_phase;
 
 pub mod parameters;
 
+pub mod parameter_error;
+
 pub mod health_limits;
 
 pub mod identity;

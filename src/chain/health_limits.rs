@@ -4,7 +4,7 @@
 //! status bits are in [`Status`](crate::chain::faults::Status).
 
 use crate::chain::design_parameters as design;
-use crate::chain::parameters::ParameterError;
+use crate::chain::parameter_error::ParameterError;
 
 /// Limits of the unit's health. Axes x, y, z.
 #[derive(Debug, Clone, Copy, PartialEq)]

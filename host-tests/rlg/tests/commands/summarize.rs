@@ -50,7 +50,7 @@ fn a_result_in_another_form_is_refused_with_its_number() {
     fs::write(&file, told.to_string()).expect("a file");
     let said = rlg()
         .args(["summarize", "--json", "--out"])
-        .args([folder.path().join("out"), run])
+        .args([folder.path().join("out.csv"), run])
         .output()
         .expect("it runs");
     let said =
