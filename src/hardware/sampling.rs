@@ -215,8 +215,10 @@ impl<Spi: SpiDevice> Sampling<Spi> {
         MAILBOX.put(reading.service);
         // SAFETY: the queue has UPDATE_QUEUE slots, and a queue's length never changes; as of the frames.
         unsafe { assert_unchecked(self.updates.capacity() == UPDATE_QUEUE - 1) };
-        if let Some(update) = self.updates.dequeue() {
-            self.processor.take_slow(&update);
+        // Read in its place: an update is hundreds of bytes, which the interrupt's stack need not hold.
+        if let Some(update) = self.updates.peek() {
+            self.processor.take_slow(update);
+            let _ = self.updates.dequeue();
         }
     }
 

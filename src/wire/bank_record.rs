@@ -20,16 +20,18 @@ use crate::unit::processor::Timing;
 pub const HOLD_PARTS: u32 = 32;
 
 /// One interrupt's worth of the bank.
+// The frame first and aligned: the interrupt moves it by words instead of calling a copy of bytes.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[repr(C, align(4))]
 pub struct BankRecord {
+    /// The frame's bytes on the wire.
+    pub frame: [u8; FRAME_BYTES],
     /// Time that the bus takes \[1/32 of a period\]; 0 for as long as it needs.
     pub hold: u8,
     /// The serial link stands still.
     pub link_held: bool,
     /// The bus reports an error.
     pub bus_error: bool,
-    /// The frame's bytes on the wire.
-    pub frame: [u8; FRAME_BYTES],
 }
 
 const LINK_HELD: u32 = 1 << 8;

@@ -440,7 +440,7 @@ fn stack_lowered(first: u32, second: u32) -> Lowered {
 }
 
 /// ThumbExpandImm (A5.3.2).
-fn expanded(i: u32, imm3: u32, imm8: u32) -> u32 {
+pub(crate) fn expanded(i: u32, imm3: u32, imm8: u32) -> u32 {
     let selector = i << 3 | imm3;
     match selector {
         0 => imm8,

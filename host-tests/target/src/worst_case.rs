@@ -16,7 +16,7 @@
 
 use std::collections::{BTreeMap, BTreeSet};
 
-use super::code::{Code, Function};
+use super::code::{Code, Function, expanded};
 use super::flow::{self, Instruction};
 
 /// Reason that there is no bound.
@@ -379,6 +379,10 @@ fn size_before(before: &[Instruction], name: &str) -> Option<u64> {
             // MOVW Rd, #imm16.
             let high = (first & 0xF) << 12 | (first >> 10 & 1) << 11;
             Some(u64::from(high | (second >> 12 & 7) << 8 | second & 0xFF))
+        } else if first & 0xFBEF == 0xF04F && second >> 8 & 0xF == register {
+            // MOV.W Rd, #const.
+            let size = expanded(first >> 10 & 1, second >> 12 & 7, second & 0xFF);
+            Some(u64::from(size))
         } else {
             None
         }
@@ -654,7 +658,7 @@ struct From {
 mod tests {
     use std::collections::{BTreeMap, BTreeSet};
 
-    use super::{Code, Paths, WorstCaseError, cost};
+    use super::{Code, Paths, WorstCaseError, cost, size_before};
     use crate::code::Function;
     use crate::flow::Instruction;
 
@@ -786,6 +790,14 @@ mod tests {
             bound([function("f", 0x100, &sized), copy()], |_, _| None),
             // Two before the copy and one behind; its path of 3, and 12 turns of 2.
             Ok(3 + 3 + 12 * 2)
+        );
+        // MOV.W r2, #768, whose two halfwords no narrow instruction has.
+        let (_, mut wide) = function("f", 0x100, &sized);
+        wide.instructions[0].first = 0xF44F;
+        wide.instructions[0].second = 0x7240;
+        assert_eq!(
+            size_before(&wide.instructions[..1], "__aeabi_memcpy"),
+            Some(768)
         );
         let unsized_copy = [(NOP, None, Some(0x200)), (RETURN, None, None)];
         assert_eq!(

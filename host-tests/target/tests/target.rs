@@ -171,7 +171,7 @@ fn readings() -> impl Iterator<Item = Sample> {
 
 #[test]
 #[ignore = "needs qemu-system-arm; cargo verify runs it"]
-fn no_interrupt_costs_more_than_its_static_bound_in_full() {
+fn no_interrupt_costs_more_than_its_static_bound() {
     println!("image, bound of instructions, of cycles (all cached, nothing cached), measured most");
     for core in [TargetCore::F32, TargetCore::Fixed] {
         for with_terms in [false, true] {

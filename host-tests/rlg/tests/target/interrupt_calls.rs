@@ -65,7 +65,7 @@ fn the_interrupt_reaches_no_panic_no_logging_and_no_host_call() {
 
 /// Loops allowed in the interrupt: function of the source, or of the image if it has no source of ours; their largest
 /// number; the bound of each.
-const BOUNDED: [(&str, usize, &str); 6] = [
+const BOUNDED: [(&str, usize, &str); 5] = [
     ("delay", 1, "SELECT_CYCLES, a constant"),
     ("operate", 1, "the bytes of one operation: a bank frame's"),
     (
@@ -77,11 +77,6 @@ const BOUNDED: [(&str, usize, &str); 6] = [
         "transaction",
         1,
         "emulator: a record's hold, at most 255/32 of a period",
-    ),
-    (
-        "memcpy",
-        4,
-        "the size of a value, known where it is copied: a record of the emulated bank",
     ),
     (
         "memclr",
