@@ -19,7 +19,7 @@
 pub struct BoardState {
     /// The low-speed oscillator as the running clock measures it \[Hz\], at most 65 535; 0: unknown.
     pub low_speed_hz: u32,
-    /// The same as the crystal measured it \[Hz\], at most 65 535, to 16 Hz in the word; 0: unknown.
+    /// The low-speed oscillator as the crystal measured it \[Hz\], at most 65 535, to 16 Hz in the word; 0: unknown.
     pub reference_hz: u32,
     /// The clock is a fallback.
     pub clock_fallback: bool,

@@ -136,7 +136,7 @@ impl Clocks {
         }
     }
 
-    /// The same clocks as a measurement found them, by the low-speed oscillator.
+    /// Clocks as measured by the low-speed oscillator.
     ///
     /// # Inputs
     /// `reference_hz`: that oscillator as the crystal measured it \[Hz\]. `measured_hz`: the same as these clocks measure it,

@@ -72,7 +72,7 @@ pub const FRAME_BYTES_V2: usize = 40;
 /// Bytes that the CRC covers.
 const CHECKED_BYTES: usize = FRAME_BYTES - 2;
 
-/// The same of version 2.
+/// Bytes of a frame of version 2 that its CRC covers.
 const CHECKED_BYTES_V2: usize = FRAME_BYTES_V2 - 2;
 
 /// Finds every error of up to 3 bits in frames below 4 KiB (Hamming distance 4), and every burst up to 16.

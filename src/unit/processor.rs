@@ -51,7 +51,7 @@
 //! Bus, queue and clock are outside. A gap's angle is not spread over the periods that it covers: that would be a
 //! guess, and navigation sees the flag.
 
-use crate::chain::design_parameters::{START_UP_LIMIT_S, TEMPERATURE_RANGE_K};
+use crate::chain::design_parameters::START_UP_LIMIT_S;
 use crate::chain::faults::{Faults, FirstFault, Status};
 use crate::chain::identity::Identity;
 use crate::chain::numbers::NumberSystem;
@@ -334,7 +334,9 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
     /// ([`take_slow`](Self::take_slow)).
     pub fn slow(&mut self, readings: &SlowReadings) {
         self.chain.slow(&mut self.state, readings);
-        self.note_own_thermometer(readings);
+        if readings.are_temperatures() {
+            self.slow.own_thermometer(self.periods);
+        }
     }
 
     /// The terms as the main loop needs them to prepare updates.
@@ -347,14 +349,6 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
     pub fn take_slow(&mut self, update: &SlowUpdate<N, T>) {
         self.chain.take_slow(&mut self.state, update);
         if update.own_thermometer {
-            self.slow.own_thermometer(self.periods);
-        }
-    }
-
-    fn note_own_thermometer(&mut self, readings: &SlowReadings) {
-        let (low, high) = TEMPERATURE_RANGE_K;
-        let usable = |kelvin: &f32| (low..=high).contains(kelvin);
-        if readings.temperature_k.iter().all(usable) {
             self.slow.own_thermometer(self.periods);
         }
     }

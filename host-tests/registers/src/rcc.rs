@@ -122,6 +122,19 @@ const PPRE1: u32 = 0b111 << 10;
 const PPRE2: u32 = 0b111 << 13;
 const SWS: u32 = 0b11 << 2;
 
+/// True if a bit is set in the words of the enable registers, of which there is none at place 3: register (0 to 2 AHB, 4 APB1,
+/// 5 APB2, from offset 0x30 on) and bit.
+fn is_set(words: &[u32], register: usize, bit: u32) -> bool {
+    let place = if register >= 4 {
+        register - 1
+    } else {
+        register
+    };
+    words
+        .get(place)
+        .is_some_and(|word| word & (1 << bit) != 0)
+}
+
 impl Rcc {
     /// After power-on.
     pub fn new(behaviour: Behaviour) -> Self {
@@ -303,14 +316,7 @@ impl Rcc {
 
     /// True if the clock of a peripheral was turned on and not yet shown to be: an access now may come too early.
     pub fn is_fresh(&self, register: usize, bit: u32) -> bool {
-        let place = if register >= 4 {
-            register - 1
-        } else {
-            register
-        };
-        self.fresh
-            .get(place)
-            .is_some_and(|bits| bits & (1 << bit) != 0)
+        is_set(&self.fresh, register, bit)
     }
 
     /// True if the low-speed oscillator runs.
@@ -321,14 +327,7 @@ impl Rcc {
 
     /// True if the clock of a peripheral is on: register (0 to 2 AHB, 4 APB1, 5 APB2, from offset 0x30 on) and bit.
     pub fn is_enabled(&self, register: usize, bit: u32) -> bool {
-        let place = if register >= 4 {
-            register - 1
-        } else {
-            register
-        };
-        self.enables
-            .get(place)
-            .is_some_and(|bits| bits & (1 << bit) != 0)
+        is_set(&self.enables, register, bit)
     }
 
     /// Reads a register.

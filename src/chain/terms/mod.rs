@@ -92,6 +92,15 @@ pub struct SlowReadings {
     pub magnetic_field_t: [f32; 3],
 }
 
+impl SlowReadings {
+    /// True if all three temperatures are within the range that the terms use.
+    pub(crate) fn are_temperatures(&self) -> bool {
+        let (low, high) = TEMPERATURE_RANGE_K;
+        let usable = |kelvin: &f32| (low..=high).contains(kelvin);
+        self.temperature_k.iter().all(usable)
+    }
+}
+
 /// The terms in the main loop: turns slow readings into an update for the interrupt, with nothing shared.
 #[derive(Debug, Clone)]
 pub struct SlowTerms<N: NumberSystem, T: Term<N>> {
@@ -131,10 +140,8 @@ impl<N: NumberSystem, T: Term<N>> SlowTerms<N, T> {
     /// silent; the same as [`prepare`](Self::prepare) where one is not a temperature.
     #[must_use = "the terms use readings that the interrupt takes"]
     pub fn prepare_measured(&mut self, readings: &SlowReadings) -> SlowUpdate<N, T> {
-        let (low, high) = TEMPERATURE_RANGE_K;
-        let usable = |kelvin: &f32| (low..=high).contains(kelvin);
         SlowUpdate {
-            own_thermometer: readings.temperature_k.iter().all(usable),
+            own_thermometer: readings.are_temperatures(),
             ..self.prepare(readings)
         }
     }
