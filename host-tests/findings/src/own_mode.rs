@@ -4,7 +4,7 @@
 use rlg_model::catalogue::SIX;
 
 use crate::names::{capital, plain};
-use crate::result::{EffectEntry, ParameterEntry};
+use crate::result::EffectEntry;
 
 const FLEXURE: &str = "axis_flexure";
 const MODE: &str = "axis_flexure_mode";
@@ -15,13 +15,7 @@ const WITHIN: f64 = 3.0;
 /// Computes the smallest and greatest natural frequency of the blocks of a flexure \[Hz\], f0 = 1/(2π√K) with K the
 /// mean of a gyro's two coefficients; `None` without a positive K.
 pub fn implied_hz(effect: &EffectEntry) -> Option<[f64; 2]> {
-    let value = |wanted: &str| {
-        let mut parameters = effect.parameters.iter();
-        parameters.find_map(|parameter| match parameter {
-            ParameterEntry::Number { name, value, .. } if name == wanted => Some(*value),
-            _ => None,
-        })
-    };
+    let value = |wanted: &str| effect.number(wanted).map(|(value, _)| value);
     let of_gyro = |pair: &[&str]| {
         let known: Vec<f64> = pair.iter().filter_map(|name| value(name)).collect();
         rlg_model::implied_hz(known.iter().sum::<f64>() / known.len() as f64)
@@ -43,14 +37,7 @@ pub fn is_own_physics(effect: &EffectEntry, rival: &str) -> bool {
 }
 
 fn rings_where_it_implies(effect: &EffectEntry) -> bool {
-    let mut parameters = effect.parameters.iter();
-    let frequency = parameters.find_map(|parameter| match parameter {
-        ParameterEntry::Number {
-            name, value, std, ..
-        } if name == "frequency_hz" => Some((*value, *std)),
-        _ => None,
-    });
-    let implied = implied_hz(effect).zip(frequency);
+    let implied = implied_hz(effect).zip(effect.number("frequency_hz"));
     implied.is_some_and(|([least, most], (hz, std))| {
         hz > least - WITHIN * std && hz < most + WITHIN * std
     })

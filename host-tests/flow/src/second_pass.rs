@@ -82,7 +82,7 @@ fn kinds_to_check(diagnosis: &Diagnosis, left_out: &[&str]) -> BTreeSet<String> 
     }
     // An event has an instant: another one is not the same again.
     let effects = diagnosis.effects.iter();
-    let lasting = effects.filter(|one| number(one, "time_s").or(number(one, "start_s")).is_none());
+    let lasting = effects.filter(|one| one.number("time_s").or(one.number("start_s")).is_none());
     let effects = lasting.map(|one| one.kind.as_str());
     let is_effect = |kind: &&str| {
         *kind != UNLISTED
@@ -107,19 +107,15 @@ fn found_again(
     kinds: &BTreeSet<String>,
     plan: &JudgementPlan,
 ) -> Vec<Again> {
-    let of = |diagnosis: &Diagnosis, kind: &str| -> Vec<EffectEntry> {
-        let effects = diagnosis.effects.iter();
-        effects.filter(|one| one.kind == kind).cloned().collect()
-    };
     let again = |kind: &String| {
-        let pairs = of(first, kind).into_iter().flat_map(|before| {
-            of(second, kind)
-                .into_iter()
-                .map(move |after| (before.clone(), after))
+        let of_kind = |one: &&EffectEntry| one.kind == *kind;
+        let pairs = first.effects.iter().filter(of_kind).flat_map(|before| {
+            let after = second.effects.iter().filter(of_kind);
+            after.map(move |after| (before, after))
         });
         let number = pairs
             .filter(|(before, after)| texts(before).eq(texts(after)))
-            .find_map(|(before, after)| number_again(&before, &after, plan))?;
+            .find_map(|(before, after)| number_again(before, after, plan))?;
         Some(Again {
             kind: kind.clone(),
             number,
@@ -133,16 +129,6 @@ fn texts(effect: &EffectEntry) -> impl Iterator<Item = (&str, &str)> {
     effect.parameters.iter().filter_map(|one| match one {
         ParameterEntry::Text { name, value } => Some((name.as_str(), value.as_str())),
         ParameterEntry::Number { .. } => None,
-    })
-}
-
-/// Value and standard deviation of a parameter.
-fn number(effect: &EffectEntry, of: &str) -> Option<(f64, f64)> {
-    effect.parameters.iter().find_map(|one| match one {
-        ParameterEntry::Number {
-            name, value, std, ..
-        } if name == of => Some((*value, *std)),
-        _ => None,
     })
 }
 
@@ -160,7 +146,7 @@ fn number_again(before: &EffectEntry, after: &EffectEntry, plan: &JudgementPlan)
         else {
             return None;
         };
-        let (is, std) = number(after, name)?;
+        let (is, std) = after.number(name)?;
         let returns = is_significant(*was, *std_was)
             && is_significant(is, std)
             && is.abs() > plan.found_again * was.abs();

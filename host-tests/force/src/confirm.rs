@@ -9,7 +9,6 @@ use rlg_inference::block_validation::BlockSums;
 use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::DriftPrior;
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Search};
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::candidates::Candidate;
 use crate::prediction::Prediction;
@@ -177,13 +176,9 @@ fn confirmations(
     let of_member = |place: usize| {
         let own: Vec<usize> = columns.own[place].clone().collect();
         let said = sums.validate(&own, &columns.fixed);
-        let law = ChiSquared::new(said.freedom).ok();
-        let is_chance = law.is_none_or(|law| {
-            law.sf(said.design_effect * said.freedom) > plan.judgement.reenactment_chance
-        });
         Confirmation {
             gain: said.gain,
-            design_effect: if is_chance { 1.0 } else { said.design_effect },
+            design_effect: said.significant_design_effect(plan.judgement.reenactment_chance),
         }
     };
     Some((0..members.len()).map(of_member).collect())

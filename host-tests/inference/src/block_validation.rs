@@ -6,6 +6,7 @@
 use std::ops::Range;
 
 use nalgebra::{DMatrix, DVector};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::linear::pseudo_inverse;
 
@@ -30,6 +31,15 @@ pub struct BlockValidation {
     pub design_effect: f64,
     /// Degrees of freedom of the jackknife variance: few where few blocks observe the parameters.
     pub freedom: f64,
+}
+
+impl BlockValidation {
+    /// Design effect, or 1 if it exceeds 1 by chance at a significance level \[1\]: freedom times it follows a χ² law.
+    pub fn significant_design_effect(&self, level: f64) -> f64 {
+        let law = ChiSquared::new(self.freedom).ok();
+        let is_chance = law.is_none_or(|law| law.sf(self.design_effect * self.freedom) > level);
+        if is_chance { 1.0 } else { self.design_effect }
+    }
 }
 
 impl BlockSums {

@@ -60,16 +60,9 @@ fn rows(lines: &[&EffectEntry]) -> Markup {
 
 /// Frequency of a line \[Hz\], from its expression if there is no such parameter.
 pub fn frequency(line: &EffectEntry) -> String {
-    let number = line
-        .parameters
-        .iter()
-        .find_map(|parameter| match parameter {
-            ParameterEntry::Number { name, value, .. } if name == "frequency_hz" => Some(*value),
-            _ => None,
-        });
     let written = line.expression.as_deref().unwrap_or_default();
-    match number {
-        Some(hz) => format!("{hz:.5}"),
+    match line.number("frequency_hz") {
+        Some((hz, _)) => format!("{hz:.5}"),
         None => written
             .trim_start_matches("sine(")
             .trim_end_matches(')')

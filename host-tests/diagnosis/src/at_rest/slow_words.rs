@@ -55,12 +55,9 @@ pub(super) fn with_found(before: &Model, mut model: Model, found: &[EffectEntry]
 
 /// True if an effect of a model is the finding: of several steps the one at its time.
 fn is_of(effect: &ModelEffect, entry: &EffectEntry) -> bool {
-    let time_s = entry.parameters.iter().find_map(|one| match one {
-        ParameterEntry::Number { name, value, .. } if name == "time_s" => Some(*value),
-        _ => None,
+    let same_time = entry.number("time_s").is_none_or(|(time_s, _)| {
+        effect.parameters.get("time_s") == Some(&EffectValue::Number(time_s))
     });
-    let same_time = time_s
-        .is_none_or(|time_s| effect.parameters.get("time_s") == Some(&EffectValue::Number(time_s)));
     effect.kind == entry.kind && same_time
 }
 

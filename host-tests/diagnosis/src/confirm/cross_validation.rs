@@ -10,7 +10,7 @@ use rlg_inference::events::largest_impulse;
 use rlg_plan::Plan;
 use rlg_signal::partition::blocks;
 use rlg_signal::streams::Triad;
-use statrs::distribution::{ChiSquared, ContinuousCDF, Normal};
+use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::data::Data;
 use crate::search::{Found, left_by};
@@ -171,13 +171,9 @@ fn of_blocks(
         .flat_map(|other| parameters.own[other].clone())
         .collect();
     let said = sums.validate(&own, &parameters.fixed);
-    let law = ChiSquared::new(said.freedom).ok();
-    let is_chance = law.is_none_or(|law| {
-        law.sf(said.design_effect * said.freedom) > plan.judgement.reenactment_chance
-    });
     Prediction {
         gain: said.gain,
-        design_effect: if is_chance { 1.0 } else { said.design_effect },
+        design_effect: said.significant_design_effect(plan.judgement.reenactment_chance),
         holds: said.gain > 0.0,
     }
 }

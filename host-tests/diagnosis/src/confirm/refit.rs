@@ -151,7 +151,7 @@ fn misfits_of(data: &Data, part: &Part, fit: &Fit, plan: &Plan) -> Vec<Misfit> {
     misfits
 }
 
-/// The same on any rows, quantisation error included.
+/// Octaves in which the residual deviates from the noise on any rows, quantisation error included.
 fn misfits_left(part: &Part, fit: &Fit, plan: &Plan) -> Vec<Misfit> {
     let equations = &part.equations;
     let of_gyro = |gyro: usize| {

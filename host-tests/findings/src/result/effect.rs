@@ -28,13 +28,36 @@ pub enum ParameterEntry {
     },
 }
 
+/// Returns the value of a text parameter among `parameters`.
+pub fn text_of<'a>(parameters: &'a [ParameterEntry], name: &str) -> Option<&'a str> {
+    parameters.iter().find_map(|one| match one {
+        ParameterEntry::Text { name: own, value } if own == name => Some(value.as_str()),
+        _ => None,
+    })
+}
+
+/// Returns value and standard deviation of a numeric parameter among `parameters`.
+pub fn number_of(parameters: &[ParameterEntry], name: &str) -> Option<(f64, f64)> {
+    parameters.iter().find_map(|one| match one {
+        ParameterEntry::Number {
+            name: own,
+            value,
+            std,
+            ..
+        } if own == name => Some((*value, *std)),
+        _ => None,
+    })
+}
+
 impl EffectEntry {
     /// Returns the value of a text parameter.
-    pub fn text(&self, of: &str) -> Option<&str> {
-        self.parameters.iter().find_map(|one| match one {
-            ParameterEntry::Text { name, value } if name == of => Some(value.as_str()),
-            _ => None,
-        })
+    pub fn text(&self, name: &str) -> Option<&str> {
+        text_of(&self.parameters, name)
+    }
+
+    /// Returns value and standard deviation of a numeric parameter.
+    pub fn number(&self, name: &str) -> Option<(f64, f64)> {
+        number_of(&self.parameters, name)
     }
 }
 

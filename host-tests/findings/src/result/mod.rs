@@ -12,7 +12,8 @@ mod fit;
 mod self_test;
 
 pub use effect::{
-    EffectEntry, EvidenceEntry, Identifiable, ONLY_DESCRIBED, ParameterEntry, RegimeEntry, UNLISTED,
+    EffectEntry, EvidenceEntry, Identifiable, ONLY_DESCRIBED, ParameterEntry, RegimeEntry,
+    UNLISTED, number_of, text_of,
 };
 pub use experiment::{ExperimentEntry, MoveEntry, PrecisionEntry, SeparationEntry};
 pub use fit::{
@@ -322,7 +323,7 @@ pub struct Sensitivity {
     pub unit: String,
     /// Matched-filter SNR of its most observable parameter alone at that size.
     pub snr: f64,
-    /// The same of its least observable parameter; 0 if it is not detected at any credible size.
+    /// Matched-filter SNR of its least observable parameter; 0 if it is not detected at any credible size.
     pub snr_weakest: f64,
 }
 

@@ -6,9 +6,9 @@ use std::collections::BTreeSet;
 use rlg_findings::names::{plain, spaced};
 use rlg_findings::numbers::seconds;
 use rlg_findings::own_mode;
-use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
+use rlg_findings::result::{Diagnosis, EffectEntry, UNLISTED, number_of, text_of};
 
-use super::sizes::{strength, text, value, words};
+use super::sizes::{strength, words};
 use crate::lines::{frequency, is_band, is_line};
 
 /// Group of entries that share a line.
@@ -37,10 +37,12 @@ fn group(effect: &EffectEntry) -> Group<'_> {
         _ if is_line(effect) => Group::Lines,
         _ if is_band(effect) => Group::Bands,
         Some(expression) if kind == UNLISTED => {
-            Group::Expression(text(parameters, "axis").unwrap_or_default(), expression)
+            Group::Expression(text_of(parameters, "axis").unwrap_or_default(), expression)
         }
         None if kind == UNLISTED => Group::Unexplained,
-        _ if text(parameters, "channel").is_some() && value(parameters, "start_s").is_some() => {
+        _ if text_of(parameters, "channel").is_some()
+            && number_of(parameters, "start_s").is_some() =>
+        {
             Group::Fault(kind)
         }
         _ if kind.starts_with("channel_") => Group::Sentence(kind),
@@ -244,7 +246,7 @@ fn sized(name: String, members: &[&EffectEntry]) -> (String, String) {
 
 /// Data faults of one kind, of whole rows or by channel: rows, places, times.
 fn faults(members: &[&EffectEntry]) -> String {
-    let rows_of = |effect: &EffectEntry| text(&effect.parameters, "rows_of").map(str::to_owned);
+    let rows_of = |effect: &EffectEntry| effect.text("rows_of").map(str::to_owned);
     let (whole, members): (Vec<&EffectEntry>, Vec<&EffectEntry>) =
         members.iter().partition(|effect| rows_of(effect).is_some());
     let owner = whole.first().and_then(|effect| rows_of(effect));
@@ -254,7 +256,7 @@ fn faults(members: &[&EffectEntry]) -> String {
         .collect();
     let mut channels: Vec<(String, Vec<&EffectEntry>)> = Vec::new();
     for effect in members {
-        let channel = spaced(text(&effect.parameters, "channel").unwrap_or_default());
+        let channel = spaced(effect.text("channel").unwrap_or_default());
         match channels.iter_mut().find(|(known, _)| *known == channel) {
             Some((_, places)) => places.push(effect),
             None => channels.push((channel, vec![effect])),
@@ -279,7 +281,7 @@ fn faults(members: &[&EffectEntry]) -> String {
 fn in_words(places: &[&EffectEntry], of_owner: &str) -> String {
     let of = |name: &'static str| {
         let values = places.iter();
-        values.filter_map(move |one| value(&one.parameters, name))
+        values.filter_map(move |one| Some(one.number(name)?.0))
     };
     let from_s = of("start_s").fold(f64::INFINITY, f64::min);
     let to_s = of("end_s").fold(0.0, f64::max);
@@ -295,9 +297,9 @@ fn in_words(places: &[&EffectEntry], of_owner: &str) -> String {
     let rows: f64 = places
         .iter()
         .map(|one| {
-            let long_s = value(&one.parameters, "end_s").unwrap_or(0.0)
-                - value(&one.parameters, "start_s").unwrap_or(0.0);
-            let counted = value(&one.parameters, "row_count");
+            let at = |name: &str| Some(one.number(name)?.0);
+            let long_s = at("end_s").unwrap_or(0.0) - at("start_s").unwrap_or(0.0);
+            let counted = at("row_count");
             counted.unwrap_or_else(|| (long_s / row_s(one)).round())
         })
         .sum();
@@ -317,12 +319,5 @@ fn in_words(places: &[&EffectEntry], of_owner: &str) -> String {
 
 /// Length of a row \[s\]: a fault is located to the row.
 fn row_s(fault: &EffectEntry) -> f64 {
-    let std = fault
-        .parameters
-        .iter()
-        .find_map(|parameter| match parameter {
-            ParameterEntry::Number { name, std, .. } if name == "start_s" => Some(*std),
-            _ => None,
-        });
-    std.unwrap_or(f64::NAN)
+    fault.number("start_s").map_or(f64::NAN, |(_, std)| std)
 }

@@ -8,7 +8,7 @@ use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, seconds};
 use rlg_findings::result::{Diagnosis, ParameterEntry};
 use rlg_recording::AXES;
 
-use super::sizes::{text, to_two_digits};
+use super::sizes::to_two_digits;
 use crate::corrected;
 
 /// Height of one panel \[characters\]: 16 dots.
@@ -62,7 +62,7 @@ fn has_finding(diagnosis: &Diagnosis, axis: &str) -> bool {
     };
     is_located
         || diagnosis.effects.iter().any(|effect| {
-            text(&effect.parameters, "axis") == Some(axis) || effect.parameters.iter().any(is_sized)
+            effect.text("axis") == Some(axis) || effect.parameters.iter().any(is_sized)
         })
 }
 

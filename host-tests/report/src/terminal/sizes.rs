@@ -2,7 +2,7 @@
 
 use rlg_findings::names::{plain, plain_at, spaced};
 use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, number};
-use rlg_findings::result::{EffectEntry, ParameterEntry};
+use rlg_findings::result::{EffectEntry, ParameterEntry, number_of, text_of};
 use rlg_findings::sentences::combination;
 
 /// Largest number of insignificant sizes that are named; more are counted.
@@ -60,7 +60,7 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
     let values: Vec<f64> = sizes.iter().map(|size| size.value).collect();
     let (mut name, sign) = plain_at(kind, &values);
     sizes.iter_mut().for_each(|size| size.value *= sign);
-    if let Some(axis) = text(effect, "axis") {
+    if let Some(axis) = text_of(effect, "axis") {
         name = format!("{name} {axis}");
     }
     // A single parameter's name becomes part of the effect's name.
@@ -71,7 +71,7 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
         only.name.clear();
     }
     let mut said = listed(&sizes);
-    if let Some(time_s) = value(effect, "time_s") {
+    if let Some((time_s, _)) = number_of(effect, "time_s") {
         said = format!("{said} at {} s", number(time_s));
     }
     let below: Vec<&str> = below.iter().map(|size| size.name.as_str()).collect();
@@ -200,22 +200,6 @@ pub(crate) fn is_time(name: &str) -> bool {
 fn without_unit(name: &str) -> String {
     let bare = name.strip_suffix("_s").or_else(|| name.strip_suffix("_hz"));
     spaced(bare.unwrap_or(name))
-}
-
-/// Value of a numeric parameter.
-pub(super) fn value(parameters: &[ParameterEntry], wanted: &str) -> Option<f64> {
-    parameters.iter().find_map(|parameter| match parameter {
-        ParameterEntry::Number { name, value, .. } if name == wanted => Some(*value),
-        _ => None,
-    })
-}
-
-/// Value of a text parameter.
-pub(super) fn text<'a>(parameters: &'a [ParameterEntry], wanted: &str) -> Option<&'a str> {
-    parameters.iter().find_map(|parameter| match parameter {
-        ParameterEntry::Text { name, value } if name == wanted => Some(value.as_str()),
-        _ => None,
-    })
 }
 
 /// Largest ratio of a parameter to its standard deviation.

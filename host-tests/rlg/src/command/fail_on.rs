@@ -3,7 +3,7 @@
 use clap::ValueEnum;
 use rlg_findings::result::Verdict;
 
-/// Which verdicts are a failure, each with all that are worse.
+/// Least failure among the verdicts: a verdict with all that are worse.
 #[derive(Debug, Clone, Copy, ValueEnum)]
 pub(super) enum FailOn {
     /// Nothing can be said of the recording

@@ -6,7 +6,7 @@ use std::process::Command;
 
 use super::answer::{recording, rlg, text};
 
-/// The same rows as a file of each form: the answer is that of the import and the diagnosis, and nothing stays behind.
+/// Rows as a file of each form: the answer is that of the import and the diagnosis, and nothing stays behind.
 #[test]
 fn a_log_is_diagnosed_as_it_is_where_the_import_asks_nothing() {
     let folder = tempfile::tempdir().expect("a folder");
@@ -77,7 +77,7 @@ fn a_log_that_the_import_asks_about_is_asked_about() {
     assert_eq!(imported.status.code(), Some(2));
     assert_eq!(diagnosed.status.code(), Some(2));
     assert_eq!(text(&diagnosed.stdout), "");
-    // The same questions with the same command, but for the folder, which the import has and the diagnosis has not.
+    // Equal questions and commands but for the folder, which the import has and the diagnosis has not.
     let out = folder.path().join("out").display().to_string();
     let (asked, said) = (text(&imported.stderr), text(&diagnosed.stderr));
     let asked = asked.replace(&out, "DIR");

@@ -1,4 +1,4 @@
-//! Tells what names leave open: by a reference, by gravity and by the range of values; and asks the rest.
+//! Settles what names leave open: by a reference, by gravity and by the range of values; and asks the rest.
 //!
 //! Columns whose unit is open are assembled in SI, compared with what is known, and get their unit by the ratio of the two.
 //! A unit that the data decide is taken with a note; another becomes a question with the best guess.
@@ -66,7 +66,7 @@ impl Settled {
         self.order_quaternion(blocks, &first, lacks_rate)?;
         let mut open = self.plan(blocks)?;
         self.by_range(blocks, &mut open);
-        let is_bare = |mapped: &Mapped| mapped.axis.is_none() && needs_axis(&mapped.target);
+        let is_bare = |mapped: &Mapped| mapped.axis.is_none() && mapped.target.is_about_one_axis();
         let has_open = open
             .mapped
             .iter()
@@ -155,7 +155,7 @@ impl Settled {
         let count = blocks.len();
         let mut open = open.clone();
         for mapped in &mut open.mapped {
-            if mapped.axis.is_none() && needs_axis(&mapped.target) {
+            if mapped.axis.is_none() && mapped.target.is_about_one_axis() {
                 mapped.axis = Some("z".to_owned());
             }
         }
@@ -239,23 +239,18 @@ impl Settled {
         let mut plan = open.clone();
         self.forces(blocks, &mut plan, assembled);
         self.table_axis(blocks, &mut plan, assembled);
-        let is_reference = |target: &Target| {
-            target.is_attitude()
-                || matches!(target, Target::ReferenceAngle | Target::ReferenceRate)
-                || *target == Target::Stored(Quantity::ReferenceIncrement)
-        };
         let reference = evidence::of_reference(&assembled.tables).filter(|_| !lacks_rate);
         let by_reference = reference.filter(|one| one.agreement > ALIKE);
         if is_open(&Target::is_gyro) {
-            let known = by_reference.filter(|_| !is_open(&is_reference));
+            let known = by_reference.filter(|_| !is_open(&Target::is_reference));
             let gravity = evidence::of_gravity(&assembled.tables);
             let by_gravity = gravity.filter(|one| one.agreement > ALIKE && !lacks_rate);
             self.gyros(blocks, &mut plan, known.or(by_gravity));
         }
-        if is_open(&is_reference) {
+        if is_open(&Target::is_reference) {
             let gyros_known = !is_open(&Target::is_gyro);
             let ratio = by_reference.filter(|_| gyros_known);
-            self.references(blocks, &mut plan, &is_reference, ratio);
+            self.references(blocks, &mut plan, &Target::is_reference, ratio);
         }
         if lacks_rate {
             let told = evidence::of_reference(&assembled.tables);
@@ -268,7 +263,7 @@ impl Settled {
         let bare = plan
             .mapped
             .iter()
-            .find(|mapped| mapped.axis.is_none() && needs_axis(&mapped.target));
+            .find(|mapped| mapped.axis.is_none() && mapped.target.is_about_one_axis());
         let Some(bare) = bare else { return };
         let name = &blocks[bare.block].columns[bare.column].name;
         let map = |axis: &str| format!("{name}={}:{axis}", bare.target.name());
@@ -286,9 +281,10 @@ impl Settled {
             }
             found => {
                 let axis = found.map_or("z", |(axis, _)| axis);
-                let evidence = found.map_or("nothing tells".to_owned(), |(axis, found)| {
-                    format!("nearest is gyro {axis}, with a correlation of {found:.2}")
-                });
+                let evidence =
+                    found.map_or("no column turns like it".to_owned(), |(axis, found)| {
+                        format!("nearest is gyro {axis}, with a correlation of {found:.2}")
+                    });
                 self.questions.push(Question {
                     asks: format!("{name}: is an angle about an axis that stands nowhere"),
                     answer: ("--map", vec![map(axis)]),
@@ -311,7 +307,7 @@ impl Settled {
             ),
             None => (
                 "HZ".to_owned(),
-                "nothing tells the rows a second".to_owned(),
+                "no column shows the rows a second".to_owned(),
             ),
         };
         self.said.rate_hz = answer.parse().ok();
@@ -327,14 +323,9 @@ impl Settled {
     fn ask_telling(&mut self, blocks: &[Block], open: &Plan) {
         let has =
             |of: &dyn Fn(&Target) -> bool| open.mapped.iter().any(|mapped| of(&mapped.target));
-        let is_reference = |target: &Target| {
-            target.is_attitude()
-                || matches!(target, Target::ReferenceAngle | Target::ReferenceRate)
-                || *target == Target::Stored(Quantity::ReferenceIncrement)
-        };
         let is_temperature = |target: &Target| *target == Target::Stored(Quantity::Temperature);
         let warm = has(&is_temperature);
-        let turned = has(&is_reference);
+        let turned = has(&Target::is_reference);
         let telling = open
             .telling
             .iter()
@@ -349,7 +340,7 @@ impl Settled {
                 asks: format!("{}: may be an angle, an attitude or a temperature", name.trim_end_matches("=none")),
                 answer: ("--map", vec![name]),
                 is_guess: true,
-                evidence: "its name does not tell; left out, unless mapped to reference_euler, reference_angle, \
+                evidence: "its name leaves that open; left out, unless mapped to reference_euler, reference_angle, \
                            reference_attitude or temperature"
                     .to_owned(),
             });
@@ -363,9 +354,4 @@ fn whole_if_near(rate_hz: f64) -> String {
         true => format!("{}", rate_hz.round()),
         false => format!("{rate_hz:.4}"),
     }
-}
-
-/// True if a target needs an axis that a table's only angle may lack.
-fn needs_axis(target: &Target) -> bool {
-    matches!(target, Target::ReferenceAngle | Target::ReferenceRate)
 }

@@ -1,4 +1,4 @@
-//! Tells the unit of stamps that no name and no publisher states: by dates since 1970, or by the rows a second.
+//! Determines the unit of stamps that no name and no publisher states: by dates since 1970, or by the rows a second.
 
 use super::clocks::{Said, stamps_in, time_unit};
 use crate::error::InputError;

@@ -66,6 +66,17 @@ impl Target {
         *self == stored || matches!(self, Self::AttitudeInverse | Self::Euler | Self::Matrix)
     }
 
+    /// True if it shows a table or a case: an attitude, an angle, a rate or increments.
+    pub fn is_reference(&self) -> bool {
+        let stored = Self::Stored(Quantity::ReferenceIncrement);
+        self.is_attitude() || self.is_about_one_axis() || *self == stored
+    }
+
+    /// True if it is an angle or rate of a reference, whose axis a table's only angle may lack.
+    pub fn is_about_one_axis(&self) -> bool {
+        matches!(self, Self::ReferenceAngle | Self::ReferenceRate)
+    }
+
     /// Returns the axis labels that make it whole, for an attitude.
     pub fn parts(&self) -> &'static [&'static str] {
         match self {
