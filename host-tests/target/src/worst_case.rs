@@ -12,7 +12,8 @@
 //! # Assumptions
 //! An instruction that an IT block skips costs as if it were executed. A jump into another function costs as a call of
 //! it from its beginning. Each turn of a loop in a routine of the runtime that copies or clears n bytes stores as many
-//! of them as its instructions do, at least one, so that its loops do n in all; n must be a constant before the call.
+//! of them as its instructions do, at least one, so that its loops do n in all; n must be a constant before the call. One for
+//! operands on whole words (its name ends in 4 or 8) stores no more than n mod 4 bytes one by one.
 
 use std::collections::{BTreeMap, BTreeSet};
 
@@ -77,23 +78,30 @@ pub fn cycles(instruction: &Instruction, wait_states: u64) -> u64 {
     let is_wide = first >> 11 >= 0b11101;
     let several = |words: u32| 1 + u64::from(words) + wait_states;
     let branch = 4 + wait_states;
+    // A load of the program counter branches: POP, LDM and LDR.
+    let is_load = first & 0x10 != 0;
+    let branch_if = |branches: bool| if branches { branch } else { 0 };
     let own = match first {
         _ if instruction.jump.is_some() || instruction.call.is_some() => branch,
         // BX, BLX; PUSH, POP; STM, LDM.
         _ if !is_wide && first & 0xFF00 == 0x4700 => branch,
-        _ if !is_wide && first & 0xF600 == 0xB400 => branch + several((first & 0x1FF).count_ones()),
+        _ if !is_wide && first & 0xF600 == 0xB400 => {
+            branch_if(first & 0xFF00 == 0xBD00) + several((first & 0x1FF).count_ones())
+        }
         _ if !is_wide && first & 0xF000 == 0xC000 => several((first & 0xFF).count_ones()),
         // LDR from the constants behind the function; loads and stores.
         _ if !is_wide && (0x4800..0xA000).contains(&first) => several(1),
         // TBB, TBH; LDM, STM; LDRD, STRD.
         _ if first & 0xFFF0 == 0xE8D0 && second & 0xFFE0 == 0xF000 => branch + several(1),
-        _ if first & 0xFE40 == 0xE800 => branch + several(second.count_ones()),
+        _ if first & 0xFE40 == 0xE800 => {
+            branch_if(is_load && second >> 15 == 1) + several(second.count_ones())
+        }
         _ if first & 0xFE40 == 0xE840 => several(2),
         // VLDR, VSTR, VLDM, VSTM, VPUSH, VPOP.
         _ if first & 0xFF20 == 0xED00 => several(1),
         _ if first & 0xFE00 == 0xEC00 => several(second & 0xFF),
-        // LDR, STR and their like; of the program counter.
-        _ if first & 0xFE00 == 0xF800 => branch + several(1),
+        // LDR, STR and their like.
+        _ if first & 0xFE00 == 0xF800 => branch_if(is_load && second >> 12 == 0xF) + several(1),
         // SDIV, UDIV; VDIV; VSQRT.
         _ if first & 0xFFD0 == 0xFB90 && second & 0xF0 == 0xF0 => 12,
         _ if first & 0xFFB0 == 0xEE80 && second & 0x0E50 == 0x0A00 => 14,
@@ -308,14 +316,9 @@ impl Search<'_> {
         let dearest = graph
             .dearest(&turns)
             .map_err(|fault| fault.of(&function.name))?;
-        let turned = |bytes: u64| {
-            let loops = dearest.turns.iter();
-            loops
-                .map(|(cost, stored)| (cost * bytes).div_ceil(*stored))
-                .max()
-        };
         let mut path = dearest.path;
-        if let Some(turned) = bytes.and_then(turned) {
+        if let Some(bytes) = bytes {
+            let turned = turned(&dearest.turns, bytes, has_whole_words(&function.name));
             path = path.then(&Dear::of(Path::of(begin, turned)));
         }
         if self.paths.once == Some(begin) {
@@ -353,7 +356,11 @@ impl Search<'_> {
             return self.function(target, None);
         }
         // Among themselves these routines pass on the remaining bytes.
-        let bytes = bytes.or_else(|| size_before(&function.instructions[..place], name));
+        let left = bytes.map(|bytes| match has_whole_words(&function.name) {
+            true => bytes % WORD,
+            false => bytes,
+        });
+        let bytes = left.or_else(|| size_before(&function.instructions[..place], name));
         let bytes = bytes
             .ok_or_else(|| WorstCaseError::Size(function.name.clone(), instruction.address))?;
         self.function(target, Some(bytes))
@@ -363,6 +370,29 @@ impl Search<'_> {
 /// True if a function is one of the runtime's routines that copy or clear memory.
 fn copies_or_clears(name: &str) -> bool {
     name.starts_with("__aeabi_mem") || name.contains("::mem::") || name == "memcpy"
+}
+
+/// Bytes of a word.
+const WORD: u64 = 4;
+
+/// True if such a routine is one for operands on whole words (Run-time ABI for the Arm Architecture, 4.3.4).
+fn has_whole_words(name: &str) -> bool {
+    name.starts_with("__aeabi_mem") && name.ends_with(['4', '8'])
+}
+
+/// Cost of all turns of such a routine's loops for `bytes` of them.
+fn turned(loops: &[Turn], bytes: u64, has_whole_words: bool) -> u64 {
+    let most = |bytes: u64, narrow: bool| {
+        let loops = loops.iter().filter(|one| one.is_narrow == narrow);
+        loops
+            .map(|one| (one.cost * bytes).div_ceil(one.stored))
+            .max()
+            .unwrap_or(0)
+    };
+    match has_whole_words {
+        true => most(bytes, false) + most(bytes % WORD, true),
+        false => most(bytes, false).max(most(bytes, true)),
+    }
 }
 
 /// The constant in the size's register before a call: r2 of a copy, r1 of a clearing (Run-time ABI for the Arm
@@ -420,8 +450,17 @@ struct Graph {
 struct Dearest {
     /// Of the dearest paths through it.
     path: Dear,
-    /// Of one turn of each of its loops, and the bytes that it stores, at least 1.
-    turns: Vec<(u64, u64)>,
+    /// One turn of each of its loops.
+    turns: Vec<Turn>,
+}
+
+/// One turn of a loop.
+struct Turn {
+    cost: u64,
+    /// Bytes that it stores, at least 1.
+    stored: u64,
+    /// True if it stores parts of words.
+    is_narrow: bool,
 }
 
 /// A loop that cannot be bounded, by its head.
@@ -454,7 +493,13 @@ impl Graph {
         for (head, body) in loops {
             let most = turns(head).ok_or(Fault::Unbounded(head))?;
             let stored = self.stored_by_a_turn(&body);
-            one_turn.push((self.collapse(head, &body, most)?, stored));
+            let mut stores = body.iter().filter_map(|at| self.stored.get(at));
+            let is_narrow = stores.any(|bytes| (1..WORD).contains(bytes));
+            one_turn.push(Turn {
+                cost: self.collapse(head, &body, most)?,
+                stored,
+                is_narrow,
+            });
         }
         let all: BTreeSet<u64> = self.ways.keys().copied().collect();
         let path = self.dearest_within(self.entry, &all)?;
@@ -658,7 +703,7 @@ struct From {
 mod tests {
     use std::collections::{BTreeMap, BTreeSet};
 
-    use super::{Code, Paths, WorstCaseError, cost, size_before};
+    use super::{Code, Paths, WorstCaseError, cost, cycles, size_before};
     use crate::code::Function;
     use crate::flow::Instruction;
 
@@ -804,6 +849,51 @@ mod tests {
             bound([function("f", 0x100, &unsized_copy), copy()], |_, _| None),
             Err(WorstCaseError::Size("f".to_owned(), 0x100))
         );
+    }
+
+    #[test]
+    fn a_load_branches_only_if_it_loads_the_program_counter() {
+        let of = |first: u32, second: u32| {
+            let (_, mut one) = function("f", 0x100, &[(first, None, None)]);
+            one.instructions[0].second = second;
+            cycles(&one.instructions[0], 0)
+        };
+        // LDR.W r0 and pc, [r1]; STR.W r0, [r1]: 2 each, and a branch of 4.
+        assert_eq!([of(0xF8D1, 0x0000), of(0xF8D1, 0xF000)], [2, 6]);
+        assert_eq!(of(0xF8C1, 0x0000), 2);
+        // PUSH {r4, lr}, POP {r4, r5}, POP {r4, pc}: 1 and one a register.
+        assert_eq!([of(0xB510, 0), of(0xBC30, 0), of(0xBD10, 0)], [3, 3, 7]);
+        // STMDB sp!, {r4-r11, lr}; LDMIA sp!, {r4-r11, pc}.
+        assert_eq!([of(0xE92D, 0x4FF0), of(0xE8BD, 0x8FF0)], [10, 14]);
+    }
+
+    #[test]
+    fn a_routine_for_whole_words_stores_the_last_bytes_alone_one_by_one() {
+        let clearing = |name: &str| {
+            let lines = [
+                (NOP, None, None),
+                // STR, and back; STRB, and back.
+                (0x6008, None, None),
+                (BRANCH_IF_EQUAL, Some(0x202), None),
+                (0x7008, None, None),
+                (BRANCH_IF_EQUAL, Some(0x206), None),
+                (RETURN, None, None),
+            ];
+            function(name, 0x200, &lines)
+        };
+        // MOVS r1, #14; the call; return.
+        let caller = [
+            (0x210E, None, None),
+            (NOP, None, Some(0x200)),
+            (RETURN, None, None),
+        ];
+        let of = |name| {
+            let both = [function("f", 0x100, &caller), clearing(name)];
+            bound(both, |_, _| None)
+        };
+        // 3 of the caller, 6 of the path; 14/4 turns of 2 by words and 2 by bytes, or 14 by bytes.
+        assert_eq!(of("__aeabi_memclr4"), Ok(3 + 6 + 7 + 2 * 2));
+        assert_eq!(of("__aeabi_memclr"), Ok(3 + 6 + 14 * 2));
     }
 
     #[test]
