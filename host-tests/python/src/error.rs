@@ -3,6 +3,7 @@
 use pyo3::create_exception;
 use pyo3::exceptions::PyValueError;
 use pyo3::prelude::*;
+use rlg::import::mapping::questions::without_command;
 
 use crate::arguments::in_python;
 
@@ -26,7 +27,7 @@ impl Names {
     /// Returns a sentence of the command with these names.
     pub(crate) fn of(self, sentence: &str) -> String {
         match self {
-            Self::Arguments => in_python(sentence),
+            Self::Arguments => in_python(&without_command(sentence)),
             Self::Options => sentence.to_owned(),
         }
     }

@@ -81,15 +81,20 @@ def test_a_mistake_is_one_exception_with_its_parts(logged, tmp_path):
 
 
 def test_sentences_name_arguments_and_those_of_command_options(logged, tmp_path):
-    numbers = logged.gyro_deg_s[0]
+    gyros = dict(zip(["gx", "gy", "gz"], logged.gyro_deg_s))
     with pytest.raises(rlg.InputError) as caught:
-        rlg.Recording.from_arrays({"gx": numbers, "t [s]": logged.time_s})
-    assert 'unit={"gyro_rate": "UNIT"}' in str(caught.value) and 'map={"gx": "gyro_rate:x:UNIT"}' in caught.value.expected
-    assert "--" not in str(caught.value)
+        rlg.Recording.from_arrays(gyros | {"t [s]": logged.time_s})
+    question = 'gx, gy, gz: is taken for gyro_rate, but its unit stands nowhere: unit={"gyro_rate": "'
+    assert question in str(caught.value) and question in caught.value.expected
+    assert "--" not in str(caught.value) and "rlg import" not in str(caught.value)
+    with pytest.raises(rlg.InputError) as caught:
+        rlg.Recording.from_arrays({"gx": gyros["gx"], "t [s]": logged.time_s})
+    assert 'map={"COLUMN": "gyro_rate:AXIS:UNIT"}' in caught.value.expected and "--" not in str(caught.value)
 
     file = tmp_path / "log.csv"
-    np.savetxt(file, np.column_stack([logged.time_s, numbers]), delimiter=",", header="t [s],gx", comments="")
-    with pytest.raises(rlg.InputError, match="--unit gyro_rate:UNIT"):
+    table = np.column_stack([logged.time_s, *gyros.values()])
+    np.savetxt(file, table, delimiter=",", header="t [s],gx,gy,gz", comments="")
+    with pytest.raises(rlg.InputError, match="rlg import .* --unit gyro_rate:"):
         rlg.command("import", file, "--out", tmp_path / "log")
     for given, words in [({"map": {"gx": "speed"}}, "map="), ({"rate": "fast"}, "rate="), ({"euler": "abc"}, "euler=")]:
         with pytest.raises(rlg.InputError) as caught:

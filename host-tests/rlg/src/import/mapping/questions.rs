@@ -27,6 +27,19 @@ impl Question {
     }
 }
 
+/// Remark that an option takes all guesses.
+const BY_OPTION: &str = " (--yes takes them)";
+/// Beginning of the line with the command to paste.
+const COMMAND: &str = "\n    ";
+
+/// Returns a message of [`ask`] for callers without a command line: without the command to paste and its option.
+pub fn without_command(message: &str) -> String {
+    let (before, after) = message.split_once(COMMAND).unwrap_or((message, ""));
+    let (_, questions) = after.split_once('\n').unwrap_or(("", after));
+    let separator = if questions.is_empty() { "" } else { "\n" };
+    format!("{}{separator}{questions}", before.replace(BY_OPTION, ""))
+}
+
 /// Makes the one message of all questions; `command` is the command line so far, words unquoted.
 pub fn ask(file: &Path, questions: &[Question], command: &[String]) -> InputError {
     let mut words: Vec<String> = command.to_vec();
@@ -41,10 +54,13 @@ pub fn ask(file: &Path, questions: &[Question], command: &[String]) -> InputErro
         more => format!("{more} answers"),
     };
     let how = match all_guessed {
-        true => "these guesses, or others in their place (--yes takes them)",
-        false => "these guesses, or others in their place, and a value for each word in capitals",
+        true => BY_OPTION,
+        false => ", and a value for each word in capitals",
     };
-    let mut text = format!("{how}:\n    {}", words.join(" "));
+    let mut text = format!(
+        "these guesses, or others in their place{how}:{COMMAND}{}",
+        words.join(" ")
+    );
     for question in questions {
         // Writing to a String cannot fail.
         let (asks, evidence) = (&question.asks, &question.evidence);
