@@ -199,8 +199,8 @@ impl Import {
             );
         }
         let site = self.site()?;
-        let [samples, slow, pulse] = crate::import::bank::TABLES;
-        self.keep_input(&[samples, slow, pulse, MANIFEST, MODEL])?;
+        let [samples, slow] = crate::import::bank::TABLES;
+        self.keep_input(&[samples, slow, MANIFEST, MODEL])?;
         let request = import_bank::Request {
             file: self.file_itself(),
             params: self.params.as_deref(),

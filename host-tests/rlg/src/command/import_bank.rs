@@ -59,14 +59,17 @@ pub(super) fn run(
 fn say(request: &Request<'_>, imported: &Imported, parameters: &Parameters, terminal: &Terminal) {
     let tables = &imported.recording.tables;
     let slow = tables.iter().skip(1).map(|table| table.channels.len());
+    let mut channels = tables[0].channels.iter();
+    let has_stamps = channels.any(|channel| channel.quantity == Quantity::TimeSincePulse);
     terminal.say(format!(
-        "{}: {} frames in {} rows at {} Hz in {}, {} slow channels; {} frames came again, {} bytes skipped",
+        "{}: {} frames in {} rows at {} Hz in {}, {} slow channels, {} pulse per second; {} frames came again, {} bytes skipped",
         request.file.display(),
         imported.frames,
         tables[0].rows,
         parameters.sample_rate_hz,
         request.target.display(),
         slow.sum::<usize>(),
+        if has_stamps { "a" } else { "no" },
         imported.repeated,
         imported.bytes_skipped,
     ));

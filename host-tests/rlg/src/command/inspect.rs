@@ -11,8 +11,11 @@ use super::block::Block;
 use crate::error::InputError;
 use crate::health_check::{Crossing, Relation, SlowChannel, slow_channels};
 use crate::limits_file;
-use crate::recording::{Channel, Clock, Recording, Table};
+use crate::recording::{Channel, Clock, Quantity, Recording, Table};
 use crate::terminal::Terminal;
+
+/// Least width of a column's name in the list.
+const COLUMN_WIDTH: usize = 12;
 
 /// Largest number of crossings of a channel that are printed; the result holds all.
 const CROSSINGS_SAID: usize = 5;
@@ -175,7 +178,10 @@ fn health_text(channels: &[SlowChannel]) -> String {
         };
         let range = channel.range.map_or_else(
             || "nothing measured".to_owned(),
-            |[least, largest]| format!("{least:.5} to {largest:.5}"),
+            |[least, largest]| match channel.quantity {
+                Quantity::PathLengthResets => format!("{least} to {largest}"),
+                _ => format!("{least:.5} to {largest:.5}"),
+            },
         );
         let unit = channel.quantity.unit().filter(|unit| *unit != "1");
         let _ = write!(
@@ -284,9 +290,11 @@ impl Inventory {
                 "\n\n{}: {} rows at {:.3} Hz{clock}, {:.3} s to {:.3} s\n",
                 table.file, table.rows, table.rate_hz, table.start_s, table.end_s
             );
+            let names = table.channels.iter().map(|channel| channel.column.len());
+            let width = names.fold(COLUMN_WIDTH, usize::max);
             let _ = write!(
                 out,
-                "  {:<12} {:<22} {:<4} {:<6} {:>9} {:>13} {:>13} {:>13}",
+                "  {:<width$} {:<22} {:<4} {:<6} {:>9} {:>13} {:>13} {:>13}",
                 "column", "quantity", "axis", "unit", "missing", "least", "mean", "greatest"
             );
             for channel in &table.channels {
@@ -294,7 +302,7 @@ impl Inventory {
                     |value: Option<f64>| value.map_or("-".to_owned(), |v| format!("{v:.5e}"));
                 let _ = write!(
                     out,
-                    "\n  {:<12} {:<22} {:<4} {:<6} {:>7.3} % {:>13} {:>13} {:>13}",
+                    "\n  {:<width$} {:<22} {:<4} {:<6} {:>7.3} % {:>13} {:>13} {:>13}",
                     channel.column,
                     channel.quantity,
                     channel.axis.as_deref().unwrap_or("-"),

@@ -2,9 +2,9 @@
 //!
 //! Layout in [`trueaxis::counter_bank`]. The bytes have no marks between frames: a frame is 48 bytes whose check sum is right,
 //! and after damage the search goes on byte by byte until two frames follow each other. [`Imported`] has a row a sampling period:
-//! `gx|gy|gz` \[pulses\], the pickoffs `px|py|pz` \[rad\], with accelerometers `vx|vy|vz` \[m/s\]; and in tables of their own the
-//! slow channels, a row a round, and the time since the pulse per second, a row a frame that has one. Weights and rate are those of
-//! the unit's parameter block.
+//! `gx|gy|gz` \[pulses\], the pickoffs `px|py|pz` \[rad\], with accelerometers `vx|vy|vz` \[m/s\], and the time since the pulse
+//! per second, if any frame has one; and in a table of their own the slow channels, a row a round. Weights and rate are those of the
+//! unit's parameter block.
 //!
 //! A row whose frame is lost is not measured. The counts of the first row and of the row after a gap are known only as a sum with
 //! those before, and are not measured either; the sum over a gap is in [`Gap`].
@@ -27,7 +27,7 @@ const LONGEST_GAP_ROWS: u16 = 32_768;
 const SURE: usize = 4;
 
 /// The tables' files.
-pub const TABLES: [&str; 3] = ["samples.parquet", "slow.parquet", "pulse.parquet"];
+pub const TABLES: [&str; 2] = ["samples.parquet", "slow.parquet"];
 
 /// Resolution of a stamp \[s\].
 const STAMP_WEIGHT_S: f64 = 1.0 / 16e6;
@@ -148,8 +148,8 @@ struct Rows {
     turn: u8,
     /// Rounds: number of rows at their end, and the codes.
     rounds: Vec<(usize, [Option<i16>; CHANNELS])>,
-    /// Stamps: number of rows at their latch, and the code.
-    stamps: Vec<(usize, u32)>,
+    /// Time since the pulse at each row's end \[s\].
+    stamps_s: Vec<f64>,
 }
 
 impl Rows {
@@ -189,6 +189,10 @@ impl Rows {
             self.push(counts.map(f64::from), pickoffs, velocities.map(f64::from));
             return;
         }
+        // Longer than a round: what comes next is of another one.
+        if usize::from(step) > CHANNELS {
+            self.end_round(self.counts[0].len());
+        }
         self.gaps.push(Gap {
             row: self.counts[0].len() as u64,
             rows: u64::from(step - 1),
@@ -200,7 +204,9 @@ impl Rows {
         self.push(LOST, pickoffs, LOST);
     }
 
+    /// Adds a row, without a stamp yet.
     fn push(&mut self, counts: [f64; 3], pickoff_codes: [f64; 3], velocity_codes: [f64; 3]) {
+        self.stamps_s.push(f64::NAN);
         for axis in 0..3 {
             self.counts[axis].push(counts[axis]);
             self.pickoff_codes[axis].push(pickoff_codes[axis]);
@@ -211,27 +217,36 @@ impl Rows {
     /// Takes the slow channel and the stamp of the last row.
     fn slow(&mut self, service: &BankService) {
         let rows = self.counts[0].len();
-        if service.since_pulse < BankService::NO_PULSE {
-            self.stamps.push((rows, service.since_pulse));
+        if let Some(stamp_s) = self
+            .stamps_s
+            .last_mut()
+            .filter(|_| service.since_pulse < BankService::NO_PULSE)
+        {
+            *stamp_s = f64::from(service.since_pulse) * STAMP_WEIGHT_S;
         }
         if usize::from(service.channel) >= CHANNELS {
             return;
         }
         // A number that is not above the last begins the next round.
-        if service.channel <= self.turn && self.round.iter().any(Option::is_some) {
-            self.rounds
-                .push((rows - 1, std::mem::take(&mut self.round)));
+        if service.channel <= self.turn {
+            self.end_round(rows - 1);
         }
         self.turn = service.channel;
         self.round[usize::from(service.channel)] = Some(service.value);
     }
 
+    /// Ends a round of channels, if one has begun, after so many rows.
+    fn end_round(&mut self, rows: usize) {
+        let round = std::mem::take(&mut self.round);
+        if round.iter().any(Option::is_some) {
+            self.rounds.push((rows, round));
+        }
+    }
+
     fn into_tables(mut self, parameters: &Parameters) -> Vec<Table> {
         let rate_hz = parameters.sample_rate_hz;
         let rows = self.counts[0].len();
-        if self.round.iter().any(Option::is_some) {
-            self.rounds.push((rows, self.round));
-        }
+        self.end_round(rows);
         let mut channels = triad("g", &Quantity::GyroCount, [1.0; 3], self.counts);
         channels.extend(triad(
             "p",
@@ -247,6 +262,16 @@ impl Rows {
                 self.velocity_codes,
             ));
         }
+        if self.stamps_s.iter().any(|stamp_s| stamp_s.is_finite()) {
+            channels.push(Channel {
+                column: Quantity::TimeSincePulse.name().to_owned(),
+                quantity: Quantity::TimeSincePulse,
+                axis: None,
+                scale: STAMP_WEIGHT_S,
+                offset: 0.0,
+                values: self.stamps_s,
+            });
+        }
         let samples = Table {
             file: TABLES[0].to_owned(),
             clock: Clock::Uniform {
@@ -256,34 +281,18 @@ impl Rows {
             rows,
             channels,
         };
-        let stamped = |file: &str, rows: Vec<usize>, channels: Vec<Channel>| Table {
-            file: file.to_owned(),
-            rows: rows.len(),
+        let channels = slow_channels(&self.rounds);
+        let ends = self.rounds.iter().map(|(rows, _)| *rows as f64 / rate_hz);
+        let slow = (!channels.is_empty()).then(|| Table {
+            file: TABLES[1].to_owned(),
+            rows: self.rounds.len(),
             clock: Clock::Stamped {
                 column: "time_s".to_owned(),
-                stamps_s: rows.iter().map(|rows| *rows as f64 / rate_hz).collect(),
+                stamps_s: ends.collect(),
             },
             channels,
-        };
-        let slow = slow_channels(&self.rounds);
-        let slow_rows = self.rounds.iter().map(|(rows, _)| *rows).collect();
-        let slow = (!slow.is_empty()).then(|| stamped(TABLES[1], slow_rows, slow));
-        let (stamp_rows, codes): (Vec<usize>, Vec<u32>) = self.stamps.into_iter().unzip();
-        let pulse = (!codes.is_empty()).then(|| {
-            let channel = Channel {
-                column: Quantity::TimeSincePulse.name().to_owned(),
-                quantity: Quantity::TimeSincePulse,
-                axis: None,
-                scale: STAMP_WEIGHT_S,
-                offset: 0.0,
-                values: codes
-                    .iter()
-                    .map(|code| f64::from(*code) * STAMP_WEIGHT_S)
-                    .collect(),
-            };
-            stamped(TABLES[2], stamp_rows, vec![channel])
         });
-        std::iter::once(samples).chain(slow).chain(pulse).collect()
+        std::iter::once(samples).chain(slow).collect()
     }
 }
 

@@ -117,11 +117,12 @@ fn every_code_of_the_frames_comes_back() {
             }
         }
     }
-    let pulse = table(&recording, "pulse.parquet");
-    assert_eq!(pulse.rows, 320);
     // 4000/16 µs a row, at the row's end.
-    let values = &pulse.channels[0].values;
-    assert!((values[319] - 319.0 * 250e-6).abs() < 1e-12);
+    let stamps = &recording.tables[0].channels[9];
+    assert_eq!(stamps.quantity, Quantity::TimeSincePulse);
+    for (row, stamp_s) in stamps.values.iter().enumerate() {
+        assert!((stamp_s - row as f64 * 250e-6).abs() < 1e-12, "row {row}");
+    }
     let model = rlg::model::Model::read(bench.at("run").join("model.toml")).expect("a model");
     assert_eq!(model.gyro.pulse_weight_rad, [3.9e-6; 3]);
 }
@@ -172,6 +173,28 @@ fn damage_costs_the_frames_that_it_touches_and_is_said() {
         assert_eq!(pickoffs[row].is_nan(), is_lost, "row {row}");
         assert_eq!(counts[row].is_nan(), is_in_gap, "row {row}");
     }
+}
+
+/// Channels 0 to 3 of round 3 and the rest of round 5 are two rows, and not one.
+#[test]
+fn rounds_on_either_side_of_a_gap_stay_apart() {
+    let bench = Bench::new();
+    params(&bench);
+    bench.write("spi.bin", stream((0..52).chain(84..320)));
+    bench.json(&IMPORT);
+    let recording = Recording::read(bench.at("run")).expect("a recording");
+    let slow = table(&recording, "slow.parquet");
+    let code_of = |channel: usize, row: usize| slow.channels[channel].values[row];
+    // Rounds 0 to 3, 5 to 19.
+    assert_eq!(slow.rows, 19);
+    assert_eq!(code_of(3, 3) * 16384.0, f64::from(code(3, 3)));
+    assert!(code_of(4, 3).is_nan() && code_of(3, 4).is_nan());
+    assert_eq!(code_of(4, 4) * 16384.0, f64::from(code(4, 5)));
+    assert_eq!(code_of(9, 5), f64::from(code(9, 6)));
+    let rlg::recording::Clock::Stamped { stamps_s, .. } = &slow.clock else {
+        panic!("stamps");
+    };
+    assert_eq!(stamps_s[3..5], [52.0 / 2000.0, 96.0 / 2000.0]);
 }
 
 #[test]

@@ -36,7 +36,7 @@ fn inspect_has_each_stretch_beyond_a_limit_with_its_times() {
         "--out",
         "params.bin",
     ]);
-    let (result, words) = bench.json(&["inspect", "run", "--limits", "limits.toml"]);
+    let (result, _) = bench.json(&["inspect", "run", "--limits", "limits.toml"]);
     let (by_block, _) = bench.json(&["inspect", "run", "--limits", "params.bin"]);
     assert_eq!(result, by_block);
     // Relation, limit, first and last row; e^-t/0.1 = 0.7 at 36 ms.
