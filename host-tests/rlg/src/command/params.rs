@@ -59,11 +59,11 @@ pub struct Params {
     /// Generation of the block: of two valid ones in flash the later is used
     #[arg(long, default_value_t = 0)]
     generation: u32,
-    /// Number of the unit that the block is for, up to 12 characters or 24 hexadecimal digits; another unit refuses the block, and the
-    /// SHA-256 of the model's file stands beside it
+    /// Number of the unit that the block is for, up to 12 characters or 24 hexadecimal digits; a unit of another number refuses the
+    /// block, and the SHA-256 of the model's file stands beside it
     #[arg(long, value_name = "NUMBER")]
     unit_number: Option<String>,
-    /// Date of the calibration, YYYY-MM-DD; without it the block says that none is known
+    /// Date of the calibration, YYYY-MM-DD; without it the block's date is unknown
     #[arg(long, value_name = "DATE", requires = "unit_number")]
     calibrated: Option<String>,
     /// Limits of temperatures, laser intensity, path-length control, dither and pulse per second: a TOML file, keys in docs/files.md

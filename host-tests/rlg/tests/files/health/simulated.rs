@@ -87,8 +87,7 @@ fn stamps_follow_the_pulses_and_the_clock() {
         // Pulses at 0.25 s and 1.25 s; the one due at 2.25 s is lost, and a stamp ends at 1.0486 s.
         let pulse_s = [0.25, 1.25]
             .into_iter()
-            .filter(|pulse_s| *pulse_s <= time_s + 1e-9)
-            .last();
+            .rfind(|pulse_s| *pulse_s <= time_s + 1e-9);
         match pulse_s.map(|pulse_s| (time_s - pulse_s) * 1.00003) {
             Some(due) if due < 1.04857594 => {
                 assert!(
@@ -277,4 +276,94 @@ fn a_diagnosis_passes_over_the_slow_channels() {
     }
     assert_eq!(verdicts[0], verdicts[1]);
     assert!(verdicts[0].0.is_string());
+}
+
+#[test]
+fn a_table_of_slow_channels_comes_back_from_text_by_its_own_names() {
+    let bench = Bench::new();
+    let first = simulated(&bench, &(UNIT.to_owned() + FAULTS));
+    bench.json(&["export", "run", "--out", "h.csv"]);
+    let unit = "gyro_count:3.9e-6*rad";
+    bench.json(&[
+        "import",
+        "h.csv",
+        "h-slow.csv",
+        "--unit",
+        unit,
+        "--out",
+        "again",
+    ]);
+    let again = Recording::read(bench.at("again")).expect("a recording");
+    let of = |recording: &Recording| -> Vec<(Quantity, Option<String>, Vec<u64>)> {
+        let channels = recording.tables.iter().flat_map(|table| &table.channels);
+        let health = channels.filter(|channel| Quantity::HEALTH.contains(&channel.quantity));
+        let bits = |values: &[f64]| {
+            // One sort of NaN.
+            let bits = values
+                .iter()
+                .map(|value| if value.is_nan() { f64::NAN } else { *value });
+            bits.map(f64::to_bits).collect()
+        };
+        health
+            .map(|one| (one.quantity.clone(), one.axis.clone(), bits(&one.values)))
+            .collect()
+    };
+    assert_eq!(of(&first).len(), 13);
+    assert_eq!(of(&again), of(&first));
+}
+
+#[test]
+fn channels_in_another_unit_or_on_no_axis_of_theirs_are_refused() {
+    let bench = Bench::new();
+    simulated(&bench, UNIT);
+    let manifest = fs::read_to_string(bench.at("run/recording.toml")).expect("the manifest");
+    let refused = |column: &str, from: &str, to: &str, parts: &[&str]| {
+        let place = manifest
+            .find(&format!("column = \"{column}\""))
+            .expect("the column");
+        let (head, tail) = manifest.split_at(place);
+        assert!(tail.contains(from), "{from}");
+        bench.write(
+            "run/recording.toml",
+            head.to_owned() + &tail.replacen(from, to, 1),
+        );
+        let words = bench.refused(&["inspect", "run"]);
+        for part in [column].iter().chain(parts) {
+            assert!(words.contains(part), "no {part} in {words}");
+        }
+    };
+    let stamp = "quantity = \"time_since_pulse\"";
+    let with_axis = format!("{stamp}\naxis = \"x\"");
+    refused(
+        "time_since_pulse",
+        stamp,
+        &with_axis,
+        &["cannot have this axis", "expected no axis"],
+    );
+    let in_volts = format!("{stamp}\nunit = \"V\"");
+    refused(
+        "time_since_pulse",
+        stamp,
+        &in_volts,
+        &["another unit", "s, ms, us, ns"],
+    );
+    let intensity = "quantity = \"laser_intensity\"";
+    refused(
+        "laser_intensity_y",
+        intensity,
+        "quantity = \"laser_intensty\"",
+        &["laser_intensty", "laser_intensity"],
+    );
+    refused(
+        "laser_intensity_y",
+        "axis = \"y\"",
+        "axis = \"w\"",
+        &["cannot have this axis"],
+    );
+    refused(
+        "laser_intensity_y",
+        "scale = 6.103515625e-5",
+        "scale = 1.0",
+        &["cannot be in 1", "twice nominal"],
+    );
 }

@@ -34,7 +34,6 @@ fn unit(listener: UnixListener, flash: Nor<4>) -> Nor<4> {
             }
         }
     }
-    drop(service);
     flash
 }
 
