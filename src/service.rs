@@ -23,7 +23,7 @@
 //! | 14 | flash reported an error | 0 |
 //! | 15 | flash differs from the bytes written | 0 |
 //! | 16 | there is no such request | its kind |
-//! | 17 | the block is that of another unit | the last four bytes of that unit's number |
+//! | 17 | the block is that of another unit | the last four bytes of this unit's number |
 //! | 18 | an item of the block is not known, or not of this version | its kind |
 //!
 //! The caller brings the bytes, the flash and the state of the supply, and starts the unit anew if [`Reply::restart`]
@@ -50,7 +50,7 @@ pub const TERM_ABSENT: u8 = 11;
 /// The outcome of an unknown kind of request.
 pub const UNKNOWN: u8 = 16;
 
-/// The outcome of a block of another unit; the end of its number is the detail.
+/// The outcome of a block of another unit; the end of this unit's number is the detail.
 pub const FOREIGN: u8 = 17;
 
 /// The outcome of a block with an item that is not known.
@@ -96,14 +96,15 @@ fn outcome<E>(error: &UploadError<E>) -> (u8, u32) {
             BlockError::Checksum { computed, .. } => (8, *computed),
             BlockError::Accelerometers(byte) => (9, u32::from(*byte)),
             BlockError::Response(_) => (10, 0),
-            BlockError::Foreign(unit) => (FOREIGN, unit.short()),
             BlockError::Item(kind) => (ITEM_UNKNOWN, u32::from(*kind)),
             BlockError::Parameter(error) => of_parameter(error),
         },
+        UploadError::OtherUnit(own) => (FOREIGN, own.short()),
         UploadError::SupplyLow => (13, 0),
         UploadError::Slot(error) => match error {
             SlotError::Parameter(error) => of_parameter(error),
-            SlotError::Foreign(unit) => (FOREIGN, unit.short()),
+            // Blocks of other units do not come as far as a slot.
+            SlotError::Foreign(_) => (FOREIGN, 0),
             SlotError::Layout | SlotError::Flash(_) => (14, 0),
             SlotError::Verify => (15, 0),
         },

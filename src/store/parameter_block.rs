@@ -115,8 +115,6 @@ pub enum BlockError {
     Accelerometers(u8),
     /// An item of this kind is not known, is of another version or length, or stands twice.
     Item(u16),
-    /// The block is that of this unit, and not of the one that reads it.
-    Foreign(UnitNumber),
     /// The block is whole, but a parameter is out of range.
     Parameter(ParameterError),
 }
@@ -152,9 +150,6 @@ impl fmt::Display for BlockError {
                 "parameter block has an item {kind:#06x} that is unknown, of another version or length, or there twice; \
                  expected {LIMITS:#06x} or {IDENTITY:#06x} of version {ITEM_VERSION}"
             ),
-            Self::Foreign(unit) => {
-                write!(f, "parameter block is that of unit {unit}, not of this one")
-            }
             Self::Parameter(error) => error.fmt(f),
         }
     }

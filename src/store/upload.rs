@@ -10,6 +10,7 @@ use core::fmt;
 
 use embedded_storage::nor_flash::NorFlash;
 
+use crate::chain::identity::UnitNumber;
 use crate::chain::parameters::Parameters;
 use crate::store::parameter_block::{BlockError, LARGEST_BLOCK_BYTES, PARAMETER_BLOCK_BYTES};
 use crate::store::parameter_slots::{Build, ParameterSlots, SlotError};
@@ -29,6 +30,8 @@ pub enum UploadError<E> {
     Unfinished(u16),
     /// The bytes are no block, or a parameter is out of range.
     Block(BlockError),
+    /// The block names another unit than this one, which has this number.
+    OtherUnit(UnitNumber),
     /// The supply is not known to suffice for erasing and programming.
     SupplyLow,
     /// The block was not stored.
@@ -50,6 +53,7 @@ impl<E: fmt::Debug> fmt::Display for UploadError<E> {
                 write!(f, "parameter block not whole: {received} bytes received")
             }
             Self::Block(error) => error.fmt(f),
+            Self::OtherUnit(own) => write!(f, "parameter block of another unit than {own}"),
             Self::SupplyLow => f.write_str("the supply is too low to write flash"),
             Self::Slot(error) => error.fmt(f),
         }
@@ -143,8 +147,8 @@ impl Upload {
         if let Some(named) = parameters.identity.map(|identity| identity.unit) {
             let own = slots.unit_in_force(&mut parameters);
             let own = own.map_err(|error| UploadError::Slot(SlotError::Flash(error)))?;
-            if own.is_some_and(|own| own != named) {
-                return Err(UploadError::Block(BlockError::Foreign(named)));
+            if let Some(own) = own.filter(|own| *own != named) {
+                return Err(UploadError::OtherUnit(own));
             }
         }
         if !supply_suffices {

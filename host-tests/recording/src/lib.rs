@@ -90,6 +90,16 @@ pub enum Quantity {
     ReferenceIncrement,
     /// One component of the unit quaternion, body to navigation frame, at the row's end.
     ReferenceAttitude,
+    /// Intensity of the laser over nominal \[1\], at the row's end.
+    LaserIntensity,
+    /// Drive of the path-length control over its range \[1\], at the row's end.
+    PathLengthDrive,
+    /// Resets of the path-length control since the unit's start \[1\], at the row's end.
+    PathLengthResets,
+    /// Drive of the dither over nominal \[1\], at the row's end.
+    DitherDrive,
+    /// Time from the last pulse per second to the row's end \[s\].
+    TimeSincePulse,
     /// Quantity outside the contract, by its name in the file.
     Other(String),
 }

@@ -20,6 +20,9 @@ pub const MANIFEST: &str = "recording.toml";
 /// Name of case rates in the file, read as [`Quantity::ReferenceIncrement`]: rate times period.
 const REFERENCE_RATE: &str = "reference_rate";
 
+/// Axis expected of a quantity of the whole unit.
+const NO_AXIS: &str = "no axis: it is one of the whole unit";
+
 /// Sampling at the row's end.
 pub(super) const INSTANT: &str = "instant";
 
@@ -307,6 +310,7 @@ impl ChannelEntry {
                 matches!(axis, None | Some("x" | "y" | "z")),
                 "\"x\", \"y\", \"z\" or no axis",
             ),
+            AxisRule::Absent => (axis.is_none(), NO_AXIS),
             AxisRule::Quaternion => (
                 matches!(axis, Some("w" | "x" | "y" | "z")),
                 "\"w\", \"x\", \"y\" or \"z\"",
@@ -322,7 +326,10 @@ impl ChannelEntry {
             return Err(InputError::new(path, problem)
                 .channel(name)
                 .value(axis.map_or("none".to_owned(), |axis| format!("{axis:?}")))
-                .expected(format!("axis = {expected}")));
+                .expected(match expected {
+                    NO_AXIS => NO_AXIS.to_owned(),
+                    labels => format!("axis = {labels}"),
+                }));
         }
         let fits = |unit: Unit| {
             let is_count = quantity == Quantity::GyroCount;

@@ -12,6 +12,8 @@ pub enum AxisRule {
     Body,
     /// x, y, z or none: a thermometer may belong to a gyro or to the whole unit.
     BodyOrNone,
+    /// No axis: a quantity of the whole unit.
+    Absent,
     /// One of w, x, y, z.
     Quaternion,
     /// Any label: a quantity outside the contract.
@@ -52,6 +54,12 @@ const STRONGEST_FIELD_T: f64 = 1.0;
 /// Upper bound of a unit quaternion's component: 1, plus rounding of the storage.
 const LARGEST_COMPONENT: f64 = 1.001;
 
+/// Upper bound of an intensity or drive over nominal: the end of the bank's code, which is twice nominal.
+const LARGEST_SHARE: f64 = 2.0;
+
+/// Upper bound of a time since a pulse per second \[s\]: the end of the bank's stamp.
+const LONGEST_SINCE_PULSE_S: f64 = 1.05;
+
 impl Quantity {
     /// Quantities of gyros, the least processed first.
     pub const GYROS: [Self; 3] = [Self::GyroCount, Self::GyroIncrement, Self::GyroRate];
@@ -79,6 +87,11 @@ impl Quantity {
             "magnetic_field" => Self::MagneticField,
             "reference_increment" => Self::ReferenceIncrement,
             "reference_attitude" => Self::ReferenceAttitude,
+            "laser_intensity" => Self::LaserIntensity,
+            "path_length_drive" => Self::PathLengthDrive,
+            "path_length_resets" => Self::PathLengthResets,
+            "dither_drive" => Self::DitherDrive,
+            "time_since_pulse" => Self::TimeSincePulse,
             other => Self::Other(other.to_owned()),
         }
     }
@@ -96,12 +109,17 @@ impl Quantity {
             Self::MagneticField => "magnetic_field",
             Self::ReferenceIncrement => "reference_increment",
             Self::ReferenceAttitude => "reference_attitude",
+            Self::LaserIntensity => "laser_intensity",
+            Self::PathLengthDrive => "path_length_drive",
+            Self::PathLengthResets => "path_length_resets",
+            Self::DitherDrive => "dither_drive",
+            Self::TimeSincePulse => "time_since_pulse",
             Self::Other(name) => name,
         }
     }
 
     /// Quantities of the contract.
-    pub const LISTED: [Self; 10] = [
+    pub const LISTED: [Self; 15] = [
         Self::GyroCount,
         Self::GyroIncrement,
         Self::GyroRate,
@@ -112,6 +130,20 @@ impl Quantity {
         Self::MagneticField,
         Self::ReferenceIncrement,
         Self::ReferenceAttitude,
+        Self::LaserIntensity,
+        Self::PathLengthDrive,
+        Self::PathLengthResets,
+        Self::DitherDrive,
+        Self::TimeSincePulse,
+    ];
+
+    /// Quantities of the unit's health, which no diagnosis uses.
+    pub const HEALTH: [Self; 5] = [
+        Self::LaserIntensity,
+        Self::PathLengthDrive,
+        Self::PathLengthResets,
+        Self::DitherDrive,
+        Self::TimeSincePulse,
     ];
 
     /// Meaning of a row's value, for `docs/files.md`.
@@ -133,6 +165,17 @@ impl Quantity {
             Self::ReferenceAttitude => {
                 "unit quaternion, body to navigation frame, at the row's end: axes `w`, `x`, `y`, `z`"
             }
+            Self::LaserIntensity => "intensity of the laser over nominal, at the row's end",
+            Self::PathLengthDrive => {
+                "drive of the path-length control over its range, -1 to 1, at the row's end"
+            }
+            Self::PathLengthResets => {
+                "resets of the path-length control since the unit's start, at the row's end"
+            }
+            Self::DitherDrive => "drive of the dither over nominal, at the row's end",
+            Self::TimeSincePulse => {
+                "time from the last pulse per second to the row's end, by the unit's clock; no axis"
+            }
             Self::Other(_) => "kept, and offered to the search for unlisted physics",
         }
     }
@@ -140,7 +183,13 @@ impl Quantity {
     /// Unit of the values after scale and offset; `None` for a quantity outside the contract.
     pub fn unit(&self) -> Option<&'static str> {
         Some(match self {
-            Self::GyroCount | Self::ReferenceAttitude => "1",
+            Self::GyroCount
+            | Self::ReferenceAttitude
+            | Self::LaserIntensity
+            | Self::PathLengthDrive
+            | Self::PathLengthResets
+            | Self::DitherDrive => "1",
+            Self::TimeSincePulse => "s",
             Self::GyroIncrement | Self::DitherAngle | Self::ReferenceIncrement => "rad",
             Self::GyroRate => "rad/s",
             Self::SpecificForce => "m/s^2",
@@ -156,6 +205,7 @@ impl Quantity {
         match self {
             Self::Temperature => AxisRule::BodyOrNone,
             Self::ReferenceAttitude => AxisRule::Quaternion,
+            Self::TimeSincePulse => AxisRule::Absent,
             Self::Other(_) => AxisRule::Free,
             _ => AxisRule::Body,
         }
@@ -177,7 +227,7 @@ impl Quantity {
             })
         };
         match self {
-            Self::GyroCount | Self::Other(_) => None,
+            Self::GyroCount | Self::PathLengthResets | Self::Other(_) => None,
             Self::GyroIncrement | Self::ReferenceIncrement => bound(
                 0.0,
                 FASTEST_RAD_S * period_s,
@@ -217,6 +267,21 @@ impl Quantity {
                 0.0,
                 LARGEST_COMPONENT,
                 "no component of a unit quaternion exceeds 1",
+            ),
+            Self::LaserIntensity | Self::DitherDrive => bound(
+                0.0,
+                LARGEST_SHARE,
+                "more than twice nominal: is it in volts, per cent or converter codes?",
+            ),
+            Self::PathLengthDrive => bound(
+                0.0,
+                LARGEST_COMPONENT,
+                "beyond the control's range: is it in volts or converter codes?",
+            ),
+            Self::TimeSincePulse => bound(
+                0.0,
+                LONGEST_SINCE_PULSE_S,
+                "longer than from pulse to pulse: is it in milliseconds or microseconds?",
             ),
         }
     }

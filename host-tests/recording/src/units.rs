@@ -210,7 +210,12 @@ impl Dimension {
             Quantity::VelocityIncrement => Self::Velocity,
             Quantity::Temperature => Self::Temperature,
             Quantity::MagneticField => Self::Field,
-            Quantity::ReferenceAttitude => Self::Number,
+            Quantity::ReferenceAttitude
+            | Quantity::LaserIntensity
+            | Quantity::PathLengthDrive
+            | Quantity::PathLengthResets
+            | Quantity::DitherDrive => Self::Number,
+            Quantity::TimeSincePulse => Self::Time,
             Quantity::Other(_) => return None,
         })
     }

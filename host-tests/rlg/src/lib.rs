@@ -20,6 +20,10 @@ pub mod import;
 
 pub mod export;
 
+pub mod health_check;
+
+pub mod limits_file;
+
 pub mod plan_file;
 
 pub mod plausibility;

@@ -40,6 +40,8 @@ pub struct BlockDither {
     /// Number of the first half-cycle in `amplitudes_rad`.
     first: usize,
     amplitudes_rad: VecDeque<f64>,
+    /// Stretches with another amplitude: begin, end \[s\], factor.
+    factors: Vec<[f64; 3]>,
 }
 
 impl BlockDither {
@@ -70,10 +72,18 @@ impl BlockDither {
             left: half_cycles,
             first: 0,
             amplitudes_rad: VecDeque::new(),
+            factors: Vec::new(),
         };
         dither.deviation = dither.rng.sample(StandardNormal);
         dither.reach(begin_s);
         dither
+    }
+
+    /// Multiplies the amplitude of the half-cycles that begin in each of some stretches, \[start, end) and factor.
+    #[must_use]
+    pub fn with_factors(mut self, factors: Vec<[f64; 3]>) -> Self {
+        self.factors = factors;
+        self
     }
 
     /// Draws the amplitudes until `time_s`; drops those more than `KEPT_S` before it.
@@ -134,6 +144,20 @@ impl BlockDither {
         let place = self.half_cycle(time_s).saturating_sub(self.first);
         let last = self.amplitudes_rad.len() - 1;
         debug_assert!(place <= last || self.left == 0, "not reached yet");
-        (self.amplitudes_rad[place.min(last)], self.phase(time_s))
+        let amplitude_rad = self.amplitudes_rad[place.min(last)] * self.factor(time_s);
+        (amplitude_rad, self.phase(time_s))
+    }
+
+    /// Factor of the amplitude in the half-cycle of an instant.
+    fn factor(&self, time_s: f64) -> f64 {
+        if self.factors.is_empty() {
+            return 1.0;
+        }
+        // The half-cycle's begin, at which the angle is 0.
+        let since_begin = self.phase(time_s).rem_euclid(PI) / (TAU * self.frequency_hz);
+        let begin_s = time_s - since_begin;
+        let stands = |[start_s, end_s, _]: &&[f64; 3]| (*start_s..*end_s).contains(&begin_s);
+        let factors = self.factors.iter().filter(stands);
+        factors.map(|[.., factor]| factor).product()
     }
 }

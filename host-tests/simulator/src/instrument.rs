@@ -41,6 +41,12 @@ pub enum Stream {
     Magnetometer = 100,
     /// Initial phase inside a coarser pulse.
     Converter = 110,
+    /// Noise of laser intensities.
+    Intensity = 120,
+    /// Noise of the drives of path-length controls.
+    PathLength = 130,
+    /// Noise of dither drives.
+    DitherDrive = 140,
 }
 
 /// Seeds of a simulation, one for the motion and one for the instrument noise; usually the same number.

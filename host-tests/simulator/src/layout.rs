@@ -6,6 +6,7 @@
 //! reference is that of the model and of the reference's effects; readers use the first too.
 
 use super::scenario::{GyroOutput, Scenario};
+use super::slow_channels::{DRIVE_WEIGHT, NOMINAL_WEIGHT, STAMP_WEIGHT_S, SlowChannelsEntry};
 use rlg_recording::Quantity;
 
 /// Instrument that measures the angle of the case or of the table.
@@ -37,7 +38,7 @@ pub struct Column {
     pub name: String,
     /// Quantity of the column.
     pub quantity: Quantity,
-    /// "x", "y", "z", or "w".
+    /// "x", "y", "z", or "w"; empty for a quantity of the whole unit.
     pub axis: &'static str,
     /// Resolution: values are whole multiples of it. `None`: continuous.
     pub weight: Option<f64>,
@@ -147,7 +148,35 @@ pub fn tables(scenario: &Scenario) -> Vec<TableLayout> {
         let columns = triad("b", Quantity::MagneticField, weights, Some("field"));
         add("magnetic.parquet", magnetic.rate_hz, columns.collect());
     }
+    if let Some(slow) = &scenario.slow_channels {
+        add("slow.parquet", slow.rate_hz, slow_columns(slow));
+    }
     tables
+}
+
+/// Columns of the unit's health.
+fn slow_columns(slow: &SlowChannelsEntry) -> Vec<Column> {
+    let triads = [
+        (Quantity::LaserIntensity, NOMINAL_WEIGHT),
+        (Quantity::PathLengthDrive, DRIVE_WEIGHT),
+        (Quantity::PathLengthResets, 1.0),
+        (Quantity::DitherDrive, NOMINAL_WEIGHT),
+    ];
+    let mut columns: Vec<Column> = triads
+        .into_iter()
+        .flat_map(|(quantity, weight)| {
+            let name = quantity.name().to_owned();
+            triad(&format!("{name}_"), quantity, [weight; 3], Some(&name)).collect::<Vec<_>>()
+        })
+        .collect();
+    columns.extend(slow.pulse.map(|_| Column {
+        name: Quantity::TimeSincePulse.name().to_owned(),
+        quantity: Quantity::TimeSincePulse,
+        axis: "",
+        weight: Some(STAMP_WEIGHT_S),
+        fault_name: None,
+    }));
+    columns
 }
 
 /// Channel names that a fault may address.

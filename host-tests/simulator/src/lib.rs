@@ -30,8 +30,10 @@ pub mod references;
 mod run;
 pub mod scenario;
 mod scenario_file;
+pub mod slow_channels;
 pub mod surroundings;
 pub mod triad;
+pub mod unit_faults;
 pub mod window;
 
 pub use instrument::Seeds;
@@ -43,6 +45,7 @@ pub use run::{Block, Simulator};
 use scenario::Scenario;
 use serde_json::json;
 use std::path::{Path, PathBuf};
+use unit_faults::UnitFaults;
 
 /// Concealed effects, for tests and scores only.
 #[derive(Debug, Clone, PartialEq)]
@@ -51,6 +54,8 @@ pub struct Truth {
     pub seed: u64,
     /// Concealed effects.
     pub effects: Vec<ModelEffect>,
+    /// Faults of the unit.
+    pub unit_faults: UnitFaults,
 }
 
 impl Truth {
@@ -59,10 +64,12 @@ impl Truth {
         Self {
             seed,
             effects: scenario.concealed_effects.clone(),
+            unit_faults: scenario.unit_faults.clone(),
         }
     }
 
-    /// Serialises to JSON: `seed` and `effects`, each `kind` and `parameters`.
+    /// Serialises to JSON: `seed` and `effects`, each `kind` and `parameters`; with faults of the unit also `faults`, each
+    /// with the keys of its `[[fault]]`.
     pub fn to_json(&self) -> String {
         let effects: Vec<_> = self
             .effects
@@ -82,7 +89,11 @@ impl Truth {
                 json!({"kind": effect.kind, "parameters": parameters})
             })
             .collect();
-        let mut text = format!("{:#}", json!({"seed": self.seed, "effects": effects}));
+        let mut truth = json!({"seed": self.seed, "effects": effects});
+        if !self.unit_faults.0.is_empty() {
+            truth["faults"] = self.unit_faults.to_json();
+        }
+        let mut text = format!("{truth:#}");
         text.push('\n');
         text
     }
@@ -162,7 +173,7 @@ fn recording_of(scenario: &Scenario, layouts: &[TableLayout]) -> Recording {
             .map(|column| Channel {
                 column: column.name.clone(),
                 quantity: column.quantity.clone(),
-                axis: Some(column.axis.to_owned()),
+                axis: Some(column.axis.to_owned()).filter(|axis| !axis.is_empty()),
                 scale: column.weight.unwrap_or(1.0),
                 offset: 0.0,
                 values: Vec::new(),

@@ -14,8 +14,9 @@ use super::layout;
 use super::scenario::source::{SECTIONS, Source, instrument_of, text_of};
 use super::scenario::{
     AccelerometerEntry, DitherEntry, EncoderEntry, Entry, FibreOpticEntry, GyroEntry, GyroOutput,
-    ReferenceEntry, Scenario, SiteEntry, environment, segment,
+    ReferenceEntry, Scenario, SiteEntry, environment, health, segment,
 };
+use super::unit_faults::UnitFaults;
 
 /// Largest number of rows of a recording: two days at 4 kHz.
 const MOST_ROWS: usize = 700_000_000;
@@ -77,6 +78,10 @@ impl Scenario {
             magnetic: section("magnetic")
                 .map(|entry| environment::magnetic(entry, rate_hz))
                 .transpose()?,
+            slow_channels: section("slow_channels")
+                .map(|entry| health::slow_channels(entry, rate_hz))
+                .transpose()?,
+            unit_faults: UnitFaults::default(),
             segments: Vec::new(),
             known_effects: Vec::new(),
             concealed_effects: Vec::new(),
@@ -89,8 +94,10 @@ impl Scenario {
                 .value("increment")
                 .expected("\"count\", or no [dither]"));
         }
+        scenario.read_motion(&own)?;
+        scenario.read_unit_faults(&own)?;
         let peak_dither_rad = scenario.check_dither(section("dither"))?;
-        scenario.read_motion(&own, peak_dither_rad)?;
+        scenario.check_motion(&own, peak_dither_rad)?;
         scenario.read_effects(&sources, section("isolator"))?;
         Ok(scenario)
     }
@@ -104,7 +111,9 @@ impl Scenario {
         for (axis, peak) in peaks_rad.iter_mut().enumerate() {
             let swing = 2.0 * (PI * dither.frequency_hz[axis] / self.rate_hz).sin();
             let largest = 1.0 + AMPLITUDE_LIMIT_SPREADS * dither.amplitude_spread;
-            let peak_rad = swing * largest * dither.amplitude_rad[axis] * dither.pickoff_gain[axis];
+            let amplitude_rad =
+                dither.amplitude_rad[axis] * self.unit_faults.largest_dither_factor(axis);
+            let peak_rad = swing * largest * amplitude_rad * dither.pickoff_gain[axis];
             let capacity_rad = self.gyro.counter_capacity_rad(axis);
             if peak_rad > capacity_rad {
                 let weight_rad = self.gyro.pulse_weight_rad[axis];
@@ -121,11 +130,25 @@ impl Scenario {
         Ok(peaks_rad)
     }
 
-    fn read_motion(&mut self, own: &Source, peak_dither_rad: [f64; 3]) -> Result<(), InputError> {
+    fn read_motion(&mut self, own: &Source) -> Result<(), InputError> {
         for table in &own.file.motion {
-            let entry = own.entry(table);
-            let at = entry.clone();
-            let segment = segment::segment(entry, self.rate_hz)?;
+            let segment = segment::segment(own.entry(table), self.rate_hz)?;
+            self.segments.push(segment);
+        }
+        let rows = self.rows();
+        if rows == 0 || rows > MOST_ROWS {
+            return Err(own
+                .error("motion", "gives no usable length")
+                .value(format!("{rows} rows"))
+                .expected(format!("1 to {MOST_ROWS} rows")));
+        }
+        Ok(())
+    }
+
+    /// Refuses a motion beyond the counters, of which the dither takes a part.
+    fn check_motion(&self, own: &Source, peak_dither_rad: [f64; 3]) -> Result<(), InputError> {
+        for (segment, table) in self.segments.iter().zip(&own.file.motion) {
+            let at = own.entry(table);
             let duration_s = segment.rows as f64 / self.rate_hz;
             let peak_rad = segment.profile.peak_rate_rad_s(duration_s) / self.rate_hz;
             for (axis, dither_rad) in peak_dither_rad.into_iter().enumerate() {
@@ -140,14 +163,26 @@ impl Scenario {
                         )));
                 }
             }
-            self.segments.push(segment);
         }
-        let rows = self.rows();
-        if rows == 0 || rows > MOST_ROWS {
-            return Err(own
-                .error("motion", "gives no usable length")
-                .value(format!("{rows} rows"))
-                .expected(format!("1 to {MOST_ROWS} rows")));
+        Ok(())
+    }
+
+    fn read_unit_faults(&mut self, own: &Source) -> Result<(), InputError> {
+        let length_s = self.rows() as f64 / self.rate_hz;
+        let mut sections = vec!["gyro"];
+        sections.extend(self.dither.as_ref().map(|_| "dither"));
+        sections.extend(self.thermal.map(|_| "thermal"));
+        sections.extend(self.slow_channels.map(|_| "slow_channels"));
+        let setting = health::Setting {
+            span_s: [self.start_s, self.start_s + length_s],
+            sections: &sections,
+            has_pulse: self
+                .slow_channels
+                .is_some_and(|known| known.pulse.is_some()),
+        };
+        for table in &own.file.fault {
+            let fault = health::fault(own.entry(table), &setting)?;
+            self.unit_faults.0.push(fault);
         }
         Ok(())
     }

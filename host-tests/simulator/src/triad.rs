@@ -14,6 +14,7 @@ use super::layout::TableLayout;
 use super::lock_in::{BeatPhase, sub_steps};
 use super::references::ReferenceTriad;
 use super::scenario::{GyroOutput, Scenario};
+use super::slow_channels::SlowChannels;
 use super::window::{Shift, Window};
 use nalgebra::Vector3;
 use rand::RngExt;
@@ -48,6 +49,7 @@ pub struct Triad<'a> {
     accelerometer_shifts: [Option<Shift>; 3],
     thermometer_rngs: Vec<ChaCha8Rng>,
     magnetometer_rngs: Vec<ChaCha8Rng>,
+    slow_channels: Option<SlowChannels<'a>>,
     faults: Vec<(usize, usize, f64, Fault)>,
 }
 
@@ -111,23 +113,11 @@ impl<'a> Triad<'a> {
                         duration_s,
                         &mut rng,
                     )
+                    .with_factors(scenario.unit_faults.dither_factors(axis))
                 })
         });
         let shift =
             |delay_s: f64| (delay_s != 0.0).then(|| Shift::new(delay_s, quadrature, period_s));
-        let faults = effects.faults().iter().flat_map(|entry| {
-            tables.iter().enumerate().flat_map(move |(table, layout)| {
-                layout
-                    .columns
-                    .iter()
-                    .enumerate()
-                    .filter(|(_, column)| column.fault_name.as_ref() == Some(&entry.channel))
-                    .map(move |(index, column)| {
-                        let weight = column.weight.unwrap_or(f64::MIN_POSITIVE);
-                        (table, index, weight, Fault::new(entry))
-                    })
-            })
-        });
         let (lasers, steps) = lasers(scenario, seeds, period_s);
         let mut triad = Self {
             scenario,
@@ -152,7 +142,10 @@ impl<'a> Triad<'a> {
             accelerometer_shifts: [0, 1, 2].map(|axis| shift(effects.accelerometer_delay_s(axis))),
             thermometer_rngs: streams(Stream::Thermometer).collect(),
             magnetometer_rngs: streams(Stream::Magnetometer).collect(),
-            faults: faults.collect(),
+            slow_channels: scenario.slow_channels.as_ref().map(|entry| {
+                SlowChannels::new(entry, &scenario.unit_faults, scenario.start_s, seeds)
+            }),
+            faults: faults(scenario, tables),
         };
         triad.block_before_rad = triad.sensed_block_rad(scenario.start_s);
         triad
@@ -204,13 +197,23 @@ impl<'a> Triad<'a> {
             }
             table += 1;
         }
-        if let Some(magnetic) = &scenario.magnetic
-            && due(row, scenario.rate_hz / magnetic.rate_hz)
-        {
-            for (axis, rng) in self.magnetometer_rngs.iter_mut().enumerate() {
-                let reading = window.now().field_t[axis] + magnetic.sensor_noise_t * normal(rng);
-                rows[table].push(rounded(reading, magnetic.sensor_weight_t));
+        if let Some(magnetic) = &scenario.magnetic {
+            if due(row, scenario.rate_hz / magnetic.rate_hz) {
+                for (axis, rng) in self.magnetometer_rngs.iter_mut().enumerate() {
+                    let reading =
+                        window.now().field_t[axis] + magnetic.sensor_noise_t * normal(rng);
+                    rows[table].push(rounded(reading, magnetic.sensor_weight_t));
+                }
             }
+            table += 1;
+        }
+        if let Some((slow, entry)) = self
+            .slow_channels
+            .as_mut()
+            .zip(scenario.slow_channels.as_ref())
+            && due(row, scenario.rate_hz / entry.rate_hz)
+        {
+            slow.read(end_s, &window.now().warming_k, &mut rows[table]);
         }
         for (table, column, weight, fault) in &mut self.faults {
             if let Some(value) = rows[*table].get_mut(*column) {
@@ -344,6 +347,23 @@ impl<'a> Triad<'a> {
             row.push(rounded(reading, accelerometer.weight_m_s2));
         }
     }
+}
+
+/// Faults of channels, each with its table, its column and the column's resolution.
+fn faults(scenario: &Scenario, tables: &[TableLayout]) -> Vec<(usize, usize, f64, Fault)> {
+    let mut found = Vec::new();
+    let of_unit = scenario.unit_faults.of_channels();
+    for entry in scenario.effects.faults().iter().chain(&of_unit) {
+        for (table, layout) in tables.iter().enumerate() {
+            for (index, column) in layout.columns.iter().enumerate() {
+                if column.fault_name.as_ref() == Some(&entry.channel) {
+                    let weight = column.weight.unwrap_or(f64::MIN_POSITIVE);
+                    found.push((table, index, weight, Fault::new(entry)));
+                }
+            }
+        }
+    }
+    found
 }
 
 /// Beats with lock-in, and the sub-steps per row for the fastest of them.

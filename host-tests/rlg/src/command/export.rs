@@ -5,11 +5,12 @@ use std::path::{Path, PathBuf};
 
 use clap::{Args, ValueEnum};
 use serde_json::json;
+use trueaxis::counter_bank::FRAME_BYTES;
 
 use crate::error::InputError;
 use crate::export::sheet::{Sheet, sheets};
-use crate::export::{mat_file, mcap_file};
-use crate::output::OutputFolder;
+use crate::export::{bank_file, mat_file, mcap_file};
+use crate::output::{OutputFolder, write_file};
 use crate::recording::{About, Quantity, Recording};
 use crate::terminal::Terminal;
 
@@ -24,9 +25,11 @@ enum Format {
     Parquet,
     /// MCAP with a topic a table and a JSON object a row, for Foxglove
     Mcap,
+    /// Frames of version 3 of a counter bank: counts, pickoffs, slow channels, time since the pulse per second
+    Bank,
 }
 
-/// Write a recording as CSV, MATLAB, Parquet or MCAP
+/// Write a recording as CSV, MATLAB, Parquet, MCAP or frames of a counter bank
 ///
 /// Values are in SI, with the unit in the column's name; t_s is the end of each row. rlg import reads CSV, MATLAB and
 /// Parquet back, value for value. Of several tables CSV and Parquet are a file each: FILE, and FILE with the table's name
@@ -58,16 +61,45 @@ impl Export {
         let recording = Recording::read(&self.recording)?;
         let sheets = sheets(&recording);
         let files: Vec<(PathBuf, &[Sheet])> = match format {
-            Format::Mat | Format::Mcap => vec![(name.into(), &sheets[..])],
+            Format::Mat | Format::Mcap | Format::Bank => vec![(name.into(), &sheets[..])],
             Format::Csv | Format::Parquet => file_names(Path::new(name), &sheets),
         };
         self.keep_input(parent, &files)?;
+        if format == Format::Bank {
+            return self.bank(&recording, terminal);
+        }
         let mut out = OutputFolder::create(parent)?;
         for (name, sheets) in &files {
             self.write(format, name, sheets, &mut out)?;
         }
         out.commit()?;
         self.say(&recording, parent, &files, terminal)
+    }
+
+    /// Writes the frames of a counter bank.
+    fn bank(&self, recording: &Recording, terminal: &Terminal) -> Result<(), InputError> {
+        let bytes = bank_file::bytes(recording, &self.recording)?;
+        write_file(&self.out, &bytes)?;
+        let frames = bytes.len() / FRAME_BYTES;
+        terminal.say(format!(
+            "{}: {frames} frames of {FRAME_BYTES} bytes",
+            self.out.display()
+        ));
+        let channels = recording.tables.iter().flat_map(|table| &table.channels);
+        let mut left: Vec<&str> = channels
+            .map(|channel| &channel.quantity)
+            .filter(|quantity| !bank_file::holds(quantity))
+            .map(Quantity::name)
+            .collect();
+        left.sort_unstable();
+        left.dedup();
+        if !left.is_empty() {
+            terminal.warn(format!("a bank's frames do not hold {}", left.join(", ")));
+        }
+        terminal.result(&json!({
+            "recording": self.recording,
+            "files": [{ "file": self.out, "frames": frames }],
+        }))
     }
 
     fn format(&self) -> Result<Format, InputError> {
@@ -77,12 +109,13 @@ impl Export {
             "mat" => Some(Format::Mat),
             "parquet" | "pq" => Some(Format::Parquet),
             "mcap" => Some(Format::Mcap),
+            "bank" => Some(Format::Bank),
             _ => None,
         };
         self.format.or_else(by_extension).ok_or_else(|| {
             InputError::new(&self.out, "has an extension that tells no format")
                 .value(format!("{extension:?}"))
-                .expected("--format csv|mat|parquet|mcap")
+                .expected("--format csv|mat|parquet|mcap|bank")
         })
     }
 
@@ -118,6 +151,8 @@ impl Export {
         let fault = |error: std::io::Error| InputError::unwritable(&path, &error);
         match format {
             Format::Mat => out.write(name, &mat_file::bytes(&path, sheets)?),
+            // Written by `bank`, from the recording itself.
+            Format::Bank => Ok(()),
             Format::Parquet => {
                 let bytes = sheets[0].to_table().to_parquet(&path)?;
                 out.write(name, &bytes)

@@ -10,7 +10,7 @@ use trueaxis::health::item;
 
 use super::import_columns::{ColumnOptions, Request};
 use super::import_format::Format;
-use super::import_raw;
+use super::{import_bank, import_raw};
 use crate::error::InputError;
 use crate::import::files::columns::Column;
 use crate::import::frames::{self, Imported};
@@ -35,7 +35,7 @@ const RATE_MISMATCH: f64 = 0.02;
 /// knows) it also writes OUT/model.toml: at rest on the turning Earth, white noise, nominal clock.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  rlg import log.csv --out flight\n  rlg import log.csv --unit gyro_rate:deg/s --time stamp:ms --out flight\n  rlg import run.mat --map quat=reference_attitude:wxyz --rate 200 --out run\n  rlg import capture.bin --format frames --out flight\n  rlg import raw.bin --out run    # the unit's raw stream, known by its bytes\n  rlg import x_LN100_up.ins --format f64x7 --latitude-deg 51.0447 --gravity 9.80841 --out out/ln100\n  rlg import lasergyro.imu --format psins-imu --sha256 SHA256SUMS --out out/lasergyro\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
+    after_help = "Example:\n  rlg import log.csv --out flight\n  rlg import log.csv --unit gyro_rate:deg/s --time stamp:ms --out flight\n  rlg import run.mat --map quat=reference_attitude:wxyz --rate 200 --out run\n  rlg import capture.bin --format frames --out flight\n  rlg import raw.bin --out run    # the unit's raw stream, known by its bytes\n  rlg import spi.bin --params params.bin --out run    # frames of the counter bank\n  rlg import x_LN100_up.ins --format f64x7 --latitude-deg 51.0447 --gravity 9.80841 --out out/ln100\n  rlg import lasergyro.imu --format psins-imu --sha256 SHA256SUMS --out out/lasergyro\n\nCapture the unit's serial port as it is, e.g.\n  stty -F /dev/ttyUSB0 1000000 raw && cat /dev/ttyUSB0 > capture.bin"
 )]
 pub struct Import {
     /// Files to import; more than one only of columns
@@ -58,6 +58,9 @@ pub struct Import {
     /// SHA-256 that the file must have: 64 digits, or a file of `SUM  NAME` lines; not for frames
     #[arg(long)]
     sha256: Option<String>,
+    /// Parameter block of the unit, for rate and weights of a bank's frames
+    #[arg(long, value_name = "BLOCK")]
+    params: Option<PathBuf>,
     /// Folder for the recording: new, empty, or a recording to replace
     #[arg(short, long)]
     out: PathBuf,
@@ -77,6 +80,7 @@ impl Import {
             latitude_deg: None,
             gravity: None,
             sha256: None,
+            params: None,
             out: out.to_path_buf(),
         }
     }
@@ -113,6 +117,11 @@ impl Import {
             Some(format) => format,
             None => Format::of_file(file)?,
         };
+        if self.params.is_some() && format != Format::Bank {
+            return Err(InputError::new(file, "holds no frames of a counter bank")
+                .channel("--params")
+                .expected("a file in --format bank"));
+        }
         if format.has_columns() {
             return self.columns(None, terminal);
         }
@@ -123,6 +132,9 @@ impl Import {
         }
         if format == Format::Raw {
             return self.raw(terminal);
+        }
+        if format == Format::Bank {
+            return self.bank(terminal);
         }
         if format != Format::Frames {
             return self.foreign(format, terminal);
@@ -175,6 +187,28 @@ impl Import {
             model: MODEL,
         };
         import_raw::run(&request, Recording::create_folder(&self.out)?, terminal)
+    }
+
+    /// Reads frames of a counter bank.
+    fn bank(&self, terminal: &Terminal) -> Result<(), InputError> {
+        if self.rate_hz.is_some() {
+            return Err(
+                InputError::new(self.file_itself(), "has the rate of the parameter block")
+                    .channel("--rate-hz")
+                    .expected("--params alone"),
+            );
+        }
+        let site = self.site()?;
+        let [samples, slow] = crate::import::bank::TABLES;
+        self.keep_input(&[samples, slow, MANIFEST, MODEL])?;
+        let request = import_bank::Request {
+            file: self.file_itself(),
+            params: self.params.as_deref(),
+            site,
+            target: &self.out,
+            model: MODEL,
+        };
+        import_bank::run(&request, Recording::create_folder(&self.out)?, terminal)
     }
 
     /// Refuses to write over the input.

@@ -8,7 +8,7 @@ use clap::ValueEnum;
 use trueaxis::Decoder;
 
 use crate::error::InputError;
-use crate::import::raw;
+use crate::import::{bank, raw};
 
 /// Bytes at the beginning of a file searched for frames: a third of a second of the raw stream.
 const LOOKED_AT_BYTES: u64 = 65_536;
@@ -20,6 +20,8 @@ pub(super) enum Format {
     Frames,
     /// The unit's raw stream from its second serial port
     Raw,
+    /// Frames of version 3 of a counter bank, captured on its bus; with --params
+    Bank,
     /// Records of seven little-endian f64: time s, gyro x y z deg/s, accelerometer x y z m/s^2
     F64x7,
     /// PSINS text: six counts a line
@@ -52,7 +54,7 @@ impl Format {
                 return Err(
                     InputError::new(file, "has an extension that tells no format")
                         .value(format!("{extension:?}"))
-                        .expected("--format csv|mat|hdf5|parquet|frames|raw|f64x7|psins-imu"),
+                        .expected("--format csv|mat|hdf5|parquet|frames|raw|bank|f64x7|psins-imu"),
                 );
             }
         })
@@ -68,6 +70,8 @@ impl Format {
             Some(Self::Raw)
         } else if begin.iter().any(|byte| telemetry.push(*byte).is_some()) {
             Some(Self::Frames)
+        } else if bank::is_bank(&begin) {
+            Some(Self::Bank)
         } else {
             None
         }

@@ -18,6 +18,7 @@ use crate::import::files::columns::Column;
 use crate::terminal::Terminal;
 
 mod align;
+mod block;
 mod calibrate;
 mod challenge;
 mod challenge_marks;
@@ -31,6 +32,7 @@ mod fail_on;
 mod given;
 mod golden;
 mod import;
+mod import_bank;
 mod import_columns;
 mod import_format;
 mod import_raw;

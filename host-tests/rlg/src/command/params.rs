@@ -5,26 +5,28 @@
 
 use std::path::PathBuf;
 
+use chrono::{Datelike as _, NaiveDate};
 use clap::Args;
 use serde::Serialize;
+use sha2::{Digest as _, Sha256};
 
+use super::block::{Block, flexure_line};
 use super::inputs::read_model;
 use crate::error::InputError;
+use crate::limits_file;
 use crate::model::ModelEffect;
-use crate::model::catalogue::SIX;
-use crate::model::implied_hz;
 use crate::output::write_file;
 use crate::recording::Recording;
 use crate::replay::samples::dither_of_recording;
 use crate::target::Image;
 use crate::terminal::Terminal;
 use rlg_parameters::{SAMPLES_PER_OUTPUT, Unit, parameters_from_model};
-use trueaxis::{Parameters, TermKind};
+use trueaxis::{Identity, Parameters, TermKind, UnitNumber};
 
 /// Convert a model to the parameter block to flash, and say what the chain cannot compensate
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  rlg params report/model.toml --dither-from bench-17 --generation 2 --out params.bin"
+    after_help = "Examples:\n  rlg params report/model.toml --dither-from bench-17 --generation 2 --out params.bin\n  rlg params report/model.toml --unit-number RLG-0042 --calibrated 2026-11-29 --limits limits.toml --out params.bin"
 )]
 pub struct Params {
     /// Model file
@@ -57,36 +59,25 @@ pub struct Params {
     /// Generation of the block: of two valid ones in flash the later is used
     #[arg(long, default_value_t = 0)]
     generation: u32,
+    /// Number of the unit that the block is for, up to 12 characters or 24 hexadecimal digits; a unit of another number refuses the
+    /// block, and the SHA-256 of the model's file stands beside it
+    #[arg(long, value_name = "NUMBER")]
+    unit_number: Option<String>,
+    /// Date of the calibration, YYYY-MM-DD; without it the block's date is unknown
+    #[arg(long, value_name = "DATE", requires = "unit_number")]
+    calibrated: Option<String>,
+    /// Limits of temperatures, laser intensity, path-length control, dither and pulse per second: a TOML file, keys in docs/files.md
+    #[arg(long, value_name = "FILE")]
+    limits: Option<PathBuf>,
 }
 
+/// Result as JSON: the block's content, and what the model has beyond it.
 #[derive(Serialize)]
-struct Block {
-    format: u32,
-    version: &'static str,
-    bytes: usize,
-    generation: u32,
-    pulse_weight_rad: [f64; 3],
-    bias_rad_s: [f64; 3],
-    scale_error: [f64; 3],
-    /// xy, xz, yx, yz, zx, zy, as all six below.
-    installation_rad: [f64; 6],
-    flexure_s2: [f64; 6],
-    pickoff_gain: [f64; 3],
-    pickoff_weight_rad: f64,
-    sample_rate_hz: f64,
-    samples_per_output: u16,
-    /// `mode`: each pair has the mode implied by its K; `static`.
-    flexure_response: &'static str,
-    /// Frequency of each pair's mode [Hz], and damping; null without a mode.
-    flexure_mode_hz: [Option<f64>; 6],
-    flexure_damping: Option<f64>,
-    pickoff_delay_s: [f64; 3],
-    dither_frequency_hz: [f64; 3],
-    dither_amplitude_rad: [f64; 3],
-    adaptation_time_s: f64,
-    accelerometers: Option<Accelerometers>,
-    /// Kinds of optional terms with records in the block.
-    terms: Vec<&'static str>,
+struct Written {
+    #[serde(flatten)]
+    block: Block,
+    /// SHA-256 of the model's file, hexadecimal; null for a block of any unit.
+    model_sha256: Option<String>,
     /// Kinds of the model's effects without a term in the chain.
     uncompensated: Vec<String>,
     /// Numbers of the model not determined by any recording, by effect.
@@ -100,19 +91,11 @@ struct Choice {
     choice: String,
 }
 
-#[derive(Serialize)]
-struct Accelerometers {
-    weight_m_s: [f64; 3],
-    bias_m_s2: [f64; 3],
-    scale_error: [f64; 3],
-    misalignment_rad: [f64; 6],
-    /// Row i: the position of accelerometer i.
-    lever_arm_m: [[f64; 3]; 3],
-}
-
 impl Params {
     /// Reads the model, writes the block and prints the effects that the chain cannot compensate.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
+        let limits = self.limits.as_deref().map(limits_file::read).transpose()?;
+        let identity = self.identity()?;
         let model = read_model(&self.model, terminal)?;
         let refused = |error: trueaxis::ParameterError| {
             InputError::new(&self.model, format!("does not fit the chain: {error}"))
@@ -133,16 +116,55 @@ impl Params {
         let (mut parameters, uncompensated) =
             parameters_from_model(&model, &unit).map_err(refused)?;
         parameters.pickoff_weight_rad = self.pickoff_weight_rad;
+        parameters.limits = limits;
+        let model_sha256 = identity.as_ref().map(|(_, sha256)| sha256.clone());
+        parameters.identity = identity.map(|(identity, _)| identity);
         parameters.check().map_err(refused)?;
+        self.check_image(&parameters, terminal)?;
+        let bytes = parameters.to_block(self.generation);
+        let block = Block::of(&parameters, self.generation, bytes.len());
+        write_file(&self.out, &bytes)?;
+        for kind in &uncompensated {
+            terminal.warn(left(kind));
+        }
+        if self.adapt_s > 0.0 && dither.is_none() {
+            terminal.warn(
+                "the strip follows no dither that is not known (--dither-from RECORDING): it is frozen",
+            );
+        }
+        terminal.say(format!("{}: {} bytes", self.out.display(), bytes.len()));
+        if let Some(line) = flexure_line(&parameters) {
+            terminal.say(line);
+        }
+        if parameters.limits.is_some() || parameters.identity.is_some() {
+            for line in block.service_lines() {
+                terminal.say(line);
+            }
+        }
+        let choices: Vec<Choice> = model.effects.iter().filter_map(choice_of).collect();
+        for one in &choices {
+            terminal.say(format!("{}: a choice: {}", one.kind, one.choice));
+        }
+        terminal.result(&Written {
+            block,
+            model_sha256,
+            uncompensated,
+            choices,
+        })
+    }
+
+    /// Refuses a block with a term that the image lacks; without an image warns of terms.
+    fn check_image(&self, parameters: &Parameters, terminal: &Terminal) -> Result<(), InputError> {
+        let kinds = parameters.terms.kinds();
         let terms: Vec<&str> = TermKind::ALL
             .iter()
-            .filter(|kind| parameters.terms.kinds().contains(**kind))
+            .filter(|kind| kinds.contains(**kind))
             .map(|kind| kind.name())
             .collect();
         match &self.image {
             Some(path) => {
                 let image = Image::read(path)?;
-                if let Some(kind) = parameters.terms.kinds().first_beyond(image.term_kinds) {
+                if let Some(kind) = kinds.first_beyond(image.term_kinds) {
                     return Err(InputError::new(&self.model, "asks for a term that the image lacks")
                         .value(kind.name())
                         .expected(format!("an image with it instead of {}", path.display())));
@@ -154,98 +176,68 @@ impl Params {
             )),
             None => {}
         }
-        let block = parameters.to_block(self.generation);
-        write_file(&self.out, &block)?;
-        for kind in &uncompensated {
-            terminal.warn(left(kind));
-        }
-        if self.adapt_s > 0.0 && dither.is_none() {
-            terminal.warn(
-                "the strip follows no dither that is not known (--dither-from RECORDING): it is frozen",
-            );
-        }
-        terminal.say(format!("{}: {} bytes", self.out.display(), block.len()));
-        let damping = parameters.flexure_response.damping();
-        let modes_hz = modes_hz(&parameters);
-        if let Some(line) = flexure_line(&parameters, &modes_hz) {
-            terminal.say(line);
-        }
-        let choices: Vec<Choice> = model.effects.iter().filter_map(choice_of).collect();
-        for one in &choices {
-            terminal.say(format!("{}: a choice: {}", one.kind, one.choice));
-        }
-        terminal.result(&Block {
-            format: 1,
-            version: env!("CARGO_PKG_VERSION"),
-            bytes: block.len(),
-            generation: self.generation,
-            pulse_weight_rad: parameters.pulse_weight_rad,
-            bias_rad_s: parameters.bias_rad_s,
-            scale_error: parameters.scale_error,
-            installation_rad: parameters.installation_rad.to_array(),
-            flexure_s2: parameters.flexure_s2.to_array(),
-            pickoff_gain: parameters.pickoff_gain,
-            pickoff_weight_rad: parameters.pickoff_weight_rad,
-            sample_rate_hz: parameters.sample_rate_hz,
-            samples_per_output: parameters.samples_per_output,
-            flexure_response: match damping {
-                Some(_) => "mode",
-                None => "static",
-            },
-            flexure_mode_hz: modes_hz,
-            flexure_damping: damping,
-            pickoff_delay_s: parameters.pickoff_delay_s,
-            dither_frequency_hz: parameters.dither_frequency_hz,
-            dither_amplitude_rad: parameters.dither_amplitude_rad,
-            adaptation_time_s: parameters.adaptation_time_s,
-            accelerometers: parameters.accelerometers.map(|known| Accelerometers {
-                weight_m_s: known.weight_m_s,
-                bias_m_s2: known.bias_m_s2,
-                scale_error: known.scale_error,
-                misalignment_rad: known.misalignment_rad.to_array(),
-                lever_arm_m: known.lever_arm_m,
-            }),
-            terms,
-            uncompensated,
-            choices,
-        })
+        Ok(())
+    }
+
+    /// Returns the identity that the options ask for, with the SHA-256 of the model's file; `None` without a unit's number.
+    fn identity(&self) -> Result<Option<(Identity, String)>, InputError> {
+        let Some(number) = &self.unit_number else {
+            return Ok(None);
+        };
+        let unit = unit_number(number).ok_or_else(|| {
+            InputError::new(&self.out, "is no number of a unit")
+                .channel("--unit-number")
+                .value(format!("{number:?}"))
+                .expected("1 to 12 characters of ASCII without blanks, or 24 hexadecimal digits, not all 0")
+        })?;
+        let calibrated = match &self.calibrated {
+            Some(date) => date_number(date).ok_or_else(|| {
+                InputError::new(&self.out, "is no date")
+                    .channel("--calibrated")
+                    .value(format!("{date:?}"))
+                    .expected("a day of the calendar as YYYY-MM-DD")
+            })?,
+            None => 0,
+        };
+        let bytes = std::fs::read(&self.model)
+            .map_err(|error| InputError::unreadable(&self.model, &error))?;
+        let sum = Sha256::digest(&bytes);
+        let identity = Identity::new(unit).with(|known| {
+            known.calibrated = calibrated;
+            for (place, byte) in known.model.iter_mut().zip(sum.iter()) {
+                *place = *byte;
+            }
+        });
+        let sha256 = sum.iter().map(|byte| format!("{byte:02x}")).collect();
+        Ok(Some((identity, sha256)))
     }
 }
 
-/// Computes the frequency of each pair's mode, if it has one \[Hz\].
-fn modes_hz(parameters: &Parameters) -> [Option<f64>; 6] {
-    let rings = parameters.flexure_response.damping().is_some();
-    let pairs = parameters.flexure_s2.to_array();
-    pairs.map(|k| implied_hz(k).filter(|_| rings))
+/// Parses a unit's number: 24 hexadecimal digits, or text of 1 to 12 printable bytes.
+fn unit_number(text: &str) -> Option<UnitNumber> {
+    if text.len() == 24 {
+        let mut number = [0; 12];
+        for (place, digits) in number.iter_mut().zip(text.as_bytes().chunks(2)) {
+            let digits = std::str::from_utf8(digits).ok()?;
+            // A sign is no digit.
+            let are_digits = digits.bytes().all(|digit| digit.is_ascii_hexdigit());
+            *place = u8::from_str_radix(digits, 16).ok().filter(|_| are_digits)?;
+        }
+        return (number != [0; 12]).then_some(UnitNumber(number));
+    }
+    let is_printable = text.bytes().all(|byte| byte.is_ascii_graphic());
+    UnitNumber::of_text(text).filter(|_| is_printable)
 }
 
-/// Formats the compensation of the flexure; `None` without a flexure.
-fn flexure_line(parameters: &Parameters, modes_hz: &[Option<f64>; 6]) -> Option<String> {
-    let pairs = parameters.flexure_s2.to_array();
-    if pairs == [0.0; 6] {
+/// Parses a day as year × 10 000 + month × 100 + day.
+fn date_number(text: &str) -> Option<u32> {
+    let date = NaiveDate::parse_from_str(text, "%Y-%m-%d").ok()?;
+    // Four digits of a year, two of month and day.
+    if text.len() != 10 {
         return None;
     }
-    let each = |text: &dyn Fn(usize) -> String| {
-        let named = SIX.iter().enumerate();
-        let named = named.filter(|(at, _)| pairs[*at] != 0.0);
-        let texts: Vec<String> = named
-            .map(|(at, name)| format!("{name} {}", text(at)))
-            .collect();
-        texts.join(", ")
-    };
-    let sizes = each(&|at| format!("{:.1}", pairs[at] * 1e9));
-    Some(match parameters.flexure_response.damping() {
-        None => format!(
-            "axis_flexure: K {sizes} 10⁻⁹ s², static: of a block that rings it leaves (f/f0)² of the drift, f0 = 1/(2π√K)"
-        ),
-        Some(damping) => {
-            let modes =
-                each(&|at| modes_hz[at].map_or("static".to_owned(), |hz| format!("{hz:.0}")));
-            format!(
-                "axis_flexure: K {sizes} 10⁻⁹ s², with the mode that each K implies, f0 = 1/(2π√K): {modes} Hz, damping {damping}"
-            )
-        }
-    })
+    let year = u32::try_from(date.year()).ok().filter(|year| *year > 0)?;
+    Some(year * 10_000 + date.month() * 100 + date.day())
 }
 
 fn choice_of(effect: &ModelEffect) -> Option<Choice> {

@@ -7,10 +7,10 @@ use std::time::{Duration, Instant};
 
 use clap::Args;
 use serde_json::json;
-use trueaxis::service::{DONE, TERM_ABSENT, meaning};
+use trueaxis::service::{DONE, FOREIGN, TERM_ABSENT, meaning};
 use trueaxis::service_frame::{Answer, DATA_BYTES, Request, RequestKind};
 use trueaxis::terms::TermKinds;
-use trueaxis::{Parameters, TermKind};
+use trueaxis::{Parameters, TermKind, UnitNumber};
 
 use crate::error::InputError;
 use crate::terminal::Terminal;
@@ -68,7 +68,8 @@ impl Upload {
             self.stop(&mut port)?;
             terminal.say("the unit is stopped");
         }
-        let generation = self.bring(&mut port, &block, terminal)?;
+        let unit = parameters.identity.map(|identity| identity.unit);
+        let generation = self.bring(&mut port, &block, unit, terminal)?;
         self.done(port.ask(Request::new(0, RequestKind::Restart, 0), false, None)?)?;
         terminal.say(format!(
             "{}: {} bytes stored as generation {generation}; the unit starts anew with it",
@@ -78,6 +79,7 @@ impl Upload {
         terminal.result(&json!({
             "bytes": block.len(),
             "generation": generation,
+            "unit": unit.map(|unit| unit.to_string()),
             "stopped_by_us": !state.stopped,
         }))
     }
@@ -112,6 +114,7 @@ impl Upload {
         &self,
         port: &mut UnitPort,
         block: &[u8],
+        unit: Option<UnitNumber>,
         terminal: &Terminal,
     ) -> Result<u32, InputError> {
         let length = u16::try_from(block.len()).unwrap_or(u16::MAX);
@@ -124,8 +127,18 @@ impl Upload {
         }
         bar.finish_and_clear();
         let store = Request::new(0, RequestKind::Store, 0);
-        let answer = self.done(port.ask(store, false, Some(STORE_PATIENCE))?)?;
-        Ok(answer.detail)
+        let answer = port.ask(store, false, Some(STORE_PATIENCE))?;
+        match unit {
+            Some(unit) if answer.outcome == FOREIGN => {
+                Err(InputError::new(&self.block, "is refused by the unit")
+                    .value(format!("a block of unit {unit}"))
+                    .expected(format!(
+                        "one of this unit, whose number ends in {}, or one that names no unit",
+                        end_of_number(answer.detail)
+                    )))
+            }
+            _ => Ok(self.done(answer)?.detail),
+        }
     }
 
     /// Returns the answer, or the unit's refusal as a sentence.
@@ -145,5 +158,18 @@ impl Upload {
             _ if answer.detail != 0 => refusal.value(answer.detail),
             _ => refusal,
         })
+    }
+}
+
+/// Formats the last bytes of a unit's number, as an answer has them: text where it is printable, else hexadecimal.
+fn end_of_number(word: u32) -> String {
+    let bytes = word.to_be_bytes();
+    let first = bytes.iter().position(|byte| *byte != 0).unwrap_or(0);
+    match bytes[first..].iter().all(u8::is_ascii_graphic) {
+        true => bytes[first..]
+            .iter()
+            .map(|byte| char::from(*byte))
+            .collect(),
+        false => format!("{word:08x}"),
     }
 }

@@ -59,6 +59,11 @@ fn column_name(channel: &Channel) -> String {
         Quantity::MagneticField => ("mag", "_T"),
         Quantity::ReferenceIncrement => ("ref_dtheta", "_rad"),
         Quantity::ReferenceAttitude => ("ref_quat", ""),
+        Quantity::TimeSincePulse => ("time_since_pulse", "_s"),
+        Quantity::LaserIntensity
+        | Quantity::PathLengthDrive
+        | Quantity::PathLengthResets
+        | Quantity::DitherDrive => (channel.quantity.name(), ""),
         Quantity::Other(_) => return variable(&channel.column),
     };
     let axis = channel.axis.as_ref();

@@ -8,6 +8,8 @@ pub mod frames;
 
 pub mod raw;
 
+pub mod bank;
+
 pub mod f64x7;
 
 pub mod psins_imu;

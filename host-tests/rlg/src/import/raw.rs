@@ -331,7 +331,12 @@ fn difference(new: [i32; 3], old: [i32; 3]) -> [i32; 3] {
 }
 
 /// Makes the channels of x, y, z from codes times their weights.
-fn triad(name: &str, quantity: &Quantity, weights: [f64; 3], codes: [Vec<f64>; 3]) -> Vec<Channel> {
+pub(super) fn triad(
+    name: &str,
+    quantity: &Quantity,
+    weights: [f64; 3],
+    codes: [Vec<f64>; 3],
+) -> Vec<Channel> {
     Axis::ALL
         .into_iter()
         .zip(codes)

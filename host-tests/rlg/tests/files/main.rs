@@ -5,6 +5,7 @@ mod bad_input;
 mod damaged_recordings;
 mod export;
 mod first_finding;
+mod health;
 mod import;
 mod import_columns;
 mod import_dates;

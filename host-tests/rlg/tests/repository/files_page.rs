@@ -5,6 +5,7 @@ use std::collections::BTreeSet;
 use std::fmt::Write as _;
 use std::fs;
 
+use rlg::limits_file;
 use rlg::model;
 use rlg::model::catalogue::{CATALOGUE, Value};
 use rlg::recording::Quantity;
@@ -85,6 +86,19 @@ fn keys(of: &[Key]) -> String {
     table
 }
 
+fn limits() -> String {
+    let mut table = "| key | values | unit | range | meaning |\n|---|---|---|---|---|\n".to_owned();
+    for key in limits_file::KEYS {
+        let [low, high] = key.range;
+        let (name, values, unit, meaning) = (key.name, key.values, key.unit, key.meaning);
+        let _ = writeln!(
+            table,
+            "| `{name}` | {values} | {unit} | {low} to {high} | {meaning} |"
+        );
+    }
+    table
+}
+
 /// A table for each section of the plan.
 fn plan() -> String {
     let mut tables = String::new();
@@ -119,6 +133,7 @@ fn the_tables_of_the_files_page_are_those_of_the_code() {
         ("quantities", quantities()),
         ("model.toml", keys(model::keys::KEYS)),
         ("effects", effects()),
+        ("limits", limits()),
     ];
     compare("docs/files.md", &tables);
 }

@@ -1,7 +1,7 @@
-//! Faults of the data: `lost_samples`, `stuck_channel`, `saturation`.
+//! Faults of the data: `lost_samples`, `stuck_channel`, `saturation`; and of a counter that stands still.
 //!
 //! From a sample of the instrument, and the start of its row in s, the recorded value: none (NaN), the last sample before
-//! the fault, or the sample clipped to a limit.
+//! the fault, the sample clipped to a limit, or an increment of 0.
 //!
 //! The limit of a saturation is the scenario's `level`, in the channel's stored unit; without one, two thirds of the
 //! largest sample before the fault.
@@ -15,6 +15,8 @@ pub enum Failure {
     Stuck,
     /// The sample is clipped to this limit; `None`: a share of the largest sample so far.
     Saturated(Option<f64>),
+    /// The counter stands still: its increments are 0.
+    Still,
 }
 
 /// Fault of one channel.
@@ -62,6 +64,7 @@ impl Fault {
         match self.entry.failure {
             Failure::Lost => f64::NAN,
             Failure::Stuck => self.last,
+            Failure::Still => 0.0,
             Failure::Saturated(level) => {
                 let limit = level.unwrap_or(SHARE_OF_LARGEST * self.largest);
                 let codes = (limit / weight).floor().max(0.0);

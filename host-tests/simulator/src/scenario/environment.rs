@@ -10,7 +10,7 @@ use crate::surroundings::{MagneticEntry, ThermalEntry};
 use rlg_recording::error::InputError;
 
 /// Sample rate of a slow channel, which must divide the gyros' rate.
-fn slow_rate(entry: &mut Entry, rate_hz: f64) -> Result<f64, InputError> {
+pub(super) fn slow_rate(entry: &mut Entry, rate_hz: f64) -> Result<f64, InputError> {
     let slow_hz = entry.positive("rate_hz")?;
     let rows = rate_hz / slow_hz;
     if rows >= 1.0 && (rows - rows.round()).abs() < 1e-9 * rows {

@@ -11,6 +11,7 @@
 
 mod entry;
 pub(crate) mod environment;
+pub(crate) mod health;
 mod instrument;
 mod other_instruments;
 pub(crate) mod segment;
@@ -18,7 +19,9 @@ pub(crate) mod source;
 
 use super::effects::Effects;
 use super::isolator::IsolatorEntry;
+use super::slow_channels::SlowChannelsEntry;
 use super::surroundings::{MagneticEntry, ThermalEntry};
+use super::unit_faults::UnitFaults;
 pub use entry::Entry;
 pub use instrument::{DitherEntry, GyroEntry, GyroOutput};
 pub use other_instruments::{AccelerometerEntry, EncoderEntry, FibreOpticEntry, ReferenceEntry};
@@ -54,6 +57,10 @@ pub struct Scenario {
     pub thermal: Option<ThermalEntry>,
     /// Magnetic field; `None`: none.
     pub magnetic: Option<MagneticEntry>,
+    /// Slow channels of the unit's health; `None`: no such channel.
+    pub slow_channels: Option<SlowChannelsEntry>,
+    /// Faults of the unit.
+    pub unit_faults: UnitFaults,
     /// Motion, segment after segment.
     pub segments: Vec<SegmentEntry>,
     /// Effects that the model states.

@@ -30,6 +30,9 @@ pub struct File {
     pub thermal: Option<Spanned<toml::Table>>,
     pub magnetic: Option<Spanned<toml::Table>>,
     pub isolator: Option<Spanned<toml::Table>>,
+    pub slow_channels: Option<Spanned<toml::Table>>,
+    #[serde(default)]
+    pub fault: Vec<Spanned<toml::Table>>,
     #[serde(default)]
     pub motion: Vec<Spanned<toml::Table>>,
     #[serde(default)]
@@ -75,7 +78,7 @@ impl Source {
 type Section = fn(&File) -> Option<&Spanned<toml::Table>>;
 
 /// Sections of an instrument by name.
-pub const SECTIONS: [(&str, Section); 9] = [
+pub const SECTIONS: [(&str, Section); 10] = [
     ("gyro", |file| file.gyro.as_ref()),
     ("dither", |file| file.dither.as_ref()),
     ("reference", |file| file.reference.as_ref()),
@@ -85,6 +88,7 @@ pub const SECTIONS: [(&str, Section); 9] = [
     ("thermal", |file| file.thermal.as_ref()),
     ("magnetic", |file| file.magnetic.as_ref()),
     ("isolator", |file| file.isolator.as_ref()),
+    ("slow_channels", |file| file.slow_channels.as_ref()),
 ];
 
 pub fn text_of(path: &Path) -> Result<String, InputError> {
@@ -111,6 +115,7 @@ pub fn instrument_of(own: &Source) -> Result<Option<Source>, InputError> {
         ("instrument", file.instrument.is_some()),
         ("site", file.site.is_some()),
         ("motion", !file.motion.is_empty()),
+        ("fault", !file.fault.is_empty()),
     ] {
         if there {
             return Err(source

@@ -444,6 +444,11 @@ fn stem(quantity: &Quantity) -> &'static str {
         Quantity::MagneticField => "m",
         Quantity::ReferenceIncrement => "r",
         Quantity::ReferenceAttitude => "q",
+        Quantity::LaserIntensity => "laser_intensity_",
+        Quantity::PathLengthDrive => "path_length_drive_",
+        Quantity::PathLengthResets => "path_length_resets_",
+        Quantity::DitherDrive => "dither_drive_",
+        Quantity::TimeSincePulse => "time_since_pulse",
         Quantity::Other(_) => "",
     }
 }

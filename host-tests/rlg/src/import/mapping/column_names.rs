@@ -271,7 +271,26 @@ fn temperature_axis(words: &[String]) -> Option<String> {
     ["x", "y", "z"].contains(&last.as_str()).then_some(last)
 }
 
+/// Guesses a column of the unit's health, by the name that an export gives it.
+fn health(name: &str) -> Option<Guess> {
+    let (stem, axis) = match name.rsplit_once('_') {
+        Some((stem, axis @ ("x" | "y" | "z"))) => (stem, Some(axis.to_owned())),
+        // The unit of a time.
+        Some((stem, "s")) => (stem, None),
+        _ => (name, None),
+    };
+    let quantity = Quantity::from_name(stem);
+    let is_health = Quantity::HEALTH.contains(&quantity);
+    let unit = quantity.unit().map(str::to_owned);
+    let target = Target::Stored(quantity);
+    let is_whole = is_health && target.takes_axis(axis.as_deref());
+    is_whole.then_some(Guess { target, axis, unit })
+}
+
 fn guess_whole(name: &str) -> Option<Guess> {
+    if let Some(found) = health(name) {
+        return Some(found);
+    }
     let (rest, unit) = bracketed(name);
     let words = words(&rest);
     if let Some(text) = &unit {

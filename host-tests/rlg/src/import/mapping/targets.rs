@@ -107,7 +107,7 @@ impl Target {
             Quantity::MagneticField,
             Quantity::DitherAngle,
         ];
-        !matches!(self, Self::Stored(quantity) if optional.contains(quantity))
+        !matches!(self, Self::Stored(quantity) if optional.contains(quantity) || Quantity::HEALTH.contains(quantity))
     }
 
     /// True if it takes this axis label.
@@ -118,6 +118,7 @@ impl Target {
                 matches!(axis, Some("w" | "x" | "y" | "z"))
             }
             Self::Matrix => axis.is_some_and(|axis| self.parts().contains(&axis)),
+            Self::Stored(Quantity::TimeSincePulse) => axis.is_none(),
             Self::Stored(Quantity::Other(_)) | Self::Nothing => true,
             _ => matches!(axis, Some("x" | "y" | "z")),
         }
