@@ -4,12 +4,13 @@ use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{HARMONIC, HIGH_PASS, LOCK_IN, MODE, UNLISTED};
 use rlg_catalogue::families::{
-    Basis, ExactHighPass, ExactLowPass, ExactMount, Family, MOUNT, MountColumns, OfOneGyro,
-    SUSPENSION, SuspensionColumns, expressions, harmonics, lines_about, time_constants_about,
+    ExactHighPass, ExactLowPass, ExactMount, Family, OfOneGyro, expressions, harmonics,
+    lines_about, time_constants_about,
 };
 use rlg_catalogue::high_pass::{self, HighPass};
 use rlg_catalogue::low_pass::{self, LowPass};
 use rlg_catalogue::resonance::{CRITICAL, Resonance, grid};
+use rlg_catalogue::resonance_basis::{Basis, MOUNT, MountColumns, SUSPENSION, SuspensionColumns};
 use rlg_catalogue::{Candidate, Pool, Sensed, Signals};
 use rlg_inference::lines::strongest as strongest_line;
 use rlg_inference::score_test::{Gain, Projected, ScoreTest, spectra};
