@@ -14,7 +14,7 @@ use rlg_findings::result::{
 };
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::events::scan;
-use rlg_inference::normal_equations::Transform;
+use rlg_inference::transform::Transform;
 use rlg_inference::{Drift, Fit, NoiseLevels};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::Fault;

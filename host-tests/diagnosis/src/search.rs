@@ -10,7 +10,8 @@ use rlg_catalogue::expression::Expression;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Column, Pool, Sensed};
 use rlg_inference::events::{Event, EventKind, impulses, scan};
-use rlg_inference::search::{Judged, best_of};
+use rlg_inference::judgement::Judged;
+use rlg_inference::search::best_of;
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
 
 use super::before::{Before, left_behind_known, take_out_hidden, without_known};

@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use rlg_findings::result::UNLISTED;
-use rlg_inference::search::{DriftPrior, Judged};
+use rlg_inference::judgement::Judged;
+use rlg_inference::search::DriftPrior;
 use rlg_inference::{Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search, Term};
 use rlg_model::Model;
 use rlg_signal::axes::{Triad, add};

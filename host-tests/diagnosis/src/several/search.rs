@@ -6,7 +6,8 @@ use std::collections::BTreeSet;
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Sensed};
-use rlg_inference::search::{Judged, best_of};
+use rlg_inference::judgement::Judged;
+use rlg_inference::search::best_of;
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 
 use super::delays::{joint_delay, mean_delay};
