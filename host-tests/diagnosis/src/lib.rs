@@ -47,6 +47,8 @@ pub mod put_right;
 
 pub mod aside;
 
+pub mod model_effects;
+
 pub mod data;
 
 pub mod noise_levels;

@@ -16,7 +16,8 @@ use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observ
 
 use super::before::{Before, left_behind_known, take_out_hidden, without_known};
 use super::case_motion::Motion;
-use super::data::{Data, bridged, known_by_axis};
+use super::data::{Data, bridged};
+use super::model_effects::known_by_axis;
 use super::families::{Alone, strongest, strongest_filters};
 use super::noise_levels::drift_prior;
 use super::pass::{Begin, Pass, left_on, sizes_on, subtract, subtract_by};

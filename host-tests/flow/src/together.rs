@@ -1,6 +1,6 @@
 //! Several recordings of one unit.
 
-use rlg_diagnosis::data::is_predictable;
+use rlg_diagnosis::model_effects::is_predictable;
 use rlg_diagnosis::put_right::put_right;
 use rlg_diagnosis::search::Found;
 use rlg_diagnosis::{data_words, several};
