@@ -53,6 +53,10 @@ pub mod data;
 
 pub mod noise_levels;
 
+mod axis_regression;
+
+mod coarse_path;
+
 pub mod coarse;
 
 pub mod case_motion;
