@@ -117,6 +117,8 @@ pub mod summary;
 
 pub mod experiment_words;
 
+mod experiment_question;
+
 pub mod next_experiment;
 
 pub mod findings;
