@@ -83,6 +83,10 @@ pub mod families;
 
 mod windows;
 
+mod linearisation;
+
+mod event_search;
+
 pub mod search;
 
 pub mod settle;

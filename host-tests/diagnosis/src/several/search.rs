@@ -12,10 +12,11 @@ use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquatio
 
 use super::delays::{joint_delay, mean_delay};
 use crate::data::Data;
+use crate::linearisation::is_seen;
 use crate::noise_levels::joint_drift;
 use crate::pass::Pass;
 use crate::path::{delays, is_settled, path_of};
-use crate::search::{Found, is_seen};
+use crate::search::Found;
 use crate::settings::Scope;
 use crate::settle::{Begun, Rows, Settled, settle};
 use crate::sharing::{
