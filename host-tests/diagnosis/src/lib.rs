@@ -79,6 +79,10 @@ pub mod scores;
 
 pub mod lock_in;
 
+mod filters;
+
+mod resonances;
+
 pub mod families;
 
 mod windows;
