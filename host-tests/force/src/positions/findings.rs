@@ -19,7 +19,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use super::candidates::{Candidate, Column, names};
 use super::diagnose::Diagnosed;
 use super::errors::Errors;
-use crate::findings::DRIFT;
+use crate::effects::DRIFT;
 use crate::prediction::channel_name;
 
 /// Channel of the force's length, which is compared with gravity.
