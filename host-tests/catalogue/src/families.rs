@@ -150,84 +150,60 @@ impl ExactMount<'_> {
     }
 }
 
-/// One low pass on a gyro's path by its exact columns: complete response, and derivative with respect to the time
-/// constant.
-pub struct ExactLowPass<'a> {
-    /// Low pass.
-    pub low_pass: LowPass,
-    /// Motion.
-    pub signals: &'a Signals,
-    /// Gyro behind the low pass.
-    pub gyro: usize,
+/// One filter on a gyro's path by its exact columns: complete response, and derivative with respect to the time constant.
+pub struct ExactFilter<'a> {
+    columns: [Column; 2],
+    signals: &'a Signals,
+    gyro: usize,
 }
 
-impl Columns for ExactLowPass<'_> {
+impl Columns for ExactFilter<'_> {
     fn count(&self) -> usize {
-        low_pass::PARTS.len()
+        self.columns.len()
     }
 
     fn column(&self, place: usize) -> Vec<f64> {
-        Column::LowPass(self.gyro, self.low_pass, low_pass::PARTS[place]).values(self.signals)
+        self.columns[place].values(self.signals)
     }
 }
 
-/// High pass behind a gyro by its exact columns: its full response, and its derivative with respect to the time constant.
-pub struct ExactHighPass<'a> {
-    /// High pass.
-    pub high_pass: HighPass,
-    /// Motion.
-    pub signals: &'a Signals,
-    /// Gyro in front of it.
-    pub gyro: usize,
-}
-
-impl Columns for ExactHighPass<'_> {
-    fn count(&self) -> usize {
-        2
+impl<'a> ExactFilter<'a> {
+    /// Low pass of a time constant \[s\].
+    pub fn low_pass(gyro: usize, time_s: f64, signals: &'a Signals) -> Self {
+        Self {
+            columns: low_pass::PARTS.map(|part| Column::LowPass(gyro, LowPass { time_s }, part)),
+            signals,
+            gyro,
+        }
     }
 
-    fn column(&self, place: usize) -> Vec<f64> {
-        let part = [high_pass::Part::Response, high_pass::Part::ByTime][place];
-        Column::HighPass(self.gyro, self.high_pass, part).values(self.signals)
+    /// High pass of a time constant \[s\].
+    pub fn high_pass(gyro: usize, time_s: f64, signals: &'a Signals) -> Self {
+        let parts = [high_pass::Part::Response, high_pass::Part::ByTime];
+        Self {
+            columns: parts.map(|part| Column::HighPass(gyro, HighPass { time_s }, part)),
+            signals,
+            gyro,
+        }
     }
-}
-
-/// Exact columns of a filter of one gyro.
-pub trait OfOneGyro: Columns {
-    /// Gyro of the filter, and the signals of its columns.
-    fn of(&self) -> (usize, &Signals);
 
     /// Hypothesis of one parameter per column, on the gyro.
-    fn hypothesis(&self) -> Hypothesis {
-        first_on_gyro(self.of(), self.count())
+    pub fn hypothesis(&self) -> Hypothesis {
+        self.of_first(self.count())
     }
 
     /// Hypothesis of the response alone.
-    fn of_response(&self) -> Hypothesis {
-        first_on_gyro(self.of(), 1)
+    pub fn of_response(&self) -> Hypothesis {
+        self.of_first(1)
     }
-}
 
-impl OfOneGyro for ExactLowPass<'_> {
-    fn of(&self) -> (usize, &Signals) {
-        (self.gyro, self.signals)
+    fn of_first(&self, count: usize) -> Hypothesis {
+        let terms = (0..count).map(|column| Term {
+            parameter: column,
+            record: self.gyro,
+            column,
+            coefficient: 1.0 / (1.0 - self.signals.scale_error[self.gyro]),
+        });
+        Hypothesis::of_terms(count, terms.collect())
     }
-}
-
-impl OfOneGyro for ExactHighPass<'_> {
-    fn of(&self) -> (usize, &Signals) {
-        (self.gyro, self.signals)
-    }
-}
-
-/// Hypothesis of one parameter for each of the first `count` columns of a gyro's increments, on that gyro.
-fn first_on_gyro((gyro, signals): (usize, &Signals), count: usize) -> Hypothesis {
-    let sensed = 1.0 / (1.0 - signals.scale_error[gyro]);
-    let terms = (0..count).map(|column| Term {
-        parameter: column,
-        record: gyro,
-        column,
-        coefficient: sensed,
-    });
-    Hypothesis::of_terms(count, terms.collect())
 }
