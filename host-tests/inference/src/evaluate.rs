@@ -193,14 +193,8 @@ pub(crate) fn evaluate_assembled(
             if set.iter().any(|one| is_beyond_a_value(one)) {
                 posterior.free_deviations(set, assembled, &g);
             }
-            return finish(Finished {
-                set,
-                assembled,
-                levels,
-                drift,
-                posterior,
-                by_chance: plan.by_chance,
-            });
+            let drift = drift.to_vec();
+            return posterior.fit(set, assembled, levels, drift, plan.by_chance);
         }
         last = posterior.log_likelihood;
         for ((block, prior), g) in assembled.blocks.iter().zip(&posterior.priors).zip(&mut g) {
@@ -306,6 +300,66 @@ impl Posterior {
         let power = of_block.dot(&(&prior.information * &of_block));
         (power / freedom).clamp(G_RANGE[0], G_RANGE[1])
     }
+
+    /// The fit, in the parameters' own units.
+    ///
+    /// # Inputs
+    /// `by_chance`: excess over a possible range attributed to chance \[σ\].
+    fn fit(
+        self,
+        set: &[&Hypothesis],
+        assembled: &Assembled,
+        levels: Vec<NoiseLevels>,
+        drift: Vec<Drift>,
+        by_chance: f64,
+    ) -> Fit {
+        let Self {
+            log_likelihood,
+            own_information,
+            beside,
+            priors,
+            covariance,
+            estimate,
+            ..
+        } = self;
+        let scale = &assembled.scale;
+        let blocks = assembled.blocks.clone();
+        let squared_sizes = blocks
+            .iter()
+            .map(|block| {
+                let of_block = estimate.rows_range(block.clone()).into_owned();
+                squared_size(&of_block, &sub_matrix(&covariance, block))
+            })
+            .collect();
+        let count = scale.len();
+        let is_impossible = |(one, block): (&&Hypothesis, &Range<usize>)| {
+            block.clone().enumerate().any(|(parameter, k)| {
+                let std = covariance[(k, k)].max(0.0).sqrt() * scale[k];
+                let bound = one.bound(parameter);
+                bound.excludes(estimate[k] * scale[k], std, by_chance)
+            })
+        };
+        let impossible = (0..set.len())
+            .filter(|&place| is_impossible((&set[place], &blocks[place])))
+            .collect();
+        Fit {
+            impossible,
+            members: Vec::new(),
+            is_redundant: is_redundant(&beside.information, &own_information, &blocks),
+            log_likelihood,
+            score: log_likelihood,
+            levels,
+            drift,
+            estimate: DVector::from_fn(count, |k, _| estimate[k] * scale[k]),
+            covariance: DMatrix::from_fn(count, count, |i, j| {
+                covariance[(i, j)] * scale[i] * scale[j]
+            }),
+            blocks,
+            gaps: assembled.gaps.clone(),
+            ranks: priors.iter().map(|prior| prior.rank).collect(),
+            squared_sizes,
+        }
+    }
 }
 
 /// Log likelihood of all records as noise of given powers.
@@ -371,74 +425,6 @@ fn start_level(levels: NoiseLevels, drift: Drift) -> NoiseLevels {
             walk: begun(levels.walk),
             ..levels
         },
-    }
-}
-
-struct Finished<'a> {
-    set: &'a [&'a Hypothesis],
-    assembled: &'a Assembled,
-    levels: Vec<NoiseLevels>,
-    drift: &'a [Drift],
-    posterior: Posterior,
-    /// Excess over a possible range attributed to chance \[σ\].
-    by_chance: f64,
-}
-
-fn finish(
-    Finished {
-        set,
-        assembled,
-        levels,
-        drift,
-        posterior,
-        by_chance,
-    }: Finished,
-) -> Fit {
-    let Posterior {
-        log_likelihood,
-        own_information,
-        beside,
-        priors,
-        covariance,
-        estimate,
-        ..
-    } = posterior;
-    let scale = &assembled.scale;
-    let blocks = assembled.blocks.clone();
-    let squared_sizes = blocks
-        .iter()
-        .map(|block| {
-            let of_block = estimate.rows_range(block.clone()).into_owned();
-            squared_size(&of_block, &sub_matrix(&covariance, block))
-        })
-        .collect();
-    let count = scale.len();
-    let is_impossible = |(one, block): (&&Hypothesis, &Range<usize>)| {
-        block.clone().enumerate().any(|(parameter, k)| {
-            let std = covariance[(k, k)].max(0.0).sqrt() * scale[k];
-            let bound = one.bound(parameter);
-            bound.excludes(estimate[k] * scale[k], std, by_chance)
-        })
-    };
-    let impossible = (0..set.len())
-        .filter(|&place| is_impossible((&set[place], &blocks[place])))
-        .collect();
-    Fit {
-        impossible,
-        members: Vec::new(),
-        is_redundant: is_redundant(&beside.information, &own_information, &blocks),
-        log_likelihood,
-        score: log_likelihood,
-        levels,
-        drift: drift.to_vec(),
-        estimate: DVector::from_fn(count, |k, _| estimate[k] * scale[k]),
-        covariance: DMatrix::from_fn(count, count, |i, j| {
-            covariance[(i, j)] * scale[i] * scale[j]
-        }),
-        blocks,
-        gaps: assembled.gaps.clone(),
-        ranks: priors.iter().map(|prior| prior.rank).collect(),
-        squared_sizes,
     }
 }
 
