@@ -83,7 +83,26 @@ pub fn estimate_from(
         return of_the_earth(data, measured, path, &plan.catalogue);
     }
     let rate_hz = streams.rate_hz;
-    let estimator = Estimator::new(data, &measured, clean_rad, levels, seen, path, plan);
+    let reference = data.model.reference.clone().unwrap_or_default();
+    let walk = reference.angle_random_walk_rad_sqrt_s.unwrap_or(0.0);
+    let reading_from_sensed = data.shared().try_inverse();
+    let estimator = Estimator {
+        basis: NoiseBasis::new(&Observations::separate(&vec![true; streams.rows], 1)),
+        dct: Dct::new(streams.rows),
+        declared: NoiseLevels {
+            white: walk.powi(2) / rate_hz,
+            angle: reference.angle_noise_rad.unwrap_or(0.0).powi(2),
+            ..NoiseLevels::default()
+        },
+        reading_from_sensed: reading_from_sensed.unwrap_or_else(Matrix3::identity),
+        measured: &measured,
+        data,
+        clean_rad,
+        levels,
+        seen,
+        path,
+        plan,
+    };
     let axes = each_axis(|axis| estimator.on_axis(axis));
     drop(estimator);
     let is_moving = std::array::from_fn(|axis| {
@@ -156,39 +175,7 @@ struct Estimator<'a> {
     reading_from_sensed: Matrix3<f64>,
 }
 
-impl<'a> Estimator<'a> {
-    fn new(
-        data: &'a Data<'a>,
-        measured: &'a Measured<'a>,
-        clean_rad: &'a Triad,
-        levels: &'a [NoiseLevels],
-        seen: &'a [bool],
-        path: Path,
-        plan: &'a Plan,
-    ) -> Self {
-        let rows = data.streams.rows;
-        let reference = data.model.reference.clone().unwrap_or_default();
-        let walk = reference.angle_random_walk_rad_sqrt_s.unwrap_or(0.0);
-        let reading_from_sensed = data.shared().try_inverse();
-        Self {
-            basis: NoiseBasis::new(&Observations::separate(&vec![true; rows], 1)),
-            dct: Dct::new(rows),
-            declared: NoiseLevels {
-                white: walk.powi(2) / data.streams.rate_hz,
-                angle: reference.angle_noise_rad.unwrap_or(0.0).powi(2),
-                ..NoiseLevels::default()
-            },
-            reading_from_sensed: reading_from_sensed.unwrap_or_else(Matrix3::identity),
-            data,
-            measured,
-            clean_rad,
-            levels,
-            seen,
-            path,
-            plan,
-        }
-    }
-
+impl Estimator<'_> {
     fn on_axis(&self, axis: usize) -> OfAxis {
         let gate = &self.plan.signal.gate;
         let rate_hz = self.data.streams.rate_hz;
@@ -197,32 +184,34 @@ impl<'a> Estimator<'a> {
         let levels = levels_of(weights_of, self.levels);
         let reference_rad = &self.measured.reference_rad[axis];
         let reference_rad = self.path.along(axis, reference_rad, rate_hz);
-        let noise = self.noise_on(axis, &reference_rad, &clean_on_axis_rad, levels);
         let AxisNoise {
+            shares,
             of_reference,
             uncertain,
+            residual,
             own,
-            ..
-        } = &noise;
-        let toward = weights(of_reference, own);
+        } = self.noise_on(axis, &reference_rad, &clean_on_axis_rad, levels);
+        let toward = weights(&of_reference, &own);
         let conditioned = add_filtered(&reference_rad, &clean_on_axis_rad, &toward, &self.dct);
         drop(reference_rad);
-        let left = noise_left(of_reference, uncertain, &toward, own, gate);
-        let expected = noise_expected(of_reference, &toward, own, gate);
-        drop(toward);
+        let left = noise_left(&of_reference, &uncertain, &toward, &own, gate);
+        let expected = noise_expected(&of_reference, &toward, &own, gate);
+        drop((toward, own));
         let powers = Powers {
             left: &left,
             expected: &expected,
-            before: of_reference,
-            uncertain,
-            residual: &noise.residual,
+            before: &of_reference,
+            uncertain: &uncertain,
+            residual: &residual,
         };
+        let shrunk = shrink(&conditioned, &powers, self.seen, rate_hz, gate);
+        drop((conditioned, left, expected, of_reference, uncertain));
         let level = |term: usize, declared: f64, own: f64| Level {
-            value: (noise.shares[term].share * unit_power(declared)).min(own),
-            std: (noise.shares[term].std * unit_power(declared)).min(own),
+            value: (shares[term].share * unit_power(declared)).min(own),
+            std: (shares[term].std * unit_power(declared)).min(own),
         };
         OfAxis {
-            shrunk: shrink(&conditioned, &powers, self.seen, rate_hz, gate),
+            shrunk,
             walk: level(0, self.declared.white, levels.white),
             angle: level(1, self.declared.angle, levels.angle),
             dither: self.dither(axis),
