@@ -144,7 +144,7 @@ impl Alignment {
         let mut map = Matrix3::identity() + Matrix3::from_diagonal(&scale);
         for gyro in 0..3 {
             for about in (0..3).filter(|about| *about != gyro) {
-                let (sign, senses) = rlg_catalogue::entries::tilt(gyro, about);
+                let (sign, senses) = rlg_catalogue::entry::tilt(gyro, about);
                 let name = format!("{}{}", XYZ[gyro], XYZ[about]);
                 map[(gyro, senses)] += sign * number("installation", &name);
             }

@@ -156,6 +156,89 @@ pub(crate) struct AtRest {
     pub(crate) columns: Vec<Vector3<f64>>,
 }
 
+/// Record and columns, a row of each axis for every increment and one for the rest.
+struct Stacked<'a> {
+    record: DMatrix<f64>,
+    columns: Vec<DMatrix<f64>>,
+    increments: &'a Increments,
+    /// Duration at rest \[s\].
+    rest_s: Option<f64>,
+}
+
+impl<'a> Stacked<'a> {
+    fn new(increments: &'a Increments, columns: &[ParameterColumn], rest: Option<&AtRest>) -> Self {
+        let rows = increments.rows() + usize::from(rest.is_some());
+        let stacked = |values: &Triad, at_rest: Option<Vector3<f64>>| {
+            DMatrix::from_fn(rows, 3, |row, axis| match values[axis].get(row) {
+                Some(value) => *value,
+                None => at_rest.map_or(0.0, |value| value[axis]),
+            })
+        };
+        let each = columns.iter().enumerate();
+        let mut all: Vec<DMatrix<f64>> = each
+            .map(|(k, one)| stacked(&one.values, rest.map(|rest| rest.columns[k])))
+            .collect();
+        // Constant rates of the case during the rest.
+        all.extend(rest.iter().flat_map(|_| 0..3).map(|axis| {
+            let mut column = DMatrix::zeros(rows, 3);
+            column[(increments.rows(), axis)] = 1.0;
+            column
+        }));
+        // Rows relative to the model's values, to first order.
+        let mut record = stacked(&increments.rows_rad, rest.map(|rest| rest.reading_rad_s));
+        for (column, one) in all.iter().zip(columns) {
+            record -= column * one.prior_mean;
+        }
+        Self {
+            record,
+            columns: all,
+            increments,
+            rest_s: rest.map(|rest| rest.lasts_s),
+        }
+    }
+
+    /// Covariance of the rows of an axis \[rad², at rest rad²/s²\].
+    fn covariance(&self, walk_rad_sqrt_s: f64, angle_rad: f64) -> DMatrix<f64> {
+        let (rows, at_rest) = (self.record.nrows(), self.increments.rows());
+        let times_s = &self.increments.times_s;
+        let lasts_s = |row: usize| times_s[row + 1] - times_s[row];
+        DMatrix::from_fn(rows, rows, |a, b| match a.abs_diff(b) {
+            0 if a == at_rest => {
+                walk_rad_sqrt_s.powi(2) / self.rest_s.unwrap_or(1.0) + ROTATION_RAD_S.powi(2)
+            }
+            1 if a.max(b) == at_rest => 0.0,
+            0 => walk_rad_sqrt_s.powi(2) * lasts_s(a) + 2.0 * angle_rad.powi(2),
+            1 => -angle_rad.powi(2),
+            _ => 0.0,
+        })
+    }
+
+    /// Normal equations under noise levels of a log prior probability; `None` if their covariance is singular.
+    fn under(&self, walk_rad_sqrt_s: f64, angle_rad: f64, log_prior: f64) -> Option<UnderNoise> {
+        let count = 3 * self.record.nrows();
+        let root = Cholesky::new(self.covariance(walk_rad_sqrt_s, angle_rad))?.l();
+        let whitened = |values: &DMatrix<f64>| {
+            let white = root.solve_lower_triangular(values);
+            DVector::from_iterator(count, white.iter().flatten().copied())
+        };
+        let log_determinant: f64 = root.diagonal().iter().map(|value| value.ln()).sum();
+        let record = whitened(&self.record);
+        let white: Vec<DVector<f64>> = self.columns.iter().map(whitened).collect();
+        let white = match white.is_empty() {
+            true => DMatrix::zeros(count, 0),
+            false => DMatrix::from_columns(&white),
+        };
+        Some(UnderNoise {
+            log_weight: log_prior - 3.0 * log_determinant,
+            gram: white.tr_mul(&white),
+            moments: white.tr_mul(&record),
+            energy: record.norm_squared(),
+            walk_rad_sqrt_s,
+            angle_rad,
+        })
+    }
+}
+
 /// Posterior of a set of columns.
 pub(crate) struct Weighed {
     /// Log evidence, up to a constant common to all sets.
@@ -181,70 +264,15 @@ impl FewRows {
         belief: &NoiseBelief,
         plan: &FewAttitudesPlan,
     ) -> Self {
-        let increments_only = increments.rows();
-        let rows = increments_only + usize::from(rest.is_some());
-        // One additional row for the rest.
-        let stacked = |values: &Triad, at_rest: Option<Vector3<f64>>| {
-            DMatrix::from_fn(rows, 3, |row, axis| match values[axis].get(row) {
-                Some(value) => *value,
-                None => at_rest.map_or(0.0, |value| value[axis]),
-            })
-        };
-        let each = columns.iter().enumerate();
-        let mut all: Vec<DMatrix<f64>> = each
-            .map(|(k, one)| stacked(&one.values, rest.map(|rest| rest.columns[k])))
-            .collect();
-        let turning = rest.map(|_| [0, 1, 2].map(|axis| all.len() + axis));
-        all.extend(turning.iter().flatten().enumerate().map(|(axis, _)| {
-            let mut column = DMatrix::zeros(rows, 3);
-            column[(increments_only, axis)] = 1.0;
-            column
-        }));
-        // Rows relative to the model's values, to first order.
-        let mut record = stacked(&increments.rows_rad, rest.map(|rest| rest.reading_rad_s));
-        for (column, one) in all.iter().zip(columns) {
-            record -= column * one.prior_mean;
-        }
-        let of_rest = |walk_rad_sqrt_s: f64| {
-            let lasts_s = rest.map_or(1.0, |rest| rest.lasts_s);
-            walk_rad_sqrt_s.powi(2) / lasts_s + ROTATION_RAD_S.powi(2)
-        };
-        let lasts_s = |row: usize| increments.times_s[row + 1] - increments.times_s[row];
+        let stacked = Stacked::new(increments, columns, rest);
         let mut under = Vec::new();
         for (walk_rad_sqrt_s, walk_weight) in belief.walk.grid() {
             for (angle_rad, angle_weight) in belief.angle.grid() {
-                let covariance = DMatrix::from_fn(rows, rows, |a, b| match a.abs_diff(b) {
-                    0 if a == increments_only => of_rest(walk_rad_sqrt_s),
-                    1 if a.max(b) == increments_only => 0.0,
-                    0 => walk_rad_sqrt_s.powi(2) * lasts_s(a) + 2.0 * angle_rad.powi(2),
-                    1 => -angle_rad.powi(2),
-                    _ => 0.0,
-                });
-                let Some(root) = Cholesky::new(covariance) else {
-                    continue;
-                };
-                let root = root.l();
-                let whitened = |values: &DMatrix<f64>| {
-                    let white = root.solve_lower_triangular(values);
-                    DVector::from_iterator(3 * rows, white.iter().flatten().copied())
-                };
-                let log_determinant: f64 = root.diagonal().iter().map(|value| value.ln()).sum();
-                let record = whitened(&record);
-                let white: Vec<DVector<f64>> = all.iter().map(whitened).collect();
-                let white = match white.is_empty() {
-                    true => DMatrix::zeros(3 * rows, 0),
-                    false => DMatrix::from_columns(&white),
-                };
-                under.push(UnderNoise {
-                    log_weight: walk_weight + angle_weight - 3.0 * log_determinant,
-                    gram: white.tr_mul(&white),
-                    moments: white.tr_mul(&record),
-                    energy: record.norm_squared(),
-                    walk_rad_sqrt_s,
-                    angle_rad,
-                });
+                let prior = walk_weight + angle_weight;
+                under.extend(stacked.under(walk_rad_sqrt_s, angle_rad, prior));
             }
         }
+        let turning = rest.map(|_| [0, 1, 2].map(|axis| columns.len() + axis));
         Self {
             under,
             prior_std: columns
@@ -253,7 +281,7 @@ impl FewRows {
                 .chain(turning.iter().flatten().map(|_| plan.turning_std_rad_s))
                 .collect(),
             turning,
-            numbers: 3 * increments_only,
+            numbers: 3 * increments.rows(),
         }
     }
 

@@ -16,7 +16,7 @@ use rlg_findings::result::{
     NoiseEntry, ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
 };
 use rlg_findings::updated_model::{say_choice, switch_on};
-use rlg_model::{EffectValue, ModelEffect};
+use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_signal::axes::AXES;
 
 use crate::alignment::{GROUPS, places};
@@ -39,78 +39,16 @@ type Preprocessed = (EffectEntry, ModelEffect);
 /// Composes the outcome of a diagnosis.
 pub(crate) fn outcome(said: &Said) -> Outcome {
     let Said {
-        observed,
-        registered,
-        found,
-        ..
+        observed, found, ..
     } = *said;
-    let streams = &observed.streams;
     let tested = held_out(said);
-    let spans = reference_spans::spans(&observed.samples, &observed.known, &registered.known);
-    let jumps = reference_spans::jumps(said);
-    let combinations = &said.plan.findings.combinations;
-    let named: Vec<(&Named, Numbers)> = found
-        .registration
-        .iter()
-        .chain(&found.physics)
-        .map(|one| {
-            let of = (&found.named_set[..], &found.of_named);
-            (
-                one,
-                numbers(said, one.kind, &one.places, of).written(one.kind, combinations),
-            )
-        })
-        .collect();
-    let mut effects: Vec<EffectEntry> = named
-        .iter()
-        .map(|(one, numbers)| entry(said, one, numbers))
-        .collect();
-    let mut preprocessed = own_lines::entries(
-        &observed.lines,
-        streams.rows,
-        streams.rate_hz,
-        observed.model,
-    );
-    preprocessed.extend(observed.settling.map(|one| one.entry()));
-    preprocessed.extend(zeroing::entry(&observed.zeroed));
-    preprocessed.extend(gyro_times::entry(&observed.late));
-    effects.extend(preprocessed.iter().map(|(entry, _)| entry.clone()));
-    let plan = &said.plan.attitude;
-    let of_span = |span: &Span| span.entry(&plan.reference_faults);
-    effects.extend(spans.iter().map(of_span));
-    effects.extend(jumps.iter().map(JumpSeen::entry));
-    effects.extend(
-        observed
-            .faults
-            .iter()
-            .map(|fault| fault_entry(streams, fault)),
-    );
-    let is_explained = !effects.is_empty();
+    let seen = Seen::new(said);
+    let named = &seen.named;
+    let effects = seen.entries(said);
     let is_left = tested
         .as_ref()
-        .is_some_and(|tested| tested.power_after > plan.most_power);
-    let verdict = match (is_explained, is_left) {
-        (false, false) => Verdict::Matches,
-        (false, true) => Verdict::Unexplained,
-        (true, false) => Verdict::Explained,
-        (true, true) => Verdict::PartlyExplained,
-    };
-    let mut model = observed.model.clone();
-    for (one, numbers) in &named {
-        switch_on(&mut model, model_effect(said, one, numbers));
-    }
-    for (_, effect) in &preprocessed {
-        switch_on(&mut model, effect.clone());
-    }
-    let faults = spans.iter().map(Span::effect);
-    let of_data = observed.faults.iter();
-    let of_data = of_data.map(|fault| fault_effect(fault, streams));
-    for effect in faults
-        .chain(jumps.iter().flat_map(JumpSeen::effects))
-        .chain(of_data)
-    {
-        switch_on(&mut model, effect);
-    }
+        .is_some_and(|tested| tested.power_after > said.plan.attitude.most_power);
+    let verdict = Verdict::of(!effects.is_empty(), !is_left);
     let experiment = promise::promised(said);
     let mut diagnosis = Diagnosis {
         format: FORMAT,
@@ -118,24 +56,19 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         version: env!("CARGO_PKG_VERSION").to_string(),
         seed: said.seed,
         verdict,
-        summary: summary(
-            said,
-            (verdict, &named, &preprocessed),
-            (&spans, &jumps),
-            tested.as_ref(),
-        ),
+        summary: summary(said, verdict, &seen, tested.as_ref()),
         locations: Vec::new(),
         effects,
         registration: registration(said),
         fit: fit(said, tested.as_ref()),
         not_excluded: not_excluded(said),
-        next_experiment: next_experiment(&named, experiment.as_ref()),
+        next_experiment: next_experiment(named, experiment.as_ref()),
         experiment,
         residual: tested.as_ref().and_then(|tested| tested.residual.clone()),
-        noise: noise(registered),
+        noise: noise(said.registered),
         accelerometer_noise: Vec::new(),
         trials: found.tried,
-        runners_up: runners_up(&named),
+        runners_up: runners_up(named),
         sensitivity: Vec::new(),
         control: None,
         self_test: None,
@@ -151,8 +84,88 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
     }
     Outcome {
         diagnosis,
-        model,
+        model: seen.model(said),
         pictures: tested.map(|tested| tested.pictures),
+    }
+}
+
+/// Findings of all stages.
+struct Seen<'a> {
+    /// Accepted effects with their values.
+    named: Vec<(&'a Named, Numbers)>,
+    /// Errors that were removed before the registration.
+    preprocessed: Vec<Preprocessed>,
+    /// Stretches with faults of the reference.
+    spans: Vec<Span>,
+    /// Jumps of the reference.
+    jumps: Vec<JumpSeen>,
+}
+
+impl<'a> Seen<'a> {
+    fn new(said: &Said<'a>) -> Self {
+        let Said {
+            observed,
+            registered,
+            found,
+            ..
+        } = *said;
+        let combinations = &said.plan.findings.combinations;
+        let values = (&found.named_set[..], &found.of_named);
+        let named = found.registration.iter().chain(&found.physics);
+        let streams = &observed.streams;
+        let mut preprocessed = own_lines::entries(
+            &observed.lines,
+            streams.rows,
+            streams.rate_hz,
+            observed.model,
+        );
+        preprocessed.extend(observed.settling.map(|one| one.entry()));
+        preprocessed.extend(zeroing::entry(&observed.zeroed));
+        preprocessed.extend(gyro_times::entry(&observed.late));
+        Self {
+            named: named
+                .map(|one| {
+                    let numbers = numbers(said, one.kind, &one.places, values);
+                    (one, numbers.written(one.kind, combinations))
+                })
+                .collect(),
+            preprocessed,
+            spans: reference_spans::spans(&observed.samples, &observed.known, &registered.known),
+            jumps: reference_spans::jumps(said),
+        }
+    }
+
+    /// Entries of effects, removed errors and faults.
+    fn entries(&self, said: &Said) -> Vec<EffectEntry> {
+        let plan = &said.plan.attitude.reference_faults;
+        let observed = said.observed;
+        let named = self.named.iter();
+        let faults = observed.faults.iter();
+        named
+            .map(|(one, numbers)| entry(said, one, numbers))
+            .chain(self.preprocessed.iter().map(|(entry, _)| entry.clone()))
+            .chain(self.spans.iter().map(|span| span.entry(plan)))
+            .chain(self.jumps.iter().map(JumpSeen::entry))
+            .chain(faults.map(|fault| fault_entry(&observed.streams, fault)))
+            .collect()
+    }
+
+    /// The model with all effects, removed errors and faults.
+    fn model(&self, said: &Said) -> Model {
+        let observed = said.observed;
+        let named = self.named.iter();
+        let faults = observed.faults.iter();
+        let effects = named
+            .map(|(one, numbers)| model_effect(said, one, numbers))
+            .chain(self.preprocessed.iter().map(|(_, effect)| effect.clone()))
+            .chain(self.spans.iter().map(Span::effect))
+            .chain(self.jumps.iter().flat_map(JumpSeen::effects))
+            .chain(faults.map(|fault| fault_effect(fault, &observed.streams)));
+        let mut model = observed.model.clone();
+        for effect in effects {
+            switch_on(&mut model, effect);
+        }
+        model
     }
 }
 
@@ -295,12 +308,13 @@ fn reference_line(said: &Said) -> String {
     )
 }
 
-fn summary(
-    said: &Said,
-    (verdict, named, own): (Verdict, &[(&Named, Numbers)], &[Preprocessed]),
-    (spans, jumps): (&[Span], &[JumpSeen]),
-    tested: Option<&HeldOut>,
-) -> Vec<String> {
+fn summary(said: &Said, verdict: Verdict, seen: &Seen, tested: Option<&HeldOut>) -> Vec<String> {
+    let Seen {
+        named,
+        preprocessed,
+        spans,
+        jumps,
+    } = seen;
     let mut lines = vec![rlg_findings::sentences::opening(verdict).to_string()];
     lines.push(reference_line(said));
     for (one, numbers) in named {
@@ -315,7 +329,8 @@ fn summary(
         ));
     }
     lines.extend(sampled_at_instants(said, named));
-    lines.extend(own.iter().map(|(entry, _)| own_lines::sentence(entry)));
+    let removed = preprocessed.iter();
+    lines.extend(removed.map(|(entry, _)| own_lines::sentence(entry)));
     let has_as_many = said.found.named_set.len() >= 3 * said.registered.about.increments.rows();
     if !named.is_empty() && said.few.is_some() && has_as_many {
         lines.push("What was found has as many numbers as the attitudes, which alone cannot tell it from other things: another turn, about another axis or of another length, would show whether it holds.".to_string());

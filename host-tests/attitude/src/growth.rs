@@ -39,7 +39,7 @@ pub(crate) struct Growth<'a> {
 }
 
 /// A registration and its groups.
-type Grown = (Registration, Free);
+pub(crate) type Grown = (Registration, Free);
 
 impl Growth<'_> {
     /// Aligns the reference with the gyros: selected groups are added until the selection no longer changes. The others stay

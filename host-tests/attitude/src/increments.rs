@@ -49,9 +49,7 @@ impl Stamps {
             jumped: vec![false; left_out.len()],
         }
     }
-}
 
-impl Stamps {
     /// Leaves out used stamps flagged as faulty; true if there are any.
     ///
     /// # Inputs
@@ -88,6 +86,55 @@ pub struct Increments {
     places: Vec<Place>,
 }
 
+/// A stamp used for the rows.
+struct Used {
+    stamp: usize,
+    /// On the gyros' clock \[s\].
+    time_s: f64,
+    place: Place,
+}
+
+impl Used {
+    /// Stamps that are not left out and lie within the gyros' record and outside its gaps; of many stamps a few at the end
+    /// are dropped, as the transform is fast at smooth lengths.
+    fn all(
+        motion: &GyroMotion,
+        samples: &[SlowSample],
+        known: &Stamps,
+        clock: &ReferenceClock,
+        lost_before: &[usize],
+        plan: &AttitudeRowsPlan,
+    ) -> Vec<Self> {
+        let end_rows = if samples.len() > plan.short {
+            plan.end_rows
+        } else {
+            0
+        };
+        let inside = |place: &Place| {
+            let is_within = place.row >= end_rows && place.row + end_rows < motion.rows();
+            is_within && !is_in_gap(place.row, lost_before, plan.bridged_rows)
+        };
+        let left_in = samples.iter().enumerate();
+        let left_in = left_in.filter(|(stamp, _)| !known.left_out[*stamp]);
+        let mut used: Vec<Self> = left_in
+            .filter_map(|(stamp, sample)| {
+                let time_s = clock.on_gyros_s(sample.time_s);
+                Some(Self {
+                    stamp,
+                    time_s,
+                    place: motion.place(time_s).filter(inside)?,
+                })
+            })
+            .collect();
+        let mut rows = used.len().saturating_sub(1);
+        while rows > plan.short && smooth_length(rows) != rows {
+            rows -= 1;
+        }
+        used.truncate(rows + 1);
+        used
+    }
+}
+
 impl Increments {
     /// Forms rows of the stamps that are not left out; `None` if fewer than two lie within the gyros' record.
     ///
@@ -101,37 +148,13 @@ impl Increments {
         lost_before: &[usize],
         plan: &AttitudeRowsPlan,
     ) -> Option<Self> {
-        let end_rows = if samples.len() > plan.short {
-            plan.end_rows
-        } else {
-            0
-        };
-        let inside = |place: &Place| {
-            let is_within = place.row >= end_rows && place.row + end_rows < motion.rows();
-            is_within && !is_in_gap(place.row, lost_before, plan.bridged_rows)
-        };
-        let mut used: Vec<(usize, f64, Place)> = samples
-            .iter()
-            .enumerate()
-            .filter(|(stamp, _)| !known.left_out[*stamp])
-            .filter_map(|(stamp, sample)| {
-                let time_s = clock.on_gyros_s(sample.time_s);
-                let place = motion.place(time_s).filter(inside)?;
-                Some((stamp, time_s, place))
-            })
-            .collect();
+        let used = Used::all(motion, samples, known, clock, lost_before, plan);
         if used.len() < 2 {
             return None;
         }
-        // The transform is fast at smooth lengths: of many stamps a few at the end are dropped for one.
-        let mut rows = used.len() - 1;
-        while rows > plan.short && smooth_length(rows) != rows {
-            rows -= 1;
-        }
-        used.truncate(rows + 1);
         let errors: Vec<Shown> = used
             .iter()
-            .map(|(stamp, _, place)| samples[*stamp].shown.against(&motion.shown(*place)))
+            .map(|one| samples[one.stamp].shown.against(&motion.shown(one.place)))
             .collect();
         let mut rows_rad = Triad::default();
         for pair in errors.windows(2) {
@@ -140,24 +163,25 @@ impl Increments {
                 rows_rad[axis].push(grown[axis]);
             }
         }
-        let times_s: Vec<f64> = used.iter().map(|(_, time_s, _)| *time_s).collect();
-        let places: Vec<Place> = used.iter().map(|(_, _, place)| *place).collect();
+        let rows = used.len() - 1;
+        let times_s: Vec<f64> = used.iter().map(|one| one.time_s).collect();
+        let places: Vec<Place> = used.iter().map(|one| one.place).collect();
         let period_s = typical_period_s(&times_s, plan);
         let lost = |row: usize| {
             let before = |place: Place| lost_before[(place.row + 1).min(lost_before.len() - 1)];
             before(places[row + 1]) - before(places[row])
         };
         let mut free = free_rows(&times_s, period_s, &lost, plan);
-        let jumps = used
-            .windows(2)
-            .enumerate()
-            .filter(|(_, pair)| known.jumped[pair[0].0 + 1..=pair[1].0].contains(&true));
+        let jumps = used.windows(2).enumerate().filter(|(_, pair)| {
+            let stamps = pair[0].stamp + 1..=pair[1].stamp;
+            known.jumped[stamps].contains(&true)
+        });
         free.extend(jumps.map(|(row, _)| row));
         free.sort_unstable();
         free.dedup();
         Some(Self {
             rows_rad,
-            stamps: used.iter().map(|(stamp, _, _)| *stamp).collect(),
+            stamps: used.iter().map(|one| one.stamp).collect(),
             navigation_from_start: errors[..rows]
                 .iter()
                 .map(|error| match error {

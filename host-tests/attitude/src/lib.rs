@@ -13,7 +13,7 @@
 //! A reference of summed increments is accepted, too: sums are compared with sums, without rotation.
 //!
 //! For attitudes too few to estimate their noise, `few` computes the evidence of rows and columns under declared or prior
-//! noise, and `few_search` replaces registration and search. For the registration alone, `align` omits the physics.
+//! noise, and `few_search` replaces registration and search (`few_fit`; `many_fit` for all others). For the registration alone, `align` omits the physics.
 
 mod gyro_motion;
 
@@ -96,6 +96,10 @@ mod rest;
 mod few;
 
 mod few_search;
+
+mod few_fit;
+
+mod many_fit;
 
 mod promise;
 

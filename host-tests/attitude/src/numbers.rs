@@ -153,7 +153,7 @@ fn stated(group: &Group, navigation_from_start: &Matrix3<f64>) -> (Vec<String>, 
             let mut map = DMatrix::zeros(6, 3);
             for (gyro, axis) in AXES.iter().enumerate() {
                 for about in (0..3).filter(|about| *about != gyro) {
-                    let (sign, senses) = entries::tilt(gyro, about);
+                    let (sign, senses) = rlg_catalogue::entry::tilt(gyro, about);
                     let pair = [(0, 1), (0, 2), (1, 2)]
                         .iter()
                         .position(|pair| *pair == (gyro.min(senses), gyro.max(senses)));

@@ -67,6 +67,11 @@ pub(crate) struct Observed<'a> {
 }
 
 impl Observed<'_> {
+    /// Forms rows about an alignment; `None` if fewer than two stamps lie within the gyros' record.
+    pub(crate) fn about(&self, alignment: &Alignment) -> Option<About> {
+        About::new(&self.gyros, &self.samples, &self.stamps, alignment)
+    }
+
     /// Flags held-out stamps, known faults, frozen attitudes and failed stretches.
     fn flag_stamps(&mut self, plan: &Plan) {
         let samples = &self.samples;

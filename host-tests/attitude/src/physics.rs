@@ -5,10 +5,11 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_catalogue::candidates::Variant;
-use rlg_catalogue::entries::{CATALOGUE, Entry, SLIP, STEP, coefficient_of};
+use rlg_catalogue::entries::{CATALOGUE, SLIP, STEP, coefficient_of};
+use rlg_catalogue::entry::Entry;
 use rlg_catalogue::signals::{AXES, Inputs, Motions, Path};
 use rlg_catalogue::{Candidate, Pool, Signals};
-use rlg_diagnosis::data::event_row;
+use rlg_diagnosis::model_effects::event_row;
 use rlg_inference::Term;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_plan::CataloguePlan;

@@ -2,7 +2,7 @@
 //!
 //! Twenty parameters in groups, by forward selection from none, each linearised about its last value until convergence.
 
-use rlg_plan::RegistrationPlan;
+use rlg_plan::{AttitudeOutlierPlan, RegistrationPlan};
 use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::{Triad, add_triad};
 
@@ -111,7 +111,6 @@ impl Registration {
         angle_rad: f64,
         known: Stamps,
     ) -> Self {
-        let rows = about.increments.rows();
         Self {
             levels: Levels::of_all(vec![
                 walk_rad_sqrt_s.powi(2) * about.increments.period_s,
@@ -124,7 +123,7 @@ impl Registration {
             rivals: Vec::new(),
             delay_std_s: f64::INFINITY,
             smoothing_s2: [(0.0, f64::INFINITY); 3],
-            corrected_rad: std::array::from_fn(|_| vec![0.0; rows]),
+            corrected_rad: none_corrected(&about),
             about,
         }
     }
@@ -191,7 +190,6 @@ pub(crate) fn settle(
     has_faults: bool,
     progress: &dyn Fn(&str),
 ) -> Option<Registration> {
-    let Records { gyros, stamps, .. } = of;
     let kept = places_of(free);
     let mut walk = Walk::new(start);
     let mut levels: Option<Levels> = None;
@@ -203,82 +201,126 @@ pub(crate) fn settle(
             levels = None;
         }
         let alignment = walk.alignment.clone();
-        let fitted = |known: &Stamps, levels: Option<Levels>| {
-            let options = FitOptions {
-                kept: &kept,
-                is_plain,
-                levels,
-            };
-            let point = Point {
-                of_model,
-                alignment: &alignment,
-            };
-            fitted(
-                Records {
-                    stamps: known,
-                    ..of
-                },
-                point,
-                options,
-            )
+        let options = FitOptions {
+            kept: &kept,
+            is_plain,
+            levels: levels.take(),
         };
-        // Faults are detected anew in each pass: far from convergence a gyro error resembles a fault of the reference.
-        let mut known = stamps.clone();
-        let (mut about, mut fitting) = fitted(&known, levels.take())?;
+        let point = Point {
+            of_model,
+            alignment: &alignment,
+        };
+        let mut rows = FittedRows::new(of, point, options)?;
         let linear_about: Vec<usize> = (0..kept.len())
             .filter(|at| is_moved(kept[*at], &alignment))
             .collect();
-        if walk.is_too_far(fitting.here(&linear_about), is_plain) {
+        if walk.is_too_far(rows.fitting.here(&linear_about), is_plain) {
             if walk.is_stuck() {
                 pass = PASSES - 1;
             }
-            levels = Some(fitting.fit.levels);
+            levels = Some(rows.fitting.fit.levels);
             continue;
         }
+        if has_faults && pass > 0 {
+            rows.leave_out_faults(of, point, &kept, is_plain)?;
+        }
+        if pass > 0 {
+            rows.shrink_outliers(&of.gyros.plan.outliers);
+        }
+        let fit = &rows.fitting.fit;
+        let steps = Steps::new(&kept, &fit.estimate, &fit.std);
+        pass += 1;
+        if (pass > PLAIN_PASSES + 1 && steps.largest() < SETTLED) || pass == PASSES {
+            return Some(rows.registration(alignment, &steps));
+        }
+        walk.step(steps.estimate);
+        // Nor are the residuals of a bad start fitted as modulated noise.
+        levels = Some(match is_plain {
+            true => rows.fitting.fit.levels,
+            false => rows.fitting.levels_along(&rows.about.increments.times_s),
+        });
+    }
+}
+
+/// Rows about an alignment with their fit.
+struct FittedRows {
+    about: About,
+    fitting: Fitting,
+    /// Flags of the stamps: faults are detected anew in each pass, as far from convergence a gyro error resembles a fault of
+    /// the reference.
+    known: Stamps,
+    /// Errors of single stamps in excess of the noise \[rad\].
+    corrected_rad: Triad,
+}
+
+impl FittedRows {
+    fn new(of: Records, point: Point, options: FitOptions) -> Option<Self> {
+        let (about, fitting) = fitted(of, point, options)?;
+        Some(Self {
+            corrected_rad: none_corrected(&about),
+            about,
+            fitting,
+            known: of.stamps.clone(),
+        })
+    }
+
+    /// Leaves out stamps with faults of the reference, and fits again after each kind of fault.
+    fn leave_out_faults(
+        &mut self,
+        of: Records,
+        point: Point,
+        kept: &[usize],
+        is_plain: bool,
+    ) -> Option<()> {
         let searches = [
             reference_faults::spikes,
             reference_faults::rough_stretches,
             reference_jumps::find,
         ];
-        for search in searches.iter().filter(|_| has_faults && pass > 0) {
-            if search(&about, &fitting, &mut known, &gyros.plan) {
-                let levels = fitting.fit.levels.clone();
-                (about, fitting) = fitted(&known, Some(levels))?;
+        for search in searches {
+            if search(&self.about, &self.fitting, &mut self.known, &of.gyros.plan) {
+                let options = FitOptions {
+                    kept,
+                    is_plain,
+                    levels: Some(self.fitting.fit.levels.clone()),
+                };
+                let stamps = &self.known;
+                (self.about, self.fitting) = fitted(Records { stamps, ..of }, point, options)?;
             }
         }
-        let mut corrected_rad: Triad = std::array::from_fn(|_| vec![0.0; about.increments.rows()]);
-        if pass > 0 {
-            for _ in 0..2 {
-                fitting.shrink_outliers(
-                    &about.increments,
-                    &mut corrected_rad,
-                    &gyros.plan.outliers,
-                );
-            }
-        }
-        let steps = Steps::new(&kept, &fitting.fit.estimate, &fitting.fit.std);
-        pass += 1;
-        if (pass > PLAIN_PASSES + 1 && steps.largest() < SETTLED) || pass == PASSES {
-            return Some(Registration {
-                log_likelihood: fitting.fit.explained,
-                smoothing_s2: steps.smoothing_s2(),
-                delay_std_s: steps.std[places("reference_delay").start],
-                rivals: Vec::new(),
-                alignment,
-                levels: fitting.fit.levels.clone(),
-                jumps: reference_jumps::sizes(&about, &fitting, &known),
-                about,
-                known,
-                corrected_rad,
-            });
-        }
-        walk.step(steps.estimate);
-        // Nor are the residuals of a bad start fitted as modulated noise.
-        levels = Some(match is_plain {
-            true => fitting.fit.levels,
-            false => fitting.levels_along(&about.increments.times_s),
-        });
+        self.corrected_rad = none_corrected(&self.about);
+        Some(())
     }
+
+    /// Subtracts errors of single stamps in excess of the noise, and fits again.
+    fn shrink_outliers(&mut self, plan: &AttitudeOutlierPlan) {
+        for _ in 0..2 {
+            let increments = &self.about.increments;
+            self.fitting
+                .shrink_outliers(increments, &mut self.corrected_rad, plan);
+        }
+    }
+
+    fn registration(self, alignment: Alignment, steps: &Steps) -> Registration {
+        let fit = &self.fitting.fit;
+        Registration {
+            log_likelihood: fit.explained,
+            smoothing_s2: steps.smoothing_s2(),
+            delay_std_s: steps.std[places("reference_delay").start],
+            rivals: Vec::new(),
+            alignment,
+            levels: fit.levels.clone(),
+            jumps: reference_jumps::sizes(&self.about, &self.fitting, &self.known),
+            about: self.about,
+            known: self.known,
+            corrected_rad: self.corrected_rad,
+        }
+    }
+}
+
+/// Zero corrections of all rows \[rad\].
+fn none_corrected(about: &About) -> Triad {
+    std::array::from_fn(|_| vec![0.0; about.increments.rows()])
 }
 
 /// Column indices of groups, in ascending order.

@@ -20,6 +20,16 @@ pub(crate) struct Few {
     pub(crate) rest_s: f64,
 }
 
+/// A registration and the findings of the search.
+pub(crate) struct Fitted {
+    pub(crate) registered: Registration,
+    pub(crate) gyro: Gyro,
+    pub(crate) pool: Pool,
+    pub(crate) candidates: Candidates,
+    pub(crate) found: Found,
+    pub(crate) few: Option<Few>,
+}
+
 /// Results of all stages of a diagnosis.
 pub(crate) struct Said<'a> {
     pub(crate) observed: &'a Observed<'a>,

@@ -2,9 +2,11 @@
 
 use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
 
-use crate::column::{Column, Sensed};
-use crate::entries::{CATALOGUE, Entry, Law, SLIP, STEP, tilt};
+use crate::column::Column;
+use crate::entries::{CATALOGUE, SLIP, STEP};
+use crate::entry::{Entry, Law, tilt};
 use crate::expression::Expression;
+use crate::sensed::Sensed;
 use crate::signals::{AXES, Signals};
 use crate::stiffness;
 
@@ -143,72 +145,40 @@ impl Pool {
         signals: &Signals,
         is_moving: [bool; 3],
     ) -> Vec<Candidate> {
-        let whole = self.terms(entry, signals, is_moving);
         let odds = &signals.plan.odds;
-        let everyday = if entry.everyday { odds.everyday } else { 1.0 };
-        let largest = stiffness::largest(entry.kind, signals);
-        let candidate = |variant, keep: &dyn Fn(usize, &Named) -> bool, places: f64| {
-            let kept: Vec<&Named> = whole
-                .iter()
-                .enumerate()
-                .filter(|(place, named)| !named.terms.is_empty() && keep(*place, named))
-                .map(|(_, named)| named)
-                .collect();
-            let terms = kept.iter().enumerate().flat_map(|(parameter, named)| {
-                named
-                    .terms
-                    .iter()
-                    .map(move |term| Term { parameter, ..*term })
-            });
-            (!kept.is_empty()).then(|| Candidate {
-                kind: entry.kind,
-                variant,
-                names: kept.iter().map(|named| named.name.clone()).collect(),
-                base: vec![0.0; kept.len()],
-                hypothesis: Hypothesis {
-                    parameters: kept.len(),
-                    terms: terms.collect(),
-                    fixed: Vec::new(),
-                    bounds: kept
-                        .iter()
-                        .map(|named| stiffness::within(entry.size.bound(), &named.name, largest))
-                        .collect(),
-                    requires: None,
-                    price: (places * everyday).ln(),
-                },
-            })
+        let whole = Expanded {
+            entry,
+            parameters: self.terms(entry, signals, is_moving),
+            everyday: if entry.everyday { odds.everyday } else { 1.0 },
+            largest: stiffness::largest(entry.kind, signals),
         };
-        let all = |_: usize, _: &Named| true;
         let mut found: Vec<Candidate> = Vec::new();
         match entry.law {
             Law::Axes(_) => {
                 for axis in 0..3 {
-                    found.extend(candidate(
-                        Variant::Axis(axis),
-                        &|place, _| place == axis,
-                        odds.one_axis,
-                    ));
+                    let is_it = |place: usize| place == axis;
+                    found.extend(whole.part(Variant::Axis(axis), is_it, odds.one_axis));
                 }
-                let shown = whole.iter().filter(|named| !named.terms.is_empty()).count();
+                let shown = whole.shown(|_| true).len();
                 if shown > 1 {
-                    found.extend(candidate(Variant::Whole, &all, odds.shared));
+                    found.extend(whole.all(odds.shared));
                 }
                 if shown == 3 && COMMON_KINDS.contains(&entry.kind) {
-                    found.push(common(entry, &whole, (odds.common * everyday).ln()));
+                    found.push(whole.common(odds.common));
                 }
             }
             Law::Nine(_) => {
-                let is_diagonal = |place: usize, _: &Named| place / 3 == place % 3;
-                found.extend(candidate(Variant::Diagonal, &is_diagonal, odds.shared));
-                found.extend(candidate(Variant::Whole, &all, odds.shared));
+                let is_diagonal = |place: usize| place / 3 == place % 3;
+                found.extend(whole.part(Variant::Diagonal, is_diagonal, odds.shared));
+                found.extend(whole.all(odds.shared));
             }
             Law::Body(_)
                 if entry.kind != "reference_misalignment" && entry.kind != "earth_rate" =>
             {
-                found.extend(candidate(Variant::Whole, &all, odds.of_reference));
+                found.extend(whole.all(odds.of_reference));
             }
             Law::Body(_) | Law::Common(_) | Law::Tilts(..) | Law::Across(_) => {
-                found.extend(candidate(Variant::Whole, &all, 1.0));
+                found.extend(whole.all(1.0));
             }
         }
         if is_delay(entry.kind) && signals.path.delay_s != [0.0; 3] {
@@ -413,24 +383,77 @@ impl Named {
     }
 }
 
-fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
-    Candidate {
-        kind: entry.kind,
-        variant: Variant::Common,
-        names: vec!["all".to_string()],
-        base: vec![0.0],
-        hypothesis: Hypothesis {
-            parameters: 1,
-            terms: whole.iter().flat_map(|named| named.terms.clone()).collect(),
-            fixed: Vec::new(),
-            // A common negative delay is a late reference, a kind of its own.
-            bounds: vec![Bound {
-                range: [0.0, f64::INFINITY],
-                ..entry.size.bound()
-            }],
-            requires: None,
-            price,
-        },
+/// An entry with its parameters on a recording.
+struct Expanded<'a> {
+    entry: &'a Entry,
+    parameters: Vec<Named>,
+    /// Prior odds of the entry against others.
+    everyday: f64,
+    /// Largest stiffness by axis, see [`stiffness::largest`].
+    largest: Option<[f64; 3]>,
+}
+
+impl Expanded<'_> {
+    /// Parameters that the recording can show, of the selected places.
+    fn shown(&self, keep: impl Fn(usize) -> bool) -> Vec<&Named> {
+        let each = self.parameters.iter().enumerate();
+        each.filter(|(place, named)| !named.terms.is_empty() && keep(*place))
+            .map(|(_, named)| named)
+            .collect()
+    }
+
+    /// Candidate of all parameters; `None` if the recording shows none.
+    fn all(&self, places: f64) -> Option<Candidate> {
+        self.part(Variant::Whole, |_| true, places)
+    }
+
+    /// Candidate of the parameters at some places, selected from `places`; `None` if the recording shows none of them.
+    fn part(
+        &self,
+        variant: Variant,
+        keep: impl Fn(usize) -> bool,
+        places: f64,
+    ) -> Option<Candidate> {
+        let kept = self.shown(keep);
+        let terms = kept.iter().enumerate().flat_map(|(parameter, named)| {
+            let terms = named.terms.iter();
+            terms.map(move |term| Term { parameter, ..*term })
+        });
+        let bound = self.entry.size.bound();
+        let bounds = kept
+            .iter()
+            .map(|named| stiffness::within(bound, &named.name, self.largest));
+        (!kept.is_empty()).then(|| Candidate {
+            kind: self.entry.kind,
+            variant,
+            names: kept.iter().map(|named| named.name.clone()).collect(),
+            base: vec![0.0; kept.len()],
+            hypothesis: Hypothesis {
+                bounds: bounds.collect(),
+                price: (places * self.everyday).ln(),
+                ..Hypothesis::of_terms(kept.len(), terms.collect())
+            },
+        })
+    }
+
+    /// Candidate of one value for all gyros, selected from `places`.
+    fn common(&self, places: f64) -> Candidate {
+        let terms = self.parameters.iter().flat_map(|named| named.terms.clone());
+        Candidate {
+            kind: self.entry.kind,
+            variant: Variant::Common,
+            names: vec!["all".to_string()],
+            base: vec![0.0],
+            hypothesis: Hypothesis {
+                // A common negative delay is a late reference, a kind of its own.
+                bounds: vec![Bound {
+                    range: [0.0, f64::INFINITY],
+                    ..self.entry.size.bound()
+                }],
+                price: (places * self.everyday).ln(),
+                ..Hypothesis::of_terms(1, terms.collect())
+            },
+        }
     }
 }
 

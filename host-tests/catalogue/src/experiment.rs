@@ -14,8 +14,8 @@ use rlg_plan::CataloguePlan;
 use rlg_signal::axes::Triad;
 
 use crate::candidates::PoolColumns;
-use crate::column::Sensed;
 use crate::moves::{Kind, Move, increments_rad};
+use crate::sensed::Sensed;
 use crate::signals::{Inputs, Signals};
 
 /// Standard gravity \[m/s²\].

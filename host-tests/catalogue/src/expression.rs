@@ -74,11 +74,8 @@ pub enum Factor {
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Expression([Option<Factor>; 3]);
 
-/// Grid of time constants \[s\]: from a filter to a thermal mass. The selected one is refined.
-pub const LAGS_S: [f64; 4] = [0.1, 0.4, 1.6, 6.4];
-
 /// Channel by axis.
-type OfAxis = fn(usize) -> Channel;
+pub(crate) type OfAxis = fn(usize) -> Channel;
 
 /// Names of the channels with an axis.
 const STEMS: [(&str, OfAxis); 8] = [
@@ -135,7 +132,7 @@ impl Channel {
     }
 
     /// True if the channel varies enough to be identifiable.
-    fn moves(self, signals: &Signals, is_moving: [bool; 3]) -> bool {
+    pub(crate) fn moves(self, signals: &Signals, is_moving: [bool; 3]) -> bool {
         let plan = &signals.plan.excitation;
         if let Self::Rate(axis) | Self::Acceleration(axis) = self
             && !is_moving[axis]
@@ -418,122 +415,6 @@ impl Expression {
             _ => None,
         }
     }
-}
-
-/// Channels that vary enough to be identifiable.
-fn moving_channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Channel> {
-    use Channel::{Acceleration, Field, Force, Other, Rate, Warming};
-    let triads: [OfAxis; 5] = [Rate, Acceleration, Force, Warming, Field];
-    let others = (0..signals.others.len()).map(Other);
-    triads
-        .iter()
-        .flat_map(|channel| (0..3).map(channel))
-        .chain(others)
-        .filter(|channel| channel.moves(signals, is_moving))
-        .collect()
-}
-
-/// Expressions of one channel each.
-pub fn channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
-    let channels = moving_channels(signals, is_moving).into_iter();
-    channels
-        .map(|channel| Expression::of(&[Factor::Channel(channel)]))
-        .collect()
-}
-
-/// All expressions tried on each gyro: channels and products of two, some of three, lags and integrals of channels, and
-/// functions of time.
-pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
-    use Channel::{
-        Acceleration, DitherAngle, DitherRate, Force, Other, Rate, Warming, WarmingRate,
-    };
-    use Factor::{Channel as Of, Deviation, Integral, Side, Size, Time, Way};
-    let channels = moving_channels(signals, is_moving);
-    let has = |channel: Channel| channels.contains(&channel);
-    let mut all: Vec<Expression> = Vec::new();
-    let mut add = |factors: &[Factor]| all.push(Expression::of(factors));
-    for (place, &a) in channels.iter().enumerate() {
-        add(&[Of(a)]);
-        for &b in &channels[place..] {
-            add(&[Of(a), Of(b)]);
-        }
-        for constant_s in LAGS_S {
-            add(&[Factor::Lag([Some(a), None], constant_s)]);
-        }
-        match a {
-            Rate(_) => {
-                add(&[Size(a)]);
-                add(&[Of(a), Size(a)]);
-                add(&[Integral([Some(a), None])]);
-                add(&[Side(a)]);
-                add(&[Way(a)]);
-                add(&[Of(a), Way(a)]);
-                add(&[Time, Of(a)]);
-            }
-            // A clock of the reference that gains on that of the gyros.
-            Acceleration(_) => add(&[Time, Of(a)]),
-            Force(_) => {
-                add(&[Size(a)]);
-                add(&[Of(a), Size(a)]);
-                add(&[Of(a), Of(a), Of(a)]);
-                add(&[Side(a)]);
-                add(&[Way(a)]);
-            }
-            Other(_) => add(&[Deviation(a)]),
-            _ => {}
-        }
-    }
-    for a in 0..3 {
-        for b in 0..3 {
-            let (rate, other) = (Rate(a), Rate(b));
-            if a != b && has(rate) && has(other) {
-                add(&[Of(rate), Of(rate), Of(other)]);
-                add(&[Size(rate), Of(other)]);
-            }
-            if has(rate) && has(Force(b)) {
-                add(&[Size(rate), Of(Force(b))]);
-                add(&[Of(rate), Of(Force(b)), Of(Force(b))]);
-            }
-            if has(Warming(a)) && has(other) {
-                add(&[Of(WarmingRate(a)), Of(other)]);
-            }
-            if has(Warming(a)) && has(Warming(b)) {
-                add(&[Of(WarmingRate(a)), Of(Warming(b))]);
-            }
-            if a != b && has(rate) && has(Acceleration(b)) {
-                add(&[Size(Acceleration(b)), Of(rate)]);
-                if has(Warming(3 - a - b)) {
-                    add(&[Of(Acceleration(b)), Of(rate), Of(Warming(3 - a - b))]);
-                }
-            }
-            if a <= b && has(rate) && has(other) {
-                for constant_s in LAGS_S {
-                    add(&[Factor::Lag([Some(rate), Some(other)], constant_s)]);
-                }
-            }
-            if a < b && signals.dither_rad.is_some() {
-                add(&[Of(DitherRate(a)), Of(DitherRate(b))]);
-            }
-        }
-        if has(Warming(a)) {
-            add(&[Of(WarmingRate(a))]);
-            if has(Rate(a)) {
-                add(&[Of(Rate(a)), Of(Rate(a)), Of(Warming(a))]);
-            }
-        }
-        if signals.dither_rad.is_some() {
-            add(&[Of(DitherRate(a))]);
-            add(&[Of(DitherAngle(a))]);
-        }
-    }
-    if (0..3).all(|axis| has(Rate(axis))) {
-        add(&[Of(Rate(0)), Of(Rate(1)), Of(Rate(2))]);
-    }
-    for constant_s in [1.0, 2.0, 4.0, 8.0, 16.0, 32.0] {
-        add(&[Factor::Decay(constant_s)]);
-    }
-    add(&[Time]);
-    all
 }
 
 fn mean(values: &[f64]) -> f64 {

@@ -5,13 +5,15 @@ use rlg_inference::{Bound, Fixed, Hypothesis, Term};
 use rlg_plan::SizePlan;
 
 use crate::candidates::{Candidate, Pool, Variant, along, of_one_term};
-use crate::column::{Column, Sensed};
-use crate::entries::{BANDWIDTH, HARMONIC, HIGH_PASS, LOCK_IN, MODE, MOUNT, UNLISTED, tilt};
+use crate::column::Column;
+use crate::entries::{BANDWIDTH, HARMONIC, HIGH_PASS, LOCK_IN, MODE, MOUNT, UNLISTED};
+use crate::entry::tilt;
 use crate::expression::Expression;
 use crate::high_pass::{self, HighPass};
 use crate::lock_in::{self, Threshold};
 use crate::low_pass::{self, LowPass};
 use crate::resonance::{CRITICAL, PARTS, Part, Resonance};
+use crate::sensed::Sensed;
 use crate::signals::{AXES, Signals};
 use crate::stiffness;
 

@@ -8,7 +8,8 @@ use nalgebra::{Matrix3, Rotation3, UnitQuaternion, Vector3};
 use rlg_inference::{Fixed, Term};
 
 use crate::candidates::{Candidate, Pool, along};
-use crate::column::{Column, Sensed};
+use crate::column::Column;
+use crate::sensed::Sensed;
 use crate::signals::{AXES, Signals};
 
 /// The contract's kind.

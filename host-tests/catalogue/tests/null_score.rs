@@ -8,7 +8,7 @@ use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rlg_catalogue::signals::{CaseMotion, Inputs, Motions};
 use rlg_catalogue::{Column, Sensed, Signals};
-use rlg_inference::normal_equations::Transform;
+use rlg_inference::transform::Transform;
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::conditioned::{noise_expected, noise_left, weights};
 use rlg_signal::reference_noise::{NoiseTerm, measure};

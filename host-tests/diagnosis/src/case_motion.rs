@@ -8,7 +8,7 @@ use rlg_catalogue::Signals;
 use rlg_catalogue::signals::{CaseMotion, Motions, Path};
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::conditioned::{noise_expected, noise_left, weights};
-use rlg_signal::reference_noise::{NoiseTerm, measure};
+use rlg_signal::reference_noise::{MeasuredShare, NoiseTerm, measure};
 use rlg_signal::shrinkage::{Powers, Shrunk, shrink};
 
 use super::data::Data;
@@ -25,7 +25,7 @@ pub struct Motion {
     /// Power of the reference's white rate noise per row \[rad²\], estimated given its declaration, with its standard
     /// deviation.
     pub reference_walk: [Level; 3],
-    /// The same of its white angle noise \[rad²\].
+    /// Power of its white angle noise per row \[rad²\], likewise.
     pub reference_angle: [Level; 3],
 }
 
@@ -82,133 +82,29 @@ pub fn estimate_from(
     if streams.at_rest.is_some() {
         return of_the_earth(data, measured, path, &plan.catalogue);
     }
-    let rows = streams.rows;
     let rate_hz = streams.rate_hz;
-    let whole = Observations::separate(&vec![true; rows], 1);
-    let basis = NoiseBasis::new(&whole);
-    let dct = Dct::new(rows);
-    let shape = |levels: NoiseLevels| basis.by_coefficient(levels);
     let reference = data.model.reference.clone().unwrap_or_default();
-    let walk = reference
-        .angle_random_walk_rad_sqrt_s
-        .unwrap_or(0.0)
-        .powi(2)
-        / rate_hz;
-    let angle = reference.angle_noise_rad.unwrap_or(0.0).powi(2);
-    // Each residual holds the reference's noise as its gyro senses it; noise on an axis of the reference follows from all
-    // three.
+    let walk = reference.angle_random_walk_rad_sqrt_s.unwrap_or(0.0);
     let reading_from_sensed = data.shared().try_inverse();
-    let reading_from_sensed = reading_from_sensed.unwrap_or_else(Matrix3::identity);
-    let gate = &plan.signal.gate;
-    let of_axis = |axis: usize| {
-        let weights_of = [0, 1, 2].map(|gyro| reading_from_sensed[(axis, gyro)]);
-        let clean_on_axis_rad = weighted_sum(weights_of, clean_rad);
-        let levels_on_axis = levels_of(weights_of, levels);
-        let noise = shape(levels_on_axis);
-        // A noise not declared, or declared 0, is unknown: its shape has a power of 1 rad² a row.
-        let power = |declared: f64| if declared > 0.0 { declared } else { 1.0 };
-        // The path filters the reference's noise as it filters the motion.
-        let passed: Option<Vec<f64>> = (!path.is_direct(axis)).then(|| {
-            let hz = |k: usize| 0.5 * rate_hz * k as f64 / rows as f64;
-            (0..rows)
-                .map(|k| path.response(axis, hz(k)).norm_sqr())
-                .collect()
-        });
-        let behind = |levels: NoiseLevels| {
-            let mut shape = basis.by_coefficient(levels);
-            for (power, passed) in shape.iter_mut().zip(passed.iter().flatten()) {
-                *power *= passed;
-            }
-            shape
-        };
-        let terms = [
-            NoiseTerm {
-                shape: behind(NoiseLevels {
-                    white: power(walk),
-                    ..NoiseLevels::default()
-                }),
-                is_declared: walk > 0.0,
-            },
-            NoiseTerm {
-                shape: behind(NoiseLevels {
-                    angle: power(angle),
-                    ..NoiseLevels::default()
-                }),
-                is_declared: angle > 0.0,
-            },
-        ];
-        let m = path.along(axis, &measured.reference_rad[axis], rate_hz);
-        let shares = measure(
-            (&m, &clean_on_axis_rad),
-            &terms,
-            &noise,
-            seen,
-            rate_hz,
-            plan.judgement.reference_std,
-            (&plan.signal.reference_noise, &gate.frames),
-        );
-        let mut of_reference = vec![0.0; rows];
-        let mut uncertain = vec![0.0; rows];
-        // Relative standard deviation of the residual's own levels, from as many rows.
-        let of_fit = (2.0 / rows as f64).sqrt();
-        for (term, share) in terms.iter().zip(&shares) {
-            let sums = of_reference.iter_mut().zip(&mut uncertain);
-            for ((sum, uncertain), power) in sums.zip(&term.shape) {
-                *sum += share.share * power;
-                *uncertain += (share.std + share.share * of_fit) * power;
-            }
-        }
-        // The residual used for conditioning holds the reference's noise after the path, the fitted levels hold it before.
-        let mut own = noise.clone();
-        for (term, share) in terms.iter().zip(&shares) {
-            let powers = own.iter_mut().zip(&term.shape);
-            for ((own, power), passed) in powers.zip(passed.iter().flatten()) {
-                *own -= share.share * power * (1.0 / passed.max(f64::MIN_POSITIVE) - 1.0);
-            }
-        }
-        drop(terms);
-        // The residual holds the reference's noise, which cannot exceed it.
-        for k in 0..rows {
-            own[k] = own[k].max(of_reference[k].min(noise[k]));
-            of_reference[k] = of_reference[k].min(own[k]);
-            uncertain[k] = uncertain[k].min(own[k]);
-        }
-        let toward = weights(&of_reference, &own);
-        let conditioned = add_filtered(&m, &clean_on_axis_rad, &toward, &dct);
-        drop(m);
-        let left = noise_left(&of_reference, &uncertain, &toward, &own, gate);
-        let expected = noise_expected(&of_reference, &toward, &own, gate);
-        drop((toward, own));
-        let powers = Powers {
-            left: &left,
-            expected: &expected,
-            before: &of_reference,
-            uncertain: &uncertain,
-            residual: &noise,
-        };
-        let shrunk = shrink(&conditioned, &powers, seen, rate_hz, gate);
-        drop((conditioned, left, expected, of_reference, uncertain));
-        let level = |term: usize, power: f64, own: f64| Level {
-            value: (shares[term].share * power).min(own),
-            std: (shares[term].std * power).min(own),
-        };
-        let dither = measured.dither_rad.map(|dither| {
-            let pickoff = NoiseLevels {
-                angle: data.model.pickoff_white_rad2(axis),
-                ..NoiseLevels::default()
-            };
-            let toward = weights(&shape(pickoff), &shape(levels[axis]));
-            add_filtered(&dither[axis], &clean_rad[axis], &toward, &dct)
-        });
-        OfAxis {
-            shrunk,
-            walk: level(0, power(walk), levels_on_axis.white),
-            angle: level(1, power(angle), levels_on_axis.angle),
-            dither,
-        }
+    let estimator = Estimator {
+        basis: NoiseBasis::new(&Observations::separate(&vec![true; streams.rows], 1)),
+        dct: Dct::new(streams.rows),
+        declared: NoiseLevels {
+            white: walk.powi(2) / rate_hz,
+            angle: reference.angle_noise_rad.unwrap_or(0.0).powi(2),
+            ..NoiseLevels::default()
+        },
+        reading_from_sensed: reading_from_sensed.unwrap_or_else(Matrix3::identity),
+        measured: &measured,
+        data,
+        clean_rad,
+        levels,
+        seen,
+        path,
+        plan,
     };
-    let axes = each_axis(of_axis);
-    drop(dct);
+    let axes = each_axis(|axis| estimator.on_axis(axis));
+    drop(estimator);
     let is_moving = std::array::from_fn(|axis| {
         let shrunk = &axes[axis].shrunk;
         shrunk.kept >= plan.judgement.least_cells
@@ -237,6 +133,201 @@ pub fn estimate_from(
         reference_angle,
         signals: signals(data, motions, path, &plan.catalogue),
     }
+}
+
+/// Estimates on one axis.
+struct OfAxis {
+    shrunk: Shrunk,
+    walk: Level,
+    angle: Level,
+    dither: Option<Vec<f64>>,
+}
+
+/// Noise on an axis, by DCT-II coefficient \[rad²\].
+struct AxisNoise {
+    /// Shares of the reference's noise terms.
+    shares: Vec<MeasuredShare>,
+    /// Reference.
+    of_reference: Vec<f64>,
+    /// Standard deviation of it.
+    uncertain: Vec<f64>,
+    /// Residual, by its fitted levels.
+    residual: Vec<f64>,
+    /// Residual, the reference's noise in it after the path.
+    own: Vec<f64>,
+}
+
+/// Estimates of the motion axis by axis.
+struct Estimator<'a> {
+    data: &'a Data<'a>,
+    measured: &'a Measured<'a>,
+    clean_rad: &'a Triad,
+    levels: &'a [NoiseLevels],
+    seen: &'a [bool],
+    path: Path,
+    plan: &'a Plan,
+    basis: NoiseBasis,
+    dct: Dct,
+    /// Declared noise of the reference, per row \[rad²\]; a noise that is not declared, or declared 0, is unknown.
+    declared: NoiseLevels,
+    /// Each residual holds the reference's noise as its gyro senses it; noise on an axis of the reference follows from all
+    /// three.
+    reading_from_sensed: Matrix3<f64>,
+}
+
+impl Estimator<'_> {
+    fn on_axis(&self, axis: usize) -> OfAxis {
+        let gate = &self.plan.signal.gate;
+        let rate_hz = self.data.streams.rate_hz;
+        let weights_of = [0, 1, 2].map(|gyro| self.reading_from_sensed[(axis, gyro)]);
+        let clean_on_axis_rad = weighted_sum(weights_of, self.clean_rad);
+        let levels = levels_of(weights_of, self.levels);
+        let reference_rad = &self.measured.reference_rad[axis];
+        let reference_rad = self.path.along(axis, reference_rad, rate_hz);
+        let AxisNoise {
+            shares,
+            of_reference,
+            uncertain,
+            residual,
+            own,
+        } = self.noise_on(axis, &reference_rad, &clean_on_axis_rad, levels);
+        let toward = weights(&of_reference, &own);
+        let conditioned = add_filtered(&reference_rad, &clean_on_axis_rad, &toward, &self.dct);
+        drop(reference_rad);
+        let left = noise_left(&of_reference, &uncertain, &toward, &own, gate);
+        let expected = noise_expected(&of_reference, &toward, &own, gate);
+        drop((toward, own));
+        let powers = Powers {
+            left: &left,
+            expected: &expected,
+            before: &of_reference,
+            uncertain: &uncertain,
+            residual: &residual,
+        };
+        let shrunk = shrink(&conditioned, &powers, self.seen, rate_hz, gate);
+        drop((conditioned, left, expected, of_reference, uncertain));
+        let level = |term: usize, declared: f64, own: f64| Level {
+            value: (shares[term].share * unit_power(declared)).min(own),
+            std: (shares[term].std * unit_power(declared)).min(own),
+        };
+        OfAxis {
+            shrunk,
+            walk: level(0, self.declared.white, levels.white),
+            angle: level(1, self.declared.angle, levels.angle),
+            dither: self.dither(axis),
+        }
+    }
+
+    /// Terms of the reference's noise after the path, which filters it as it filters the motion.
+    fn terms(&self, passed: Option<&[f64]>) -> [NoiseTerm; 2] {
+        let term = |levels: NoiseLevels, declared: f64| {
+            let mut shape = self.basis.by_coefficient(levels);
+            for (power, passed) in shape.iter_mut().zip(passed.into_iter().flatten()) {
+                *power *= passed;
+            }
+            NoiseTerm {
+                shape,
+                is_declared: declared > 0.0,
+            }
+        };
+        let NoiseLevels { white, angle, .. } = self.declared;
+        let walk = NoiseLevels {
+            white: unit_power(white),
+            ..NoiseLevels::default()
+        };
+        let of_angle = NoiseLevels {
+            angle: unit_power(angle),
+            ..NoiseLevels::default()
+        };
+        [term(walk, white), term(of_angle, angle)]
+    }
+
+    /// Measures the reference's noise on an axis.
+    ///
+    /// # Inputs
+    /// Increments of the reference after the path, and the residual on this axis \[rad\] with its fitted levels.
+    fn noise_on(
+        &self,
+        axis: usize,
+        reference_rad: &[f64],
+        residual_rad: &[f64],
+        levels: NoiseLevels,
+    ) -> AxisNoise {
+        let streams = self.data.streams;
+        let (rows, rate_hz) = (streams.rows, streams.rate_hz);
+        let residual = self.basis.by_coefficient(levels);
+        let passed: Option<Vec<f64>> = (!self.path.is_direct(axis)).then(|| {
+            let hz = |k: usize| 0.5 * rate_hz * k as f64 / rows as f64;
+            (0..rows)
+                .map(|k| self.path.response(axis, hz(k)).norm_sqr())
+                .collect()
+        });
+        let terms = self.terms(passed.as_deref());
+        let plan = &self.plan.signal;
+        let shares = measure(
+            (reference_rad, residual_rad),
+            &terms,
+            &residual,
+            self.seen,
+            rate_hz,
+            self.plan.judgement.reference_std,
+            (&plan.reference_noise, &plan.gate.frames),
+        );
+        let mut of_reference = vec![0.0; rows];
+        let mut uncertain = vec![0.0; rows];
+        // Relative standard deviation of the residual's own levels, from as many rows.
+        let of_fit = (2.0 / rows as f64).sqrt();
+        for (term, share) in terms.iter().zip(&shares) {
+            let sums = of_reference.iter_mut().zip(&mut uncertain);
+            for ((sum, uncertain), power) in sums.zip(&term.shape) {
+                *sum += share.share * power;
+                *uncertain += (share.std + share.share * of_fit) * power;
+            }
+        }
+        // The residual used for conditioning holds the reference's noise after the path, the fitted levels hold it before.
+        let mut own = residual.clone();
+        for (term, share) in terms.iter().zip(&shares) {
+            let powers = own.iter_mut().zip(&term.shape);
+            for ((own, power), passed) in powers.zip(passed.iter().flatten()) {
+                *own -= share.share * power * (1.0 / passed.max(f64::MIN_POSITIVE) - 1.0);
+            }
+        }
+        // The residual holds the reference's noise, which cannot exceed it.
+        for k in 0..rows {
+            own[k] = own[k].max(of_reference[k].min(residual[k]));
+            of_reference[k] = of_reference[k].min(own[k]);
+            uncertain[k] = uncertain[k].min(own[k]);
+        }
+        AxisNoise {
+            shares,
+            of_reference,
+            uncertain,
+            residual,
+            own,
+        }
+    }
+
+    /// Increments of a block against the case, conditioned by the gyro's residual \[rad\]; `None` without a pickoff.
+    fn dither(&self, axis: usize) -> Option<Vec<f64>> {
+        let dither = self.measured.dither_rad?;
+        let pickoff = NoiseLevels {
+            angle: self.data.model.pickoff_white_rad2(axis),
+            ..NoiseLevels::default()
+        };
+        let shape = |levels: NoiseLevels| self.basis.by_coefficient(levels);
+        let toward = weights(&shape(pickoff), &shape(self.levels[axis]));
+        Some(add_filtered(
+            &dither[axis],
+            &self.clean_rad[axis],
+            &toward,
+            &self.dct,
+        ))
+    }
+}
+
+/// Power of the shape of a noise \[rad²\]: as declared, or 1 for an unknown one.
+fn unit_power(declared: f64) -> f64 {
+    if declared > 0.0 { declared } else { 1.0 }
 }
 
 /// Signals from which columns are computed, of the estimated motion.
@@ -273,14 +364,6 @@ pub(crate) fn levels_of(weights: [f64; 3], levels: &[NoiseLevels]) -> NoiseLevel
         each.map(|(weight, levels)| weight * weight * levels.as_array()[term])
             .sum()
     }))
-}
-
-/// Estimates on one axis.
-struct OfAxis {
-    shrunk: Shrunk,
-    walk: Level,
-    angle: Level,
-    dither: Option<Vec<f64>>,
 }
 
 /// Computes `values` plus `residual` through a filter given by DCT-II coefficient.

@@ -4,29 +4,21 @@ use rlg_plan::Plan;
 use std::ops::Range;
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
-use rlg_catalogue::candidates::is_delay;
-use rlg_catalogue::entries::{
-    self, BANDWIDTH, HARMONIC, HIGH_PASS, LATE_PICKOFF, LOCK_IN, MODE, MOUNT, SLIP, STEP, UNLISTED,
-};
-use rlg_catalogue::high_pass::{self, HighPass};
-use rlg_catalogue::lock_in::Threshold;
-use rlg_catalogue::low_pass::LowPass;
-use rlg_catalogue::resonance::Resonance;
+use nalgebra::Matrix3;
 use rlg_catalogue::signals::{Inputs, Path, Signals};
 use rlg_catalogue::turned::{TURNED, known_turn};
-use rlg_catalogue::{Column, Expression, Pool, Sensed};
+use rlg_catalogue::{Column, Sensed};
 use rlg_inference::Observations;
-use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_signal::own_lines::OwnLine;
 use rlg_signal::partition::{Partition, Use};
+use rlg_signal::residual::{body_from_sensing, without_effects};
+use rlg_signal::streams::{Streams, Triad, add, add_triad, each_axis, weighted_sum};
 
 use super::aside::Aside;
 use super::lattice::Lattice;
-use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
-use rlg_signal::residual::{body_from_sensing, without_effects};
-use rlg_signal::streams::{AXES, Streams, Triad, add, add_triad, each_axis, weighted_sum};
+use super::model_effects::{is_in, known, known_by_axis, known_path};
 
 /// Quantities that stay constant while effects are searched for.
 pub struct Data<'a> {
@@ -103,25 +95,7 @@ impl<'a> Data<'a> {
             );
             add_triad(&mut residual_rad, &sensed, -1.0);
         }
-        let segments: Vec<Range<usize>> = streams
-            .piece
-            .segments
-            .iter()
-            .map(|segment| {
-                let row = |time_s: f64| {
-                    let rows = ((time_s - streams.start_s) * streams.rate_hz).round();
-                    (rows.max(0.0) as usize).min(streams.rows)
-                };
-                row(segment.start_s)..row(segment.end_s)
-            })
-            .collect();
-        let mut cuts: Vec<usize> = segments
-            .iter()
-            .flat_map(|segment| [segment.start, segment.end])
-            .chain([0, streams.rows])
-            .collect();
-        cuts.sort_unstable();
-        cuts.dedup();
+        let segments = segments(streams);
         let partition = Partition::new(
             streams.rows,
             streams.rate_hz,
@@ -149,7 +123,7 @@ impl<'a> Data<'a> {
             known_path: path,
             reference_rad: Arc::new(reference_rad),
             partition,
-            cuts,
+            cuts: cuts(&segments, streams.rows),
             late_rows: path.longest_delay_s() * streams.rate_hz,
             known: Vec::new(),
             found_share: Matrix3::zeros(),
@@ -269,32 +243,28 @@ impl<'a> Data<'a> {
     }
 }
 
-/// True if an effect acts in this recording: of several, a model may name the one that has it.
-fn is_in(effect: &ModelEffect, streams: &Streams) -> bool {
-    let name = effect.text("recording");
-    name.is_none_or(|name| name == streams.piece.recording)
+/// Rows of the recording's segments.
+fn segments(streams: &Streams) -> Vec<Range<usize>> {
+    let segments = streams.piece.segments.iter();
+    let row = |time_s: f64| {
+        let rows = ((time_s - streams.start_s) * streams.rate_hz).round();
+        (rows.max(0.0) as usize).min(streams.rows)
+    };
+    segments
+        .map(|segment| row(segment.start_s)..row(segment.end_s))
+        .collect()
 }
 
-/// Value of a kind by axis in a model: the sum over all its effects in this recording.
-pub(crate) fn known_by_axis(kind: &str, model: &Model, streams: &Streams) -> [f64; 3] {
-    let effects = model.effects.iter().filter(|one| is_in(one, streams));
-    let of_kind = effects.filter(|one| one.kind == kind);
-    of_kind.fold([0.0; 3], |sum, one| {
-        std::array::from_fn(|axis| sum[axis] + number(one, AXES[axis]))
-    })
-}
-
-/// Delays, low passes and mounts of a model.
-fn known_path(model: &Model, streams: &Streams) -> Path {
-    let mut path = Path::default();
-    for effect in model.effects.iter().filter(|one| is_in(one, streams)) {
-        for axis in 0..3 {
-            path.delay_s[axis] += delay_of(effect, axis);
-            path.mount[axis] = path.mount[axis].or_else(|| mount_of(effect, axis));
-            path.low_pass[axis] = path.low_pass[axis].or_else(|| low_pass_of(effect, axis));
-        }
-    }
-    path
+/// Rows at which a segment begins or ends, the first row and the end included, ascending.
+fn cuts(segments: &[Range<usize>], rows: usize) -> Vec<usize> {
+    let mut cuts: Vec<usize> = segments
+        .iter()
+        .flat_map(|segment| [segment.start, segment.end])
+        .chain([0, rows])
+        .collect();
+    cuts.sort_unstable();
+    cuts.dedup();
+    cuts
 }
 
 /// Change of the sensed increments by a path \[rad\], for increments of the reference \[rad\].
@@ -328,60 +298,6 @@ fn passed(
     })
 }
 
-/// Checks that every effect of a model can be predicted from a reference on the gyros' rows, or from the Earth's rate.
-///
-/// # Errors
-/// The first effect that cannot be predicted.
-pub fn is_predictable(model: &Model, file: &std::path::Path) -> Result<(), InputError> {
-    let is_known = |effect: &ModelEffect| {
-        let kind = effect.kind.as_str();
-        is_silent(kind) || is_of_recorder(effect) || entries::card(kind).is_some()
-    };
-    match model.effects.iter().find(|effect| !is_known(effect)) {
-        None => Ok(()),
-        Some(effect) => Err(InputError::new(
-            file,
-            "this version cannot predict the effect for such a recording",
-        )
-        .channel(effect.kind.clone())
-        .expected("effects of gyros, of a reference on their rows, of noise or of accelerometers")),
-    }
-}
-
-/// True of effects of the recorder: row rate and interpolation change no increment.
-fn is_of_recorder(effect: &ModelEffect) -> bool {
-    match effect.parameters.get("expression") {
-        Some(EffectValue::Text(text)) => {
-            text.starts_with("row_rate(") || text.starts_with("noise_cycle(")
-        }
-        _ => false,
-    }
-}
-
-/// True of effects of the noise, effects of the accelerometers and faults of the data: they add nothing to a gyro's
-/// increments.
-fn is_silent(kind: &str) -> bool {
-    NOISE_KINDS.contains(&kind)
-        || FAULT_KINDS.contains(&kind)
-        || kind.starts_with("accel_")
-        || kind == "size_effect"
-}
-
-fn number(effect: &ModelEffect, name: &str) -> f64 {
-    match effect.parameters.get(name) {
-        Some(EffectValue::Number(value)) => *value,
-        _ => 0.0,
-    }
-}
-
-fn delay_of(effect: &ModelEffect, axis: usize) -> f64 {
-    match effect.kind.as_str() {
-        "gyro_delay" => number(effect, AXES[axis]),
-        "reference_delay" => -number(effect, "all"),
-        _ => 0.0,
-    }
-}
-
 /// Values on all rows, bridged over rows that may not be used, 0 outside the spans.
 pub fn bridged(values: &Triad, observations: &Observations) -> Triad {
     std::array::from_fn(|axis| {
@@ -404,143 +320,4 @@ pub fn reached(seen: &[bool], late_rows: f64) -> Vec<bool> {
         rows[count - away..].fill(false);
     }
     rows
-}
-
-fn mount_of(effect: &ModelEffect, axis: usize) -> Option<Resonance> {
-    let hz = number(effect, &format!("{}_frequency_hz", AXES[axis]));
-    (effect.kind == MOUNT && hz > 0.0).then(|| Resonance {
-        hz,
-        damping: number(effect, &format!("{}_damping", AXES[axis])),
-    })
-}
-
-fn low_pass_of(effect: &ModelEffect, axis: usize) -> Option<LowPass> {
-    let time_s = number(effect, &format!("{}_pole_s", AXES[axis]));
-    (effect.kind == BANDWIDTH && time_s > 0.0).then_some(LowPass { time_s })
-}
-
-/// Row of an event: a step begins with it, a slip lies within it.
-pub fn event_row(effect: &ModelEffect, start_s: f64, rate_hz: f64, rows: usize) -> usize {
-    let at = (number(effect, "time_s") - start_s) * rate_hz;
-    let row = if effect.kind == STEP {
-        at.round()
-    } else {
-        at.floor()
-    };
-    (row.max(0.0) as usize).min(rows - 1)
-}
-
-fn axis_of(effect: &ModelEffect) -> Option<usize> {
-    match effect.parameters.get("axis") {
-        Some(EffectValue::Text(name)) => AXES.iter().position(|axis| axis == name),
-        _ => None,
-    }
-}
-
-fn known(
-    effect: &ModelEffect,
-    turned_rad: Vector3<f64>,
-    signals: &Signals,
-    streams: &Streams,
-) -> Option<Vec<(usize, Sensed, f64)>> {
-    let kind = effect.kind.as_str();
-    // A dither turns lock-in into noise; delays and mounts are on the path; rotations are combined into one.
-    if is_silent(kind)
-        || is_delay(kind)
-        || kind == MOUNT
-        || kind == TURNED
-        || (kind == LOCK_IN && streams.pickoff_rad.is_some())
-    {
-        return None;
-    }
-    let mut parts = Vec::new();
-    let mut of_pool = |pool: &Pool, hypothesis: &rlg_inference::Hypothesis, values: &[f64]| {
-        parts.extend(hypothesis.terms.iter().map(|term| {
-            let size = values[term.parameter] * term.coefficient;
-            let column = pool.columns[term.column].column;
-            (term.record, Sensed::known(column), size)
-        }));
-    };
-    if kind == STEP || kind == SLIP {
-        let axis = axis_of(effect)?;
-        let row = event_row(effect, streams.start_s, streams.rate_hz, streams.rows);
-        let mut pool = Pool::default();
-        let event = if kind == STEP { STEP } else { SLIP };
-        let one = pool.event(event, axis, row, 1.0, signals);
-        of_pool(&pool, &one.hypothesis, &[number(effect, "size")]);
-    } else if kind == HARMONIC {
-        let mut pool = Pool::default();
-        let order = number(effect, "order").round().max(0.0) as u32;
-        let one = pool.harmonic(axis_of(effect)?, order, 1.0, signals);
-        of_pool(
-            &pool,
-            &one.hypothesis,
-            &["cos", "sin"].map(|name| number(effect, name)),
-        );
-    } else if kind == UNLISTED {
-        let Some(EffectValue::Text(text)) = effect.parameters.get("expression") else {
-            return None;
-        };
-        let mut pool = Pool::default();
-        let expression = Expression::parse(text, signals)?;
-        let one = pool.expression(axis_of(effect)?, expression, 1.0, signals);
-        of_pool(&pool, &one.hypothesis, &[number(effect, "coefficient")]);
-    } else if kind == MODE {
-        let mut pool = Pool::default();
-        let resonance = Resonance {
-            hz: number(effect, "frequency_hz"),
-            damping: number(effect, "damping"),
-        };
-        let one = pool.suspension(resonance, [0.0; 6], 1.0, signals);
-        let values: Vec<f64> = one.names.iter().map(|name| number(effect, name)).collect();
-        of_pool(&pool, &one.hypothesis, &values);
-    } else if kind == HIGH_PASS {
-        let sensed = |axis: usize| 1.0 / (1.0 - signals.scale_error[axis]);
-        for (axis, name) in AXES.iter().enumerate() {
-            let time_s = number(effect, name);
-            if time_s > 0.0 {
-                let part = high_pass::Part::Response;
-                let column = Column::HighPass(axis, HighPass { time_s }, part);
-                parts.push((axis, Sensed::known(column), sensed(axis)));
-            }
-        }
-    } else if kind == LOCK_IN {
-        let mut pool = Pool::default();
-        let thresholds = AXES.map(|axis| {
-            let rad_s = number(effect, axis);
-            (rad_s > 0.0).then_some(Threshold { rad_s })
-        });
-        let one = pool.lock_in(thresholds, 1.0, signals);
-        let fixed = one.hypothesis.fixed.iter();
-        parts.extend(fixed.map(|one| (one.record, pool.columns[one.column], one.size)));
-    } else if kind == LATE_PICKOFF {
-        for (axis, name) in AXES.iter().enumerate() {
-            let late_s = number(effect, name);
-            let sensed = 1.0 / (1.0 - signals.scale_error[axis]);
-            let slope = Sensed::known(Column::DitherDelay(axis, late_s));
-            let beyond = Sensed::known(Column::DitherBeyond(axis, 0.0, late_s));
-            if late_s != 0.0 && slope.column.is_available(signals) {
-                parts.extend([(axis, slope, late_s * sensed), (axis, beyond, sensed)]);
-            }
-        }
-    } else {
-        // All axes count as moving: the effect is in the model.
-        let mut pool = Pool::default();
-        let entry = rlg_catalogue::entries::find(kind)?;
-        let whole = pool.whole(entry, signals);
-        for (name, terms) in whole {
-            let value = number(effect, &name);
-            if value != 0.0 {
-                let terms = pool.carried((kind, terms), turned_rad, signals);
-                parts.extend(terms.iter().map(|term| {
-                    (
-                        term.record,
-                        Sensed::known(pool.columns[term.column].column),
-                        entries::coefficient_of(kind, value) * term.coefficient,
-                    )
-                }));
-            }
-        }
-    }
-    Some(parts)
 }

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use nalgebra::DMatrix;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::STEP;
 use rlg_catalogue::signals::AXES;
@@ -12,7 +13,7 @@ use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::streams::Streams;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::finding::{Finding, Numbers, card, fixed, numbers, of_the_others};
+use super::finding::{Finding, Number, Numbers, card, fixed, numbers, of_the_others};
 use super::search::Searched;
 
 /// Entry in a class for drift of a gyro.
@@ -26,56 +27,31 @@ pub(crate) fn entry(one: &Finding, fit: &Fit, of: Searched) -> EffectEntry {
         covariance: of_numbers,
         ..
     } = numbers(one, fit);
-    let std = |k: usize| of_numbers[(k, k)].max(0.0).sqrt();
-    let mut parameters: Vec<ParameterEntry> = numbers
-        .iter()
-        .enumerate()
-        .map(|(k, number)| ParameterEntry::Number {
-            name: number.name.clone(),
-            value: number.value,
-            std: std(k),
-            unit: number.unit.to_string(),
-        })
-        .collect();
-    let mut covariance: Vec<Vec<f64>> = (0..numbers.len())
-        .map(|a| (0..numbers.len()).map(|b| of_numbers[(a, b)]).collect())
-        .collect();
-    let text = |name: &str, value: &str| ParameterEntry::Text {
-        name: name.to_string(),
-        value: value.to_string(),
-    };
+    let mut parameters = Parameters::new(&numbers, &of_numbers);
     let mut what_was_left_out = card.meaning.to_string();
     let mut shown = None;
-    if let Variant::Harmonic { axis, order } = one.candidate.variant {
-        parameters.push(text("axis", AXES[axis]));
-        parameters.push(ParameterEntry::Number {
-            name: "order".to_string(),
-            value: f64::from(order),
-            std: 0.0,
-            unit: "1".to_string(),
-        });
-        covariance.iter_mut().for_each(|row| row.push(0.0));
-        covariance.push(vec![0.0; numbers.len() + 1]);
+    match one.candidate.variant {
+        Variant::Harmonic { axis, order } => {
+            parameters.add_text("axis", AXES[axis]);
+            parameters.add_number("order", f64::from(order), 0.0, "1");
+        }
+        Variant::Expression { axis, expression } => {
+            let expression = expression.text(signals);
+            parameters.add_text("axis", AXES[axis]);
+            parameters.add_text("expression", &expression);
+            what_was_left_out = followed(AXES[axis], &expression);
+            shown = Some(expression);
+        }
+        Variant::Event { axis, row } => {
+            let time_s = event_time_s(one.candidate.kind, row, streams);
+            parameters.add_text("axis", AXES[axis]);
+            parameters.add_number("time_s", time_s, event_std_s(one, streams), "s");
+        }
+        _ => {}
     }
-    if let Variant::Expression { axis, expression } = one.candidate.variant {
-        let expression = expression.text(signals);
-        parameters.push(text("axis", AXES[axis]));
-        parameters.push(text("expression", &expression));
-        what_was_left_out = followed(AXES[axis], &expression);
-        shown = Some(expression);
+    if let Some(name) = one.recording {
+        parameters.add_text("recording", name);
     }
-    if let Variant::Event { axis, row } = one.candidate.variant {
-        parameters.push(text("axis", AXES[axis]));
-        let std = event_std_s(one, streams);
-        parameters.push(ParameterEntry::Number {
-            name: "time_s".to_string(),
-            value: event_time_s(one.candidate.kind, row, streams),
-            std,
-            unit: "s".to_string(),
-        });
-        covariance = vec![vec![covariance[0][0], 0.0], vec![0.0, std * std]];
-    }
-    parameters.extend(one.recording.map(|name| text("recording", name)));
     let mut alike = one.alike.clone();
     if one.or_drift {
         alike.push(DRIFT.to_string());
@@ -93,8 +69,8 @@ pub(crate) fn entry(one: &Finding, fit: &Fit, of: Searched) -> EffectEntry {
         indistinguishable_from: alike,
         gravity_speaks_against: Vec::new(),
         equation: card.equation.to_string(),
-        parameters,
-        covariance,
+        parameters: parameters.each,
+        covariance: parameters.covariance,
         identifiable: fixed(&numbers, &of_numbers, &one.combinations),
         log_evidence_gain: one.cost_without,
         p_value: (tail * one.candidate.hypothesis.price.exp().max(1.0)).min(1.0),
@@ -108,6 +84,49 @@ pub(crate) fn entry(one: &Finding, fit: &Fit, of: Searched) -> EffectEntry {
             reenactments: one.reenactment.draws,
             inflation: one.reenactment.inflation(),
         }),
+    }
+}
+
+/// Parameters of an entry with the covariance of the numbers among them.
+struct Parameters {
+    each: Vec<ParameterEntry>,
+    covariance: Vec<Vec<f64>>,
+}
+
+impl Parameters {
+    fn new(numbers: &[Number], covariance: &DMatrix<f64>) -> Self {
+        let of_number = |(k, number): (usize, &Number)| ParameterEntry::Number {
+            name: number.name.clone(),
+            value: number.value,
+            std: covariance[(k, k)].max(0.0).sqrt(),
+            unit: number.unit.to_string(),
+        };
+        let row = |a: usize| (0..numbers.len()).map(|b| covariance[(a, b)]).collect();
+        Self {
+            each: numbers.iter().enumerate().map(of_number).collect(),
+            covariance: (0..numbers.len()).map(row).collect(),
+        }
+    }
+
+    fn add_text(&mut self, name: &str, value: &str) {
+        self.each.push(ParameterEntry::Text {
+            name: name.to_string(),
+            value: value.to_string(),
+        });
+    }
+
+    /// Adds a number that is independent of the others.
+    fn add_number(&mut self, name: &str, value: f64, std: f64, unit: &str) {
+        self.each.push(ParameterEntry::Number {
+            name: name.to_string(),
+            value,
+            std,
+            unit: unit.to_string(),
+        });
+        self.covariance.iter_mut().for_each(|row| row.push(0.0));
+        let mut own = vec![0.0; self.covariance.len()];
+        own.push(std * std);
+        self.covariance.push(own);
     }
 }
 

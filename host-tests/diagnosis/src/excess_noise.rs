@@ -30,94 +30,153 @@ pub fn excess(
     explained_rad: &Triad,
     plan: &Plan,
 ) -> Vec<Excess> {
-    let rate_hz = data.streams.rate_hz;
     let Some(observations) = data.observed(&data.rows_of(&[Use::Fit])) else {
         return Vec::new();
     };
-    let basis = NoiseBasis::new(&observations);
-    let is_noise = |axis: &usize| !unlike_noise.contains(axis);
-    // Quantisation tones of coarse pulses overlap the band of a random walk, and their weight follows from the values.
-    // Rounding of rates without counting leaves an unbounded angle error.
-    let of_pulses = |axis: usize| data.lattice.unknown_rad2(axis) / 12.0;
-    let is_counted = |axis: usize| match data.streams.at_rest {
-        Some(_) => is_bounded(&data.residual_rad[axis], &observations, &plan.rest),
-        None => fit.levels[axis].angle > plan.judgement.lattice.counted_share * of_pulses(axis),
-    };
-    let coarse = [0, 1, 2].map(|axis| data.lattice.pulse_rad[axis] > 0.0 && is_counted(axis));
-    let is_coarse = |axis: usize| coarse[axis] || data.lattice.is_rare[axis];
+    let levels = Compared::new(data, fit, motion, &observations, unlike_noise, plan);
     let sensed_by = reference_noise_sensed(explained_rad, &data.streams.case_rad);
-    let of_reference = |levels: &[Level; 3], gyro: usize| {
-        let of_axis = |axis: usize| {
-            let gain = sensed_by[(gyro, axis)].powi(2);
-            [gain * levels[axis].value, gain * levels[axis].std]
-        };
-        let each = [0, 1, 2].map(of_axis);
-        Level {
-            value: each.iter().map(|[value, _]| value).sum(),
-            std: each.iter().fold(0.0, |sum, [_, std]| std.hypot(sum)),
-        }
-    };
-    let walk = |axis: usize| {
-        let is_walk = |axis: &usize| !is_coarse(*axis) && !locks_in.contains(axis);
-        let axis = Some(axis).filter(is_noise).filter(is_walk)?;
-        let own = data.model.gyro.angle_random_walk_rad_sqrt_s?[axis].powi(2) / rate_hz;
-        let more = excess_square(data.model, "angle_random_walk", axis) / rate_hz;
-        Some(known(
-            own + more,
-            of_reference(&motion.reference_walk, axis),
-        ))
-    };
-    // At rest, the highest octaves may determine the level of a gyro that departs from noise elsewhere.
-    let highest = [0, 1, 2].map(|axis| {
-        let asked = data.streams.at_rest.is_some() && !is_noise(&axis);
-        asked.then(|| angle_of_highest(&data.residual_rad[axis], &observations, plan))?
-    });
-    let angle = |axis: usize| {
-        let axis = Some(axis).filter(|axis| is_noise(axis) || highest[*axis].is_some())?;
-        // At rest only the gyro makes angle noise, so a declared resolution is known of increments, too.
-        let pulse_rad = match data.streams.at_rest {
-            Some(_) => data.model.gyro.pulse_weight_rad[axis],
-            None => data.streams.pulse_rad[axis],
-        };
-        let pulses = pulse_rad.powi(2) / 12.0;
-        let pickoff = if data.dither_rad.is_some() {
-            data.model.pickoff_white_rad2(axis)
-        } else {
-            0.0
-        };
-        let more = excess_square(data.model, "pulse_quantisation", axis) / 12.0;
-        // Increments that are not counted have an unknown resolution.
-        (pulses > 0.0 && !is_coarse(axis)).then(|| {
-            known(
-                pulses + pickoff + more,
-                of_reference(&motion.reference_angle, axis),
-            )
-        })
-    };
-    let fitted = |axis: usize, term: usize| Level {
-        value: fit.levels[axis].as_array()[term],
-        std: level_std(&basis, fit.levels[axis], term),
-    };
+    let rate_hz = data.streams.rate_hz;
     let of_walk = compare(
-        &|axis| fitted(axis, 0),
-        &walk,
+        &|axis| levels.fitted(axis, 0),
+        &|axis| {
+            let axis = Some(axis).filter(|axis| !locks_in.contains(axis))?;
+            levels.known_walk(axis, &sensed_by)
+        },
         &|level| (level * rate_hz).sqrt(),
         &WALK,
         plan,
     );
     let of_angle = compare(
-        &|axis| highest[axis].unwrap_or_else(|| fitted(axis, 1)),
-        &angle,
+        &|axis| levels.highest[axis].unwrap_or_else(|| levels.fitted(axis, 1)),
+        &|axis| levels.known_angle(axis, &sensed_by),
         &|level| (12.0 * level).sqrt(),
         &PULSES,
         plan,
     );
     let mut found: Vec<Excess> = of_walk.into_iter().chain(of_angle).collect();
     data.lattice.take_over(&mut found, &|axis| {
-        let std = level_std(&basis, fit.levels[axis], 1).hypot(motion.reference_angle[axis].std);
-        coarse[axis].then(|| 0.5 * (of_pulses(axis) / std).powi(2))
+        let std = levels.fitted(axis, 1).std;
+        let std = std.hypot(motion.reference_angle[axis].std);
+        levels.is_counted[axis].then(|| 0.5 * (of_pulses(data, axis) / std).powi(2))
     });
     found
+}
+
+/// Power of white angle noise by the gyro's unknown pulses \[rad²\].
+fn of_pulses(data: &Data, axis: usize) -> f64 {
+    data.lattice.unknown_rad2(axis) / 12.0
+}
+
+/// Fitted levels of white noise of rate and of angle, and those known of model and reference.
+struct Compared<'a> {
+    data: &'a Data<'a>,
+    fit: &'a Fit,
+    motion: &'a Motion,
+    /// Gyros whose residual departs from noise.
+    unlike_noise: &'a BTreeSet<usize>,
+    basis: NoiseBasis,
+    /// Gyros whose increments are counted by pulses of unknown size.
+    is_counted: [bool; 3],
+    /// Level of the highest octaves at rest, which they may determine for a gyro that departs from noise elsewhere.
+    highest: [Option<Level>; 3],
+}
+
+impl<'a> Compared<'a> {
+    fn new(
+        data: &'a Data<'a>,
+        fit: &'a Fit,
+        motion: &'a Motion,
+        observations: &Observations,
+        unlike_noise: &'a BTreeSet<usize>,
+        plan: &Plan,
+    ) -> Self {
+        let is_at_rest = data.streams.at_rest.is_some();
+        // Rounding of rates without counting leaves an unbounded angle error.
+        let is_counted = |axis: usize| match is_at_rest {
+            true => is_bounded(&data.residual_rad[axis], observations, &plan.rest),
+            false => {
+                let least = plan.judgement.lattice.counted_share * of_pulses(data, axis);
+                fit.levels[axis].angle > least
+            }
+        };
+        let highest = |axis: usize| {
+            let asked = is_at_rest && unlike_noise.contains(&axis);
+            asked.then(|| angle_of_highest(&data.residual_rad[axis], observations, plan))?
+        };
+        Self {
+            basis: NoiseBasis::new(observations),
+            is_counted: [0, 1, 2]
+                .map(|axis| data.lattice.pulse_rad[axis] > 0.0 && is_counted(axis)),
+            highest: [0, 1, 2].map(highest),
+            data,
+            fit,
+            motion,
+            unlike_noise,
+        }
+    }
+
+    fn fitted(&self, axis: usize, term: usize) -> Level {
+        let levels = self.fit.levels[axis];
+        Level {
+            value: levels.as_array()[term],
+            std: level_std(&self.basis, levels, term),
+        }
+    }
+
+    /// True of a gyro with coarse pulses: their quantisation tones overlap the band of a random walk, and their weight follows
+    /// from the values. Increments that are not counted have an unknown resolution.
+    fn is_coarse(&self, axis: usize) -> bool {
+        self.is_counted[axis] || self.data.lattice.is_rare[axis]
+    }
+
+    /// Known white rate noise of a gyro \[rad²\]; `None` if it is not to be compared.
+    fn known_walk(&self, axis: usize, sensed_by: &Matrix3<f64>) -> Option<Level> {
+        if self.unlike_noise.contains(&axis) || self.is_coarse(axis) {
+            return None;
+        }
+        let (model, rate_hz) = (self.data.model, self.data.streams.rate_hz);
+        let own = model.gyro.angle_random_walk_rad_sqrt_s?[axis].powi(2) / rate_hz;
+        let more = excess_square(model, "angle_random_walk", axis) / rate_hz;
+        let of_reference = of_reference(&self.motion.reference_walk, axis, sensed_by);
+        Some(known(own + more, of_reference))
+    }
+
+    /// Known white angle noise of a gyro \[rad²\]; `None` if it is not to be compared.
+    fn known_angle(&self, axis: usize, sensed_by: &Matrix3<f64>) -> Option<Level> {
+        if self.unlike_noise.contains(&axis) && self.highest[axis].is_none() {
+            return None;
+        }
+        let Data { streams, model, .. } = self.data;
+        // At rest only the gyro makes angle noise, so a declared resolution is known of increments, too.
+        let pulse_rad = match streams.at_rest {
+            Some(_) => model.gyro.pulse_weight_rad[axis],
+            None => streams.pulse_rad[axis],
+        };
+        let pulses = pulse_rad.powi(2) / 12.0;
+        let pickoff = if self.data.dither_rad.is_some() {
+            model.pickoff_white_rad2(axis)
+        } else {
+            0.0
+        };
+        let more = excess_square(model, "pulse_quantisation", axis) / 12.0;
+        (pulses > 0.0 && !self.is_coarse(axis)).then(|| {
+            let of_reference = of_reference(&self.motion.reference_angle, axis, sensed_by);
+            known(pulses + pickoff + more, of_reference)
+        })
+    }
+}
+
+/// Noise of the reference in the residual of a gyro.
+fn of_reference(levels: &[Level; 3], gyro: usize, sensed_by: &Matrix3<f64>) -> Level {
+    let of_axis = |axis: usize| {
+        let gain = sensed_by[(gyro, axis)].powi(2);
+        [gain * levels[axis].value, gain * levels[axis].std]
+    };
+    let each = [0, 1, 2].map(of_axis);
+    Level {
+        value: each.iter().map(|[value, _]| value).sum(),
+        std: each.iter().fold(0.0, |sum, [_, std]| std.hypot(sum)),
+    }
 }
 
 /// Gains of the reference's noise in the gyros' residuals: 1, and what the explained part of a residual follows of the

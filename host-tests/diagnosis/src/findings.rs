@@ -10,15 +10,15 @@ use rlg_findings::absolute;
 use rlg_findings::entries::noise as noise_entry;
 use rlg_findings::excess::{Excess, WALK};
 use rlg_findings::result::{
-    Diagnosis, EffectEntry, FORMAT, FitEntry, LocationEntry, NoiseEntry, Verdict,
+    Diagnosis, EffectEntry, FORMAT, FitEntry, LocationEntry, NoiseEntry, ResidualEntry, Verdict,
 };
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::events::scan;
-use rlg_inference::normal_equations::Transform;
+use rlg_inference::transform::Transform;
 use rlg_inference::{Drift, Fit, NoiseLevels};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::Fault;
-use rlg_signal::in_step::{self, in_step};
+use rlg_signal::in_step::{self, Block, in_step};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Streams, Triad, add_triad};
 use statrs::distribution::{ContinuousCDF, Normal};
@@ -60,143 +60,16 @@ pub(super) fn written(
     seed: u64,
     plan: &Plan,
 ) -> (Outcome, Vec<ModelEffect>) {
-    let Searched { data, found } = of;
-    let streams = data.streams;
-    let Share {
-        set: confirmed,
-        left_rad,
-        misfits,
-        ..
-    } = share;
-    let fit = &confirmed.fit;
-    let seen = Seen {
-        before_rad: data.aside.with_all(&found.residual_rad),
-        after_rad: data.aside.with_unexplained(left_rad),
-        noise: std::array::from_fn(|axis| {
-            reported(fit.levels[axis], streams.rows, streams.rate_hz)
-        }),
-        regimes: regimes_of(streams, &plan.judgement.regimes),
-    };
-    let findings = findings(of, share, &seen.regimes, plan);
-    let places = seen.places(data, &findings, plan);
-    // No noise level is defined where the residual is not noise.
-    let unlike: BTreeSet<usize> = misfits.iter().map(|one| one.gyro).collect();
-    let locks_in = lock_ins(&findings, data, found);
-    let mut explained_rad = Triad::clone(&found.residual_rad);
-    add_triad(&mut explained_rad, left_rad, -1.0);
-    let noise_found = excess(
-        data,
-        fit,
-        &found.motion,
-        (&unlike, &locks_in),
-        &explained_rad,
-        plan,
-    );
-
-    let mut effects: Vec<EffectEntry> = findings.iter().map(|one| entry(one, fit, of)).collect();
-    effects.extend(noise_found.iter().map(|one| {
-        let mut entry = noise_entry(one);
-        let lock_in = (one.kind == WALK.kind).then(|| behind_walk(one.values, data));
-        entry.what_was_left_out.extend(lock_in.flatten());
-        entry
-    }));
-    let own = own_lines::entries(&data.own_lines, streams.rows, streams.rate_hz, data.model);
-    effects.extend(own.iter().map(|(entry, _)| entry.clone()));
-    effects.extend(unexplained(&places.left, streams));
-    // A fit to some rows and not to others explains nothing.
-    let is_consistent = confirmed.unconfirmed.is_empty()
-        && confirmed.impossible.is_empty()
-        && places.left.is_empty()
-        && misfits.is_empty()
-        && !has_event(data, fit, left_rad, plan);
-    let is_explained =
-        !findings.is_empty() || !own.is_empty() || !noise_found.is_empty() || !faults.is_empty();
-    let verdict = verdict(is_explained, is_consistent);
-    effects.extend(faults.iter().map(|fault| fault_entry(streams, fault)));
-    let span =
-        |rows: &std::ops::Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
-    let next = next_experiment(of, confirmed, &findings, plan);
-    let motion_rad = &found.motion.signals.independent.case_rad;
-    let is_used = data.rows_of(&[Use::Fit, Use::Test]);
-    let rows = Rows {
-        residual_rad: &seen.after_rad,
-        motion_rad,
-        is_used: &|row| is_used[row],
-        period_s: 1.0 / streams.rate_hz,
-    };
-    // A unit at rest has no motion.
-    let beside_motion = match streams.at_rest {
-        Some(_) => Vec::new(),
-        None => in_step::blocks(
-            rows.residual_rad,
-            motion_rad,
-            rows.is_used,
-            rows.period_s,
-            &plan.signal.in_step,
-        ),
-    };
-    let relative_residual = relative_residual::entry(&rows, &beside_motion, &plan.signal.coherence);
-    let mut diagnosis = Diagnosis {
-        format: FORMAT,
-        recording: streams.piece.recording.clone(),
-        version: env!("CARGO_PKG_VERSION").to_string(),
-        seed,
-        verdict,
-        summary: summary(verdict, &findings, confirmed, found)
-            .into_iter()
-            .chain(own.iter().map(|(entry, _)| own_lines::sentence(entry)))
-            .chain(
-                unlike
-                    .iter()
-                    .filter_map(|&gyro| unlike_noise(gyro, misfits, streams.rate_hz)),
-            )
-            .chain(
-                relative_residual
-                    .iter()
-                    .map(|one| absolute::beside_motion(one.share_of_motion)),
-            )
-            .collect(),
-        locations: places
-            .locations
-            .iter()
-            .map(|one| location_entry(one, streams))
-            .collect(),
-        effects,
-        fit: FitEntry {
-            fitted_on: places.fitted_rows.iter().map(span).collect(),
-            held_out: places.test_rows.iter().map(span).collect(),
-            recordings: Vec::new(),
-            whole: None,
-            channels: places.validations.iter().map(channel).collect(),
-        },
-        not_excluded: not_excluded(found, streams),
-        next_experiment: next.sentence,
-        registration: Vec::new(),
-        experiment: next.entry,
-        residual: relative_residual.clone(),
-        noise: noise_entries(fit, &seen.noise, streams.span_s()),
-        accelerometer_noise: Vec::new(),
-        trials: found.tried,
-        runners_up: runners_up(found),
-        sensitivity: Vec::new(),
-        control: None,
-        self_test: None,
-        plan: Vec::new(),
-    };
-    if let Some(found) = in_step(&beside_motion, &plan.signal.in_step) {
-        diagnosis.is_left(vec![absolute::in_step(
-            found.share,
-            found.moving_over_still,
-        )]);
-    }
-    let mut model = data.model.clone();
-    let mut added = added(of, fit, &findings, &noise_found, faults);
-    added.extend(own.into_iter().map(|(_, effect)| effect));
+    let results = Results::new(of, share, faults, plan);
+    let diagnosis = results.diagnosis(seed);
+    let added = results.added();
+    let mut model = of.data.model.clone();
     for effect in &added {
         switch_on(&mut model, effect.clone());
     }
+    let Results { seen, places, .. } = results;
     let pictures = pictures::draw(
-        streams,
+        of.data.streams,
         &seen.before_rad,
         &seen.after_rad,
         &seen.noise,
@@ -209,6 +82,211 @@ pub(super) fn written(
         pictures: Some(pictures),
     };
     (outcome, added)
+}
+
+/// Results of a confirmed set.
+struct Results<'a> {
+    of: Searched<'a>,
+    share: &'a Share,
+    /// Faults of the data.
+    faults: &'a [Fault],
+    plan: &'a Plan,
+    seen: Seen,
+    findings: Vec<Finding<'a>>,
+    places: Places,
+    /// Gyros whose residual is not noise: no noise level is defined there.
+    unlike: BTreeSet<usize>,
+    /// Noise in excess of its known level.
+    noise_found: Vec<Excess>,
+    /// Lines of the gyros alone, as entries and as effects of the model.
+    own_lines: Vec<(EffectEntry, ModelEffect)>,
+}
+
+/// Residual beside the motion; without blocks at rest, where there is none.
+struct BesideMotion {
+    /// Powers of both by blocks of time.
+    blocks: Vec<Block>,
+    residual: Option<ResidualEntry>,
+}
+
+impl<'a> Results<'a> {
+    fn new(of: Searched<'a>, share: &'a Share, faults: &'a [Fault], plan: &'a Plan) -> Self {
+        let Searched { data, found } = of;
+        let streams = data.streams;
+        let (fit, left_rad) = (&share.set.fit, &share.left_rad);
+        let seen = Seen {
+            before_rad: data.aside.with_all(&found.residual_rad),
+            after_rad: data.aside.with_unexplained(left_rad),
+            noise: std::array::from_fn(|axis| {
+                reported(fit.levels[axis], streams.rows, streams.rate_hz)
+            }),
+            regimes: regimes_of(streams, &plan.judgement.regimes),
+        };
+        let findings = findings(of, share, &seen.regimes, plan);
+        let places = seen.places(data, &findings, plan);
+        let unlike: BTreeSet<usize> = share.misfits.iter().map(|one| one.gyro).collect();
+        let locks_in = lock_ins(&findings, data, found);
+        let mut explained_rad = Triad::clone(&found.residual_rad);
+        add_triad(&mut explained_rad, left_rad, -1.0);
+        let noise_found = excess(
+            data,
+            fit,
+            &found.motion,
+            (&unlike, &locks_in),
+            &explained_rad,
+            plan,
+        );
+        Self {
+            of,
+            share,
+            faults,
+            plan,
+            seen,
+            findings,
+            places,
+            unlike,
+            noise_found,
+            own_lines: own_lines::entries(
+                &data.own_lines,
+                streams.rows,
+                streams.rate_hz,
+                data.model,
+            ),
+        }
+    }
+
+    /// Entries of effects, of noise, of unexplained power and of faults.
+    fn effects(&self) -> Vec<EffectEntry> {
+        let data = self.of.data;
+        let streams = data.streams;
+        let findings = self.findings.iter();
+        let of_noise = |one: &Excess| {
+            let mut entry = noise_entry(one);
+            let lock_in = (one.kind == WALK.kind).then(|| behind_walk(one.values, data));
+            entry.what_was_left_out.extend(lock_in.flatten());
+            entry
+        };
+        findings
+            .map(|one| entry(one, &self.share.set.fit, self.of))
+            .chain(self.noise_found.iter().map(of_noise))
+            .chain(self.own_lines.iter().map(|(entry, _)| entry.clone()))
+            .chain(unexplained(&self.places.left, streams))
+            .chain(self.faults.iter().map(|fault| fault_entry(streams, fault)))
+            .collect()
+    }
+
+    fn verdict(&self) -> Verdict {
+        let set = &self.share.set;
+        // A fit to some rows and not to others explains nothing.
+        let is_consistent = set.unconfirmed.is_empty()
+            && set.impossible.is_empty()
+            && self.places.left.is_empty()
+            && self.share.misfits.is_empty()
+            && !has_event(self.of.data, &set.fit, &self.share.left_rad, self.plan);
+        let is_explained = !self.findings.is_empty()
+            || !self.own_lines.is_empty()
+            || !self.noise_found.is_empty()
+            || !self.faults.is_empty();
+        Verdict::of(is_explained, is_consistent)
+    }
+
+    fn beside_motion(&self) -> BesideMotion {
+        let Searched { data, found } = self.of;
+        let is_used = data.rows_of(&[Use::Fit, Use::Test]);
+        let rows = Rows {
+            residual_rad: &self.seen.after_rad,
+            motion_rad: &found.motion.signals.independent.case_rad,
+            is_used: &|row| is_used[row],
+            period_s: 1.0 / data.streams.rate_hz,
+        };
+        let plan = &self.plan.signal;
+        let blocks = match data.streams.at_rest {
+            Some(_) => Vec::new(),
+            None => in_step::blocks(
+                rows.residual_rad,
+                rows.motion_rad,
+                rows.is_used,
+                rows.period_s,
+                &plan.in_step,
+            ),
+        };
+        let residual = relative_residual::entry(&rows, &blocks, &plan.coherence);
+        BesideMotion { blocks, residual }
+    }
+
+    fn summary(&self, verdict: Verdict, residual: Option<&ResidualEntry>) -> Vec<String> {
+        let rate_hz = self.of.data.streams.rate_hz;
+        let own_lines = self.own_lines.iter();
+        let unlike = self.unlike.iter();
+        summary(verdict, &self.findings, &self.share.set, self.of.found)
+            .into_iter()
+            .chain(own_lines.map(|(entry, _)| own_lines::sentence(entry)))
+            .chain(unlike.filter_map(|&gyro| unlike_noise(gyro, &self.share.misfits, rate_hz)))
+            .chain(residual.map(|one| absolute::beside_motion(one.share_of_motion)))
+            .collect()
+    }
+
+    fn diagnosis(&self, seed: u64) -> Diagnosis {
+        let Searched { data, found } = self.of;
+        let streams = data.streams;
+        let places = &self.places;
+        let span = |rows: &Range<usize>| [streams.begin_s(rows.start), streams.begin_s(rows.end)];
+        let locations = places.locations.iter();
+        let set = &self.share.set;
+        let next = next_experiment(self.of, set, &self.findings, self.plan);
+        let BesideMotion { blocks, residual } = self.beside_motion();
+        let verdict = self.verdict();
+        let mut diagnosis = Diagnosis {
+            format: FORMAT,
+            recording: streams.piece.recording.clone(),
+            version: env!("CARGO_PKG_VERSION").to_string(),
+            seed,
+            verdict,
+            summary: self.summary(verdict, residual.as_ref()),
+            locations: locations.map(|one| location_entry(one, streams)).collect(),
+            effects: self.effects(),
+            fit: FitEntry {
+                fitted_on: places.fitted_rows.iter().map(span).collect(),
+                held_out: places.test_rows.iter().map(span).collect(),
+                recordings: Vec::new(),
+                whole: None,
+                channels: places.validations.iter().map(channel).collect(),
+            },
+            not_excluded: not_excluded(found, streams),
+            next_experiment: next.sentence,
+            registration: Vec::new(),
+            experiment: next.entry,
+            residual,
+            noise: noise_entries(&set.fit, &self.seen.noise, streams.span_s()),
+            accelerometer_noise: Vec::new(),
+            trials: found.tried,
+            runners_up: runners_up(found),
+            sensitivity: Vec::new(),
+            control: None,
+            self_test: None,
+            plan: Vec::new(),
+        };
+        if let Some(found) = in_step(&blocks, &self.plan.signal.in_step) {
+            diagnosis.is_left(vec![absolute::in_step(
+                found.share,
+                found.moving_over_still,
+            )]);
+        }
+        diagnosis
+    }
+
+    /// Effects added to the model, named ones first.
+    fn added(&self) -> Vec<ModelEffect> {
+        let fit = &self.share.set.fit;
+        let streams = self.of.data.streams;
+        let findings = self.findings.iter();
+        findings
+            .map(|one| effect_of(one, fit, self.of))
+            .chain(self.noise_found.iter().map(noise_effect))
+            .chain(self.faults.iter().map(|fault| fault_effect(fault, streams)))
+            .chain(self.own_lines.iter().map(|(_, effect)| effect.clone()))
+            .collect()
+    }
 }
 
 /// Residuals and noise of a set.
@@ -285,15 +363,6 @@ fn lock_ins(findings: &[Finding], data: &Data, found: &Found) -> BTreeSet<usize>
         .collect()
 }
 
-fn verdict(is_explained: bool, is_consistent: bool) -> Verdict {
-    match (is_explained, is_consistent) {
-        (false, true) => Verdict::Matches,
-        (false, false) => Verdict::Unexplained,
-        (true, true) => Verdict::Explained,
-        (true, false) => Verdict::PartlyExplained,
-    }
-}
-
 fn noise_entries(fit: &Fit, noise: &[Noise; 3], span_s: f64) -> Vec<NoiseEntry> {
     let of = |axis: usize| NoiseEntry {
         channel: format!("gyro_{}", AXES[axis]),
@@ -303,24 +372,6 @@ fn noise_entries(fit: &Fit, noise: &[Noise; 3], span_s: f64) -> Vec<NoiseEntry> 
         terms: None,
     };
     (0..3).map(of).collect()
-}
-
-/// Effects added to the model, named ones first.
-fn added(
-    of: Searched,
-    fit: &Fit,
-    findings: &[Finding],
-    noise_found: &[Excess],
-    faults: &[Fault],
-) -> Vec<ModelEffect> {
-    let of_findings = findings.iter().map(|one| effect_of(one, fit, of));
-    let of_faults = faults
-        .iter()
-        .map(|fault| fault_effect(fault, of.data.streams));
-    of_findings
-        .chain(noise_found.iter().map(noise_effect))
-        .chain(of_faults)
-        .collect()
 }
 
 /// True if a step or a slip is significant in any row, rows to test included: too late for a name, but the

@@ -47,9 +47,15 @@ pub mod put_right;
 
 pub mod aside;
 
+pub mod model_effects;
+
 pub mod data;
 
 pub mod noise_levels;
+
+mod axis_regression;
+
+mod coarse_path;
 
 pub mod coarse;
 
@@ -73,9 +79,17 @@ pub mod scores;
 
 pub mod lock_in;
 
+mod filters;
+
+mod resonances;
+
 pub mod families;
 
 mod windows;
+
+mod linearisation;
+
+mod event_search;
 
 pub mod search;
 
@@ -110,6 +124,8 @@ pub mod entries_of_findings;
 pub mod summary;
 
 pub mod experiment_words;
+
+mod experiment_question;
 
 pub mod next_experiment;
 

@@ -1,7 +1,7 @@
 //! Noise levels before any effect is found, and in the terms of the report.
 
-use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::DriftPrior;
+use rlg_inference::transform::Transform;
 use rlg_inference::{Drift, NoiseLevels, Observations};
 use rlg_model::Gyro;
 

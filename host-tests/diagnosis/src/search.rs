@@ -4,26 +4,21 @@ use rlg_plan::Plan;
 use std::collections::{BTreeMap, BTreeSet};
 
 use nalgebra::Matrix3;
-use rlg_catalogue::candidates::{PoolColumns, Variant, is_delay};
-use rlg_catalogue::entries::{LATE_PICKOFF, SLIP, STEP, UNLISTED};
-use rlg_catalogue::expression::Expression;
+use rlg_catalogue::candidates::{PoolColumns, Variant};
+use rlg_catalogue::entries::SLIP;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Column, Pool, Sensed};
-use rlg_inference::events::{Event, EventKind, impulses, scan};
-use rlg_inference::search::{Judged, best_of};
-use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
+use rlg_inference::judgement::Judged;
+use rlg_inference::search::best_of;
+use rlg_inference::{Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search};
 
-use super::before::{Before, left_behind_known, take_out_hidden, without_known};
+use super::before::without_known;
 use super::case_motion::Motion;
-use super::data::{Data, bridged, known_by_axis};
+use super::data::{Data, bridged};
 use super::families::{Alone, strongest, strongest_filters};
-use super::noise_levels::drift_prior;
-use super::pass::{Begin, Pass, left_on, sizes_on, subtract, subtract_by};
-use super::path::{SETTLED, is_of_path, shown};
-use super::scores::size_price;
+use super::pass::{Begin, Pass, sizes_on, subtract, subtract_by};
+use super::path::is_of_path;
 use super::settings::Scope;
-use super::turned::Turned;
-use super::windows::Edges;
 use rlg_signal::streams::{Triad, add_triad};
 
 /// Result of the structure search on the fitted rows.
@@ -66,47 +61,6 @@ pub struct Searched<'a> {
 /// Fits by their members, and the number of evaluated sets.
 type Seen = (BTreeMap<Vec<usize>, Fit>, usize);
 
-/// Squared size of a column over the record's noise \[σ²\].
-fn squared(size: f64, column: usize, levels: &NoiseLevels, equations: &NormalEquations) -> f64 {
-    (size / equations.scale(column)).powi(2) / (levels.white + levels.angle)
-}
-
-/// Price in log posterior of the delays about which a candidate is linearised.
-///
-/// The parameters of one effect share the width of their prior: gyros without a delay would otherwise join the delay of a
-/// late gyro at no cost.
-fn price_of_base(one: &Candidate, levels: &[NoiseLevels], equations: &NormalEquations) -> f64 {
-    let squared_on = |parameter: usize, base: f64| -> f64 {
-        let terms = one.hypothesis.terms.iter();
-        let information = terms
-            .filter(|term| term.parameter == parameter)
-            .map(|term| {
-                squared(
-                    term.coefficient,
-                    term.column,
-                    &levels[term.record],
-                    equations,
-                )
-            });
-        base * base * information.sum::<f64>()
-    };
-    let bases = one.base.iter().enumerate();
-    let squared: f64 = bases.map(|(place, base)| squared_on(place, *base)).sum();
-    if squared == 0.0 {
-        return 0.0;
-    }
-    let count = one.hypothesis.parameters as f64;
-    count * size_price(squared / count)
-}
-
-/// Squared size of the fixed terms of a hypothesis \[σ²\].
-fn squared_fixed(one: &Hypothesis, levels: &[NoiseLevels], equations: &NormalEquations) -> f64 {
-    let fixed = one.fixed.iter();
-    let seen = fixed.filter(|one| equations.scale(one.column) > 0.0);
-    let each = seen.map(|one| squared(one.size, one.column, &levels[one.record], equations));
-    each.sum()
-}
-
 pub(super) struct Run {
     pub(super) fit: Fit,
     /// True if the set holds a single nonlinear member whose linearisation has not converged.
@@ -116,117 +70,7 @@ pub(super) struct Run {
     pub(super) tried: usize,
 }
 
-/// Effects and noise about which the columns of a pass are formed.
-#[derive(Clone, Copy)]
-pub(super) struct About<'a> {
-    /// Effects found before.
-    pub(super) before: &'a Before,
-    /// Rotation of the reference.
-    pub(super) turned: &'a Turned,
-    /// Noise of each gyro.
-    pub(super) levels: &'a [NoiseLevels],
-}
-
-/// An event in the residual of a gyro.
-#[derive(Clone, Copy)]
-struct Scanned {
-    gyro: usize,
-    /// Noise under which it was scanned.
-    noise: NoiseLevels,
-    event: Event,
-}
-
 impl Pass {
-    pub(super) fn new(
-        data: &mut Data,
-        motion: Motion,
-        fitted: &Observations,
-        about: About,
-        scope: Scope,
-    ) -> Self {
-        let About {
-            before,
-            turned,
-            levels,
-        } = about;
-        let mut residual_rad = left_behind_known(data, &motion.signals);
-        let mut pool = Pool::default();
-        let mut candidates = pool.candidates(&motion.signals, motion.is_moving, scope.left_out);
-        if turned.is_seen(data, &motion.signals, levels) {
-            turned.carry(&mut candidates, &mut pool, &motion.signals);
-        }
-        match before {
-            Before::Coarse(far) => {
-                let moving = std::array::from_fn(|gyro| {
-                    far.path.low_pass[gyro].filter(|_| motion.is_moving[gyro])
-                });
-                if moving != [None; 3] {
-                    let odds = motion.signals.plan.odds.shared;
-                    candidates.push(pool.low_pass(moving, odds, &motion.signals));
-                }
-            }
-            Before::Pass(fit, members) => {
-                for (&place, block) in fit.members.iter().zip(&fit.blocks) {
-                    let estimate = shown(fit, &members[place], block, &scope.plan.rates);
-                    candidates.extend(pool.again(&members[place], &estimate, &motion.signals));
-                }
-            }
-        }
-        let late_s = (
-            known_by_axis(LATE_PICKOFF, data.model, data.streams),
-            before.late_pickoff_s(),
-        );
-        if late_s != <([f64; 3], [f64; 3])>::default() {
-            for one in candidates.iter_mut().filter(|one| one.kind == LATE_PICKOFF) {
-                pool.about_late_pickoff(one, late_s);
-            }
-        }
-        let parts = before.linear(&candidates, &pool, &motion.signals);
-        take_out_hidden(&mut residual_rad, &parts, &motion.signals);
-        let columns = PoolColumns {
-            columns: &pool.columns,
-            signals: &motion.signals,
-        };
-        let equations = NormalEquations::with_constants(
-            fitted.clone(),
-            &residual_rad,
-            &columns,
-            NoiseLevels::mean(levels),
-            &data.free_constants,
-        );
-        for one in candidates.iter_mut().filter(|one| one.kind == LATE_PICKOFF) {
-            if squared_fixed(&one.hypothesis, levels, &equations) < SETTLED * SETTLED {
-                one.hypothesis.fixed.clear();
-            }
-        }
-        // Drops hypotheses with a parameter whose columns are zero.
-        candidates.retain(|candidate| is_seen(&candidate.hypothesis, &equations));
-        for one in candidates.iter_mut().filter(|one| is_delay(one.kind)) {
-            one.hypothesis.price += price_of_base(one, levels, &equations);
-        }
-        // A delay behind a low pass H has the column of that low pass: −iωτ H = H − 1.
-        let low_pass = candidates
-            .iter()
-            .position(|one| one.variant == Variant::LowPass);
-        for one in &mut candidates {
-            if is_delay(one.kind) {
-                one.hypothesis.requires = low_pass;
-            }
-        }
-        Self {
-            motion,
-            residual_rad,
-            levels: NoiseLevels::mean(levels),
-            pool,
-            candidates,
-            equations,
-            drift: drift_prior(&data.model.gyro),
-            lattice: data.lattice,
-            cuts: data.cuts.clone(),
-            is_at_rest: data.streams.at_rest.is_some(),
-        }
-    }
-
     fn hypotheses(&self) -> Vec<Hypothesis> {
         self.candidates
             .iter()
@@ -346,100 +190,6 @@ impl Pass {
         (best, empty)
     }
 
-    /// Scans the residuals of `fits` for events; returns the places of the new candidates.
-    fn add_events(&mut self, fits: &[&Fit], begin: &Begin) -> Vec<usize> {
-        let mut new: Vec<Candidate> = Vec::new();
-        for fit in fits {
-            let mut events: Vec<Scanned> = Vec::new();
-            for gyro in 0..3 {
-                let residual = left_on(&self.equations, fit, &self.candidates, gyro);
-                let mut noises = vec![fit.levels[gyro]];
-                if fit.drift[gyro] != Drift::None {
-                    noises.push(fit.levels[gyro].stationary());
-                }
-                for noise in noises {
-                    let found = scan(
-                        &self.equations.transform,
-                        &self.equations.basis,
-                        &residual,
-                        noise,
-                        &begin.plan.inference.events,
-                    );
-                    events.extend(
-                        found
-                            .into_iter()
-                            .map(|event| Scanned { gyro, noise, event }),
-                    );
-                }
-            }
-            events.retain(|one| begin.seeks(kind_of(&one.event)));
-            // At rest a slip and a nudge of the case are not distinguishable without a reference.
-            events.retain(|one| !self.is_at_rest || one.event.kind == EventKind::Step);
-            events.retain(|one| {
-                one.event.size.abs() > begin.plan.judgement.event
-                    && !self.lattice.hides_event(one.gyro, &one.event)
-            });
-            events.sort_by(|a, b| b.event.size.abs().total_cmp(&a.event.size.abs()));
-            for scanned in events.into_iter().take(begin.plan.judgement.events_tried) {
-                let together = match scanned.event.kind {
-                    EventKind::Impulse => self.swarm(fit, scanned, begin.plan),
-                    EventKind::Step | EventKind::Window => vec![scanned.event],
-                };
-                for event in together {
-                    let one = self.candidate_of(scanned.gyro, &event);
-                    let mut known = self.candidates.iter().chain(&new);
-                    if !known.any(|other| other.kind == one.kind && other.variant == one.variant) {
-                        new.push(one);
-                    }
-                }
-            }
-        }
-        self.extend(new)
-    }
-
-    /// Returns a slip with all other significant slips of its gyro: a counter that slips does so repeatedly.
-    fn swarm(&self, fit: &Fit, strongest: Scanned, plan: &Plan) -> Vec<Event> {
-        let Scanned { gyro, noise, event } = strongest;
-        let most = plan.judgement.most_slips;
-        let rows = self.motion.signals.rows as f64;
-        let least = (2.0 * (3.0 * rows).ln()).sqrt();
-        let residual = left_on(&self.equations, fit, &self.candidates, gyro);
-        let (transform, basis) = (&self.equations.transform, &self.equations.basis);
-        let mut all = impulses(
-            transform,
-            basis,
-            &residual,
-            noise,
-            (least, most),
-            &plan.inference.events,
-        );
-        all.retain(|event| !self.lattice.hides_event(gyro, event));
-        if all.is_empty() || all.len() == most {
-            return vec![event];
-        }
-        all
-    }
-
-    /// Converts an event of a gyro to a candidate.
-    fn candidate_of(&mut self, gyro: usize, event: &Event) -> Candidate {
-        let signals = &self.motion.signals;
-        let rows = signals.rows as f64;
-        // The row of a step of z standard deviations is uncertain by n/(z²/2) rows.
-        let places_of_edge = (0.5 * event.size * event.size).max(4.0);
-        let pool = &mut self.pool;
-        match event.kind {
-            EventKind::Impulse => pool.event(SLIP, gyro, event.row, 3.0 * rows, signals),
-            EventKind::Step => pool.event(STEP, gyro, event.row, 3.0 * places_of_edge, signals),
-            EventKind::Window => {
-                let window = event.row..event.row + event.rows;
-                let edges = Edges::of(window, event.size * event.size, signals.rows);
-                let ([start, end], places) = edges.placed(&self.cuts);
-                let window = Expression::window(start..end, signals);
-                pool.expression(gyro, window, 3.0 * places, signals)
-            }
-        }
-    }
-
     /// Adds new candidates and their columns; returns their places.
     pub(super) fn extend(&mut self, new: Vec<Candidate>) -> Vec<usize> {
         let columns = PoolColumns {
@@ -546,23 +296,6 @@ impl Pass {
             empty: judged.empty,
             tried,
         }
-    }
-}
-
-/// True if every parameter has a non-zero column.
-pub(super) fn is_seen(hypothesis: &Hypothesis, equations: &NormalEquations) -> bool {
-    (0..hypothesis.parameters).all(|parameter| {
-        let mut terms = hypothesis.terms.iter();
-        terms.any(|term| term.parameter == parameter && equations.scale(term.column) > 0.0)
-    })
-}
-
-/// Contract kind of an event.
-fn kind_of(event: &Event) -> &'static str {
-    match event.kind {
-        EventKind::Impulse => SLIP,
-        EventKind::Step => STEP,
-        EventKind::Window => UNLISTED,
     }
 }
 

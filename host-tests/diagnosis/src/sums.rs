@@ -15,9 +15,9 @@ use rlg_signal::partition::blocks;
 use rlg_signal::streams::{Triad, add};
 
 use crate::data::Data;
+use crate::linearisation::is_seen;
 use crate::noise_levels::first_levels;
 use crate::pass::sizes_on;
-use crate::search::is_seen;
 use crate::whitened::{Whitener, columns_of};
 
 /// Rows of all recordings, and sums over all rows of the one recording that they are stretches of.

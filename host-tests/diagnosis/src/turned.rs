@@ -8,7 +8,8 @@ use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_inference::NoiseLevels;
 
 use super::before::Before;
-use super::data::{Data, known_by_axis};
+use super::data::Data;
+use super::model_effects::known_by_axis;
 use super::path::SETTLED;
 
 /// Rotation vectors \[rad\], body axes.

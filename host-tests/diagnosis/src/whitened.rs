@@ -1,6 +1,6 @@
 //! Rows whitened as in the likelihood: divided by the root of their noise, frequency by frequency.
 
-use rlg_inference::normal_equations::Transform;
+use rlg_inference::transform::Transform;
 use rlg_inference::{Hypothesis, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::add;

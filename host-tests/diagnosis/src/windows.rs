@@ -4,7 +4,7 @@
 use std::ops::Range;
 
 use rayon::prelude::*;
-use rlg_catalogue::expression::channels;
+use rlg_catalogue::vocabulary::channels;
 use rlg_catalogue::{Column, Expression, Pool, Sensed};
 use rlg_inference::Fit;
 use rlg_inference::score_test::noises;

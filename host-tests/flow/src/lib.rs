@@ -99,7 +99,7 @@ pub fn diagnose_under(
     let read = recording.borrow();
     let of = DeclaredModel::new(model, model_file);
     if stands_in_positions(read, &settings.plan) {
-        rlg_diagnosis::data::is_predictable(model, model_file)?;
+        rlg_diagnosis::model_effects::is_predictable(model, model_file)?;
         return rlg_force::positions::diagnose(settings, read, model, progress);
     }
     if is_slow(read, model) {
@@ -173,7 +173,7 @@ pub fn diagnose_streams(
         }
         checked => checked?,
     };
-    rlg_diagnosis::data::is_predictable(model, file)?;
+    rlg_diagnosis::model_effects::is_predictable(model, file)?;
     let found = if streams.at_rest.is_some() {
         at_rest::diagnose(settings, &mut streams, of, progress)?
     } else {

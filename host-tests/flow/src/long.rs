@@ -3,8 +3,8 @@
 use std::ops::Range;
 use std::path::Path;
 
-use rlg_diagnosis::data::is_predictable;
 use rlg_diagnosis::long::{self, Long};
+use rlg_diagnosis::model_effects::is_predictable;
 use rlg_diagnosis::search::Found;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;

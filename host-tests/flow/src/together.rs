@@ -1,7 +1,7 @@
 //! Several recordings of one unit.
 
-use rlg_diagnosis::data::is_predictable;
-use rlg_diagnosis::put_right::put_right;
+use rlg_diagnosis::model_effects::is_predictable;
+use rlg_diagnosis::put_right::{PutRight, put_right};
 use rlg_diagnosis::search::Found;
 use rlg_diagnosis::{data_words, several};
 use rlg_findings::result::ParameterEntry;
@@ -33,13 +33,7 @@ pub fn diagnose_together(
         .unzip();
     distinct(&aligned)?;
     is_predictable(model, file)?;
-    for streams in &aligned {
-        if streams.at_rest.is_some() {
-            let name = &streams.piece.recording;
-            return Err(InputError::new(name, "is of a unit at rest")
-                .expected("one such recording at a time, or recordings with a reference"));
-        }
-    }
+    with_reference(&aligned)?;
     let names: Vec<String> = aligned
         .iter()
         .map(|one| one.piece.recording.clone())
@@ -84,21 +78,29 @@ pub fn diagnose_together(
     outcome
         .diagnosis
         .judge_noise(&settings.plan.findings.instruments);
-    let named = names.iter().zip(restored).flat_map(|(name, sentences)| {
+    let restored = named(&names, restored);
+    outcome.diagnosis.say_first(restored.collect());
+    outcome.diagnosis.summary.extend(named(&names, lines));
+    report_corrections(&mut outcome, &names, turned);
+    Ok(outcome)
+}
+
+/// Sentences on each recording, after its name.
+fn named(names: &[String], sentences: Vec<Vec<String>>) -> impl Iterator<Item = String> {
+    names.iter().zip(sentences).flat_map(|(name, sentences)| {
         let of_this = sentences.into_iter();
         of_this.map(move |sentence| format!("{name}: {sentence}"))
-    });
-    outcome.diagnosis.say_first(named.collect());
-    for (name, lines) in names.iter().zip(lines) {
-        let of_this = lines.into_iter().map(|line| format!("{name}: {line}"));
-        outcome.diagnosis.summary.extend(of_this);
-    }
-    for (name, turned) in names.iter().zip(turned) {
+    })
+}
+
+/// Reports the corrected channels of each recording, with its name among the parameters.
+fn report_corrections(outcome: &mut Outcome, names: &[String], corrections: Vec<Option<PutRight>>) {
+    for (name, turned) in names.iter().zip(corrections) {
         let Some(turned) = turned else {
             continue;
         };
         let before = outcome.diagnosis.effects.len();
-        turned.report(&mut outcome);
+        turned.report(outcome);
         for effect in &mut outcome.diagnosis.effects[before..] {
             effect.parameters.push(ParameterEntry::Text {
                 name: "recording".to_string(),
@@ -106,7 +108,6 @@ pub fn diagnose_together(
             });
         }
     }
-    Ok(outcome)
 }
 
 /// Checks that the recordings have different names.
@@ -121,4 +122,16 @@ fn distinct(all: &[Streams]) -> Result<(), InputError> {
         }
     }
     Ok(())
+}
+
+/// Checks that no recording is of a unit at rest.
+fn with_reference(all: &[Streams]) -> Result<(), InputError> {
+    match all.iter().find(|streams| streams.at_rest.is_some()) {
+        None => Ok(()),
+        Some(streams) => {
+            let name = &streams.piece.recording;
+            Err(InputError::new(name, "is of a unit at rest")
+                .expected("one such recording at a time, or recordings with a reference"))
+        }
+    }
 }

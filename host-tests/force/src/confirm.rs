@@ -6,8 +6,8 @@ use std::ops::Range;
 
 use rlg_findings::result::UNLISTED;
 use rlg_inference::block_validation::BlockSums;
-use rlg_inference::normal_equations::Transform;
 use rlg_inference::search::DriftPrior;
+use rlg_inference::transform::Transform;
 use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Search};
 
 use crate::candidates::Candidate;

@@ -37,6 +37,8 @@ pub mod confirm;
 
 pub mod diagnose;
 
+mod effects;
+
 pub mod findings;
 
 pub mod whose;

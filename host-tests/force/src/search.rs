@@ -4,7 +4,8 @@ use std::collections::BTreeSet;
 use std::ops::Range;
 
 use rlg_findings::result::UNLISTED;
-use rlg_inference::search::{DriftPrior, Judged};
+use rlg_inference::judgement::Judged;
+use rlg_inference::search::DriftPrior;
 use rlg_inference::{Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, Search, Term};
 use rlg_model::Model;
 use rlg_signal::axes::{Triad, add};
@@ -138,22 +139,18 @@ pub fn find(
             &DriftPrior::Unknown,
             levels.clone(),
         );
+        let is_in = |set: &[Candidate], one: &Candidate| set.iter().any(|other| one.is_same(other));
         let start: Vec<usize> = (0..candidates.len())
-            .filter(|&place| before.iter().any(|one| one.is_same(&candidates[place])))
+            .filter(|&place| is_in(&before, &candidates[place]))
             .collect();
         let fit = search.run(&start, plan.inference.search.most_members);
         levels.clone_from(&fit.levels);
-        let members: Vec<Candidate> = fit
-            .members
-            .iter()
-            .map(|&place| candidates[place].clone())
-            .collect();
+        let members = fit.members.iter();
+        let members: Vec<Candidate> = members.map(|&place| candidates[place].clone()).collect();
         let (now_s, delays_stay) = delays(&fit, &candidates, delay_s, plan.force.settled);
         let (moves, vertical_stays) = verticals_of(&fit, &recordings, plan.force.settled);
-        let is_same_set = members.len() == before.len()
-            && members
-                .iter()
-                .all(|one| before.iter().any(|other| other.is_same(one)));
+        let is_same_set =
+            members.len() == before.len() && members.iter().all(|one| is_in(&before, one));
         let stands = is_same_set && delays_stay && vertical_stays;
         if !(stands || pass >= plan.judgement.passes) {
             made_of.move_verticals(&moves);
@@ -162,30 +159,12 @@ pub fn find(
             continue;
         }
         let judged = search.judge(&fit, plan.judgement.class_within);
-        let others: Vec<usize> = (0..candidates.len())
-            .filter(|place| !fit.members.contains(place))
-            .collect();
-        let spanned_by = fit
-            .members
-            .iter()
-            .map(|&member| {
-                let spans = |&&other: &&usize| {
-                    let kind = candidates[other].kind;
-                    kind != candidates[member].kind
-                        && kind != UNLISTED
-                        && search.separation(&fit, member, other) < plan.judgement.separation
-                };
-                others.iter().filter(spans).copied().collect()
-            })
-            .collect();
-        let without = fit
-            .members
-            .iter()
-            .map(|&member| {
-                let rest = search.without(&fit.members, member);
-                search.fit(&rest, Some(&fit.levels))
-            })
-            .collect();
+        let spanned_by = spanned_by(&search, &fit, &candidates, plan.judgement.separation);
+        let without = fit.members.iter().map(|&member| {
+            let rest = search.without(&fit.members, member);
+            search.fit(&rest, Some(&fit.levels))
+        });
+        let without = without.collect();
         let tried = search.tried_sets();
         return Found {
             fit,
@@ -200,6 +179,26 @@ pub fn find(
             tried,
         };
     }
+}
+
+/// Places of the candidates of other kinds that span each member's effect to less than `separation` \[σ\].
+fn spanned_by(
+    search: &Search,
+    fit: &Fit,
+    candidates: &[Candidate],
+    separation: f64,
+) -> Vec<Vec<usize>> {
+    let spans = |member: usize, other: usize| {
+        let kind = candidates[other].kind;
+        kind != candidates[member].kind
+            && kind != UNLISTED
+            && search.separation(fit, member, other) < separation
+    };
+    let of_member = |&member: &usize| {
+        let others = (0..candidates.len()).filter(|place| !fit.members.contains(place));
+        others.filter(|&other| spans(member, other)).collect()
+    };
+    fit.members.iter().map(of_member).collect()
 }
 
 /// Estimated delay of each accelerometer \[s\], and true if all stay at their linearisation point.

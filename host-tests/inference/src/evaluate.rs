@@ -9,7 +9,7 @@ use std::ops::Range;
 use nalgebra::{DMatrix, DVector, SymmetricEigen};
 use rlg_plan::SearchPlan;
 
-use crate::assembled::{Assembled, binned};
+use crate::assembled::{Assembled, BesideGaps, binned};
 use crate::hypothesis::Hypothesis;
 use crate::likelihood::Likelihood;
 use crate::linear::{LEAST_INFORMATION, invert, sub_matrix};
@@ -182,28 +182,70 @@ pub(crate) fn evaluate_assembled(
         .zip(drift)
         .map(|(levels, drift)| start_level(*levels, *drift))
         .collect();
-    let of_size: Vec<f64> = set
-        .iter()
-        .flat_map(|one| (0..one.parameters).map(|parameter| one.bound(parameter).std))
-        .zip(&assembled.scale)
-        .map(|(std, scale)| (scale / std).powi(2))
-        .collect();
     let mut g = vec![100.0; set.len()];
     let mut last = f64::NEG_INFINITY;
     let mut alternation = 0;
     loop {
-        let powers = binned(data, &levels);
-        let (information, score) = assembled.sums(&powers);
-        let mut log_likelihood = 0.0;
-        for (record, (of_record, powers)) in assembled.records.iter().zip(&powers).enumerate() {
-            let counts = &data.basis(record).counts;
-            let bins = powers.iter().zip(counts).zip(&of_record.energy);
-            log_likelihood -= 0.5
-                * bins
-                    .map(|((power, count), energy)| count * power.ln() + energy / power)
-                    .sum::<f64>();
+        let mut posterior = Posterior::new(data, set, assembled, &levels, &g);
+        let settled = (posterior.log_likelihood - last).abs() < effort.tolerance && alternation > 2;
+        alternation += 1;
+        if settled || alternation >= effort.alternations {
+            if set.iter().any(|one| is_beyond_a_value(one)) {
+                posterior.free_deviations(set, assembled, &g);
+            }
+            let drift = drift.to_vec();
+            return posterior.fit(set, assembled, levels, drift, plan.by_chance);
         }
+        last = posterior.log_likelihood;
+        for ((block, prior), g) in assembled.blocks.iter().zip(&posterior.priors).zip(&mut g) {
+            *g = posterior.g_of(block, prior, *g);
+        }
+        let Posterior {
+            estimate,
+            covariance,
+            ..
+        } = &posterior;
+        for (record, (levels, drift)) in levels.iter_mut().zip(drift).enumerate() {
+            let power = assembled.records[record].residual_power(estimate, covariance);
+            *levels = data.basis(record).fit(&power, *levels, drift.active());
+        }
+    }
+}
+
+/// Posterior of a set's parameters at given noise levels and prior widths.
+struct Posterior {
+    /// Log marginal likelihood.
+    log_likelihood: f64,
+    /// Information of each parameter by itself.
+    own_information: DVector<f64>,
+    /// Information with the gaps integrated out.
+    beside: BesideGaps,
+    priors: Vec<BlockPrior>,
+    score: DVector<f64>,
+    covariance: DMatrix<f64>,
+    estimate: DVector<f64>,
+}
+
+impl Posterior {
+    /// # Inputs
+    /// `g`: prior variance of each member over the inverse of its own information.
+    fn new(
+        data: &impl Likelihood,
+        set: &[&Hypothesis],
+        assembled: &Assembled,
+        levels: &[NoiseLevels],
+        g: &[f64],
+    ) -> Self {
+        let powers = binned(data, levels);
+        let (information, score) = assembled.sums(&powers);
+        let mut log_likelihood = noise_likelihood(data, assembled, &powers);
         let beside = assembled.beside_gaps(&information);
+        let of_size: Vec<f64> = set
+            .iter()
+            .flat_map(|one| (0..one.parameters).map(|parameter| one.bound(parameter).std))
+            .zip(&assembled.scale)
+            .map(|(std, scale)| (scale / std).powi(2))
+            .collect();
         let priors: Vec<BlockPrior> = assembled
             .blocks
             .iter()
@@ -213,64 +255,132 @@ pub(crate) fn evaluate_assembled(
             })
             .collect();
         let mut precision = beside.information.clone();
-        for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(&g) {
+        for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(g) {
             let of_block = prior.precision(*g);
-            let shape = (block.len(), block.len());
-            let mut own = precision.view_mut((block.start, block.start), shape);
-            own += &of_block;
+            add_block(&mut precision, block, &of_block);
             log_likelihood += 0.5 * invert(&of_block).1;
         }
         let (of_members, log_determinant) = invert(&precision);
-        let mut covariance = beside.covariance(&of_members);
-        let mut estimate = &covariance * &score;
+        let covariance = beside.covariance(&of_members);
+        let estimate = &covariance * &score;
         log_likelihood += 0.5 * (score.dot(&estimate) - log_determinant - beside.log_determinant);
-        let settled = (log_likelihood - last).abs() < effort.tolerance && alternation > 2;
-        alternation += 1;
-        if settled || alternation >= effort.alternations {
-            if set.iter().any(|one| is_beyond_a_value(one)) {
-                let mut precision = beside.information.clone();
-                let each = set.iter().zip(&assembled.blocks).zip(priors.iter().zip(&g));
-                for ((one, block), (prior, g)) in each {
-                    let g = if is_beyond_a_value(one) {
-                        f64::INFINITY
-                    } else {
-                        *g
-                    };
-                    let shape = (block.len(), block.len());
-                    let mut own = precision.view_mut((block.start, block.start), shape);
-                    own += &prior.precision(g);
-                }
-                covariance = beside.covariance(&invert(&precision).0);
-                estimate = &covariance * &score;
-            }
-            return finish(Finished {
-                set,
-                assembled,
-                levels,
-                drift,
-                own_information: information.diagonal(),
-                beside_gaps: beside.information,
-                covariance,
-                estimate,
-                ranks: priors.iter().map(|prior| prior.rank).collect(),
-                log_likelihood,
-                by_chance: plan.by_chance,
-            });
-        }
-        last = log_likelihood;
-        for ((block, prior), g) in assembled.blocks.iter().zip(&priors).zip(&mut g) {
-            let of_block = estimate.rows_range(block.clone()).into_owned();
-            let of_spread = sub_matrix(&covariance, block);
-            let lost = (&of_spread * &prior.information).trace() / *g;
-            let freedom = (prior.rank as f64 - lost).max(1e-3);
-            let power = of_block.dot(&(&prior.information * &of_block));
-            *g = (power / freedom).clamp(G_RANGE[0], G_RANGE[1]);
-        }
-        for (record, (levels, drift)) in levels.iter_mut().zip(drift).enumerate() {
-            let power = assembled.records[record].residual_power(&estimate, &covariance);
-            *levels = data.basis(record).fit(&power, *levels, drift.active());
+        Self {
+            log_likelihood,
+            own_information: information.diagonal(),
+            beside,
+            priors,
+            score,
+            covariance,
+            estimate,
         }
     }
+
+    /// Replaces estimate and covariance by those without a g-prior on deviations from a nonzero value.
+    fn free_deviations(&mut self, set: &[&Hypothesis], assembled: &Assembled, g: &[f64]) {
+        let mut precision = self.beside.information.clone();
+        let each = set.iter().zip(&assembled.blocks);
+        for ((one, block), (prior, g)) in each.zip(self.priors.iter().zip(g)) {
+            let g = if is_beyond_a_value(one) {
+                f64::INFINITY
+            } else {
+                *g
+            };
+            add_block(&mut precision, block, &prior.precision(g));
+        }
+        self.covariance = self.beside.covariance(&invert(&precision).0);
+        self.estimate = &self.covariance * &self.score;
+    }
+
+    /// Updates g of a member by empirical Bayes (MacKay).
+    fn g_of(&self, block: &Range<usize>, prior: &BlockPrior, g: f64) -> f64 {
+        let of_block = self.estimate.rows_range(block.clone()).into_owned();
+        let of_spread = sub_matrix(&self.covariance, block);
+        let lost = (&of_spread * &prior.information).trace() / g;
+        let freedom = (prior.rank as f64 - lost).max(1e-3);
+        let power = of_block.dot(&(&prior.information * &of_block));
+        (power / freedom).clamp(G_RANGE[0], G_RANGE[1])
+    }
+
+    /// The fit, in the parameters' own units.
+    ///
+    /// # Inputs
+    /// `by_chance`: excess over a possible range attributed to chance \[σ\].
+    fn fit(
+        self,
+        set: &[&Hypothesis],
+        assembled: &Assembled,
+        levels: Vec<NoiseLevels>,
+        drift: Vec<Drift>,
+        by_chance: f64,
+    ) -> Fit {
+        let Self {
+            log_likelihood,
+            own_information,
+            beside,
+            priors,
+            covariance,
+            estimate,
+            ..
+        } = self;
+        let scale = &assembled.scale;
+        let blocks = assembled.blocks.clone();
+        let squared_sizes = blocks
+            .iter()
+            .map(|block| {
+                let of_block = estimate.rows_range(block.clone()).into_owned();
+                squared_size(&of_block, &sub_matrix(&covariance, block))
+            })
+            .collect();
+        let count = scale.len();
+        let is_impossible = |(one, block): (&&Hypothesis, &Range<usize>)| {
+            block.clone().enumerate().any(|(parameter, k)| {
+                let std = covariance[(k, k)].max(0.0).sqrt() * scale[k];
+                let bound = one.bound(parameter);
+                bound.excludes(estimate[k] * scale[k], std, by_chance)
+            })
+        };
+        let impossible = (0..set.len())
+            .filter(|&place| is_impossible((&set[place], &blocks[place])))
+            .collect();
+        Fit {
+            impossible,
+            members: Vec::new(),
+            is_redundant: is_redundant(&beside.information, &own_information, &blocks),
+            log_likelihood,
+            score: log_likelihood,
+            levels,
+            drift,
+            estimate: DVector::from_fn(count, |k, _| estimate[k] * scale[k]),
+            covariance: DMatrix::from_fn(count, count, |i, j| {
+                covariance[(i, j)] * scale[i] * scale[j]
+            }),
+            blocks,
+            gaps: assembled.gaps.clone(),
+            ranks: priors.iter().map(|prior| prior.rank).collect(),
+            squared_sizes,
+        }
+    }
+}
+
+/// Log likelihood of all records as noise of given powers.
+fn noise_likelihood(data: &impl Likelihood, assembled: &Assembled, powers: &[Vec<f64>]) -> f64 {
+    let mut log_likelihood = 0.0;
+    for (record, (of_record, powers)) in assembled.records.iter().zip(powers).enumerate() {
+        let counts = &data.basis(record).counts;
+        let bins = powers.iter().zip(counts).zip(&of_record.energy);
+        log_likelihood -= 0.5
+            * bins
+                .map(|((power, count), energy)| count * power.ln() + energy / power)
+                .sum::<f64>();
+    }
+    log_likelihood
+}
+
+/// Adds a matrix to a block on the diagonal of another.
+fn add_block(matrix: &mut DMatrix<f64>, block: &Range<usize>, of_block: &DMatrix<f64>) {
+    let shape = (block.len(), block.len());
+    let mut own = matrix.view_mut((block.start, block.start), shape);
+    own += of_block;
 }
 
 /// True if a hypothesis's columns are made about a nonzero value: the parameters are then deviations from it, and a g-prior
@@ -315,75 +425,6 @@ fn start_level(levels: NoiseLevels, drift: Drift) -> NoiseLevels {
             walk: begun(levels.walk),
             ..levels
         },
-    }
-}
-
-struct Finished<'a> {
-    set: &'a [&'a Hypothesis],
-    assembled: &'a Assembled,
-    levels: Vec<NoiseLevels>,
-    drift: &'a [Drift],
-    own_information: DVector<f64>,
-    beside_gaps: DMatrix<f64>,
-    covariance: DMatrix<f64>,
-    estimate: DVector<f64>,
-    ranks: Vec<usize>,
-    log_likelihood: f64,
-    /// Excess over a possible range attributed to chance \[σ\].
-    by_chance: f64,
-}
-
-fn finish(
-    Finished {
-        set,
-        assembled,
-        levels,
-        drift,
-        own_information,
-        beside_gaps,
-        covariance,
-        estimate,
-        ranks,
-        log_likelihood,
-        by_chance,
-    }: Finished,
-) -> Fit {
-    let scale = &assembled.scale;
-    let blocks = assembled.blocks.clone();
-    let squared_sizes = blocks
-        .iter()
-        .map(|block| {
-            let of_block = estimate.rows_range(block.clone()).into_owned();
-            squared_size(&of_block, &sub_matrix(&covariance, block))
-        })
-        .collect();
-    let count = scale.len();
-    let is_impossible = |(one, block): (&&Hypothesis, &Range<usize>)| {
-        block.clone().enumerate().any(|(parameter, k)| {
-            let std = covariance[(k, k)].max(0.0).sqrt() * scale[k];
-            let bound = one.bound(parameter);
-            bound.excludes(estimate[k] * scale[k], std, by_chance)
-        })
-    };
-    let impossible = (0..set.len())
-        .filter(|&place| is_impossible((&set[place], &blocks[place])))
-        .collect();
-    Fit {
-        impossible,
-        members: Vec::new(),
-        is_redundant: is_redundant(&beside_gaps, &own_information, &blocks),
-        log_likelihood,
-        score: log_likelihood,
-        levels,
-        drift: drift.to_vec(),
-        estimate: DVector::from_fn(count, |k, _| estimate[k] * scale[k]),
-        covariance: DMatrix::from_fn(count, count, |i, j| {
-            covariance[(i, j)] * scale[i] * scale[j]
-        }),
-        blocks,
-        gaps: assembled.gaps.clone(),
-        ranks,
-        squared_sizes,
     }
 }
 

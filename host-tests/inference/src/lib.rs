@@ -6,10 +6,10 @@
 //! here.
 //!
 //! In the order of the data: [`dct`] transforms → [`observations`] selects the seen rows → [`noise`] computes the spectrum
-//! of each term → [`normal_equations`] removes the nuisance parameters of gaps and sums columns and records by frequency →
+//! of each term → [`transform`] removes the nuisance parameters of gaps → [`normal_equations`] sums columns and records by frequency →
 //! [`evaluate`] fits a set of hypotheses with its noise, over any data with a [`likelihood`]; [`information`] holds the
-//! normal equations of its parameters → [`search`] finds the set; [`score_test`] screens long lists of additions, over
-//! [`sums`] of rows where there are many; [`events`] scans all rows for steps and impulses, [`lines`] all frequencies for
+//! normal equations of its parameters → [`search`] finds the set, [`judgement`] compares it with others; [`score_test`] screens long lists of additions, over
+//! [`sums`] of rows where there are many; [`events`] scans all rows for steps and impulses, [`change_point`] locates a step, [`lines`] all frequencies for
 //! lines, and [`periodogram`] with [`phase_course`] for lines between the coefficients with a wandering phase, and
 //! [`line_fit`] with their exact columns; [`block_validation`] cross-validates an effect over blocks of rows. [`laws`] are those that
 //! every likelihood keeps, for tests; [`work`] counts transforms, columns and fits.
@@ -24,11 +24,15 @@ pub mod observations;
 
 pub mod noise;
 
+mod noise_fit;
+
 mod noise_estimate;
 
 mod free_rows;
 
 mod gaps;
+
+pub mod transform;
 
 pub mod normal_equations;
 
@@ -52,7 +56,11 @@ pub mod score_test;
 
 pub mod search;
 
+pub mod judgement;
+
 pub mod events;
+
+pub mod change_point;
 
 pub mod lines;
 

@@ -8,8 +8,8 @@ use rayon::prelude::*;
 use realfft::num_complex::Complex64;
 
 use crate::linear::{dot, pseudo_inverse};
-use crate::normal_equations::Transform;
 use crate::phase_course::{Course, legendre};
+use crate::transform::Transform;
 
 /// Records of a line.
 pub struct Shown<'a> {
@@ -170,7 +170,7 @@ fn step(sums: &[Sums], degree: usize) -> (DVector<f64>, DMatrix<f64>) {
 #[cfg(test)]
 mod tests {
     use super::Shown;
-    use crate::normal_equations::Transform;
+    use crate::transform::Transform;
     use crate::{NoiseLevels, Observations};
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};

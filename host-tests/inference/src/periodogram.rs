@@ -5,7 +5,7 @@ use realfft::num_complex::Complex64;
 use rlg_plan::PeriodogramPlan;
 
 use crate::noise::{NoiseBasis, NoiseLevels};
-use crate::normal_equations::Transform;
+use crate::transform::Transform;
 
 /// A residual weighted by the inverse of its noise.
 pub struct Weighed {
@@ -189,7 +189,7 @@ pub fn strongest(records: &[Periodogram], is_free: impl Fn(f64) -> bool) -> Opti
 #[cfg(test)]
 mod tests {
     use super::{Periodogram, Weighed, strongest};
-    use crate::normal_equations::Transform;
+    use crate::transform::Transform;
     use crate::{NoiseLevels, Observations};
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};

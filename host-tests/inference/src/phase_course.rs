@@ -252,8 +252,8 @@ impl Baseband {
 #[cfg(test)]
 mod tests {
     use super::{Baseband, legendre};
-    use crate::normal_equations::Transform;
     use crate::periodogram::Weighed;
+    use crate::transform::Transform;
     use crate::{NoiseLevels, Observations};
     use rand::SeedableRng;
     use rand_distr::{Distribution, StandardNormal};

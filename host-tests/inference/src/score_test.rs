@@ -71,6 +71,51 @@ pub struct Gain {
 /// Share of a parameter's information given the members, below which it is collinear.
 const LEAST_FREE: f64 = 1e-6;
 
+/// Coefficients of the members of a fit, then of the nuisance parameters of gaps, summed by parameter and record.
+fn members_of<'a>(
+    equations: &'a NormalEquations,
+    set: &[&Hypothesis],
+    columns: &impl Columns,
+) -> Vec<Member<'a>> {
+    let mut members: Vec<Member> = Vec::new();
+    let mut first = 0;
+    for one in set {
+        for term in &one.terms {
+            let spectrum = equations.transform.spectrum(&columns.column(term.column));
+            let parameter = first + term.parameter;
+            let is_same = |member: &&mut Member| {
+                (member.parameter, member.record) == (parameter, term.record)
+            };
+            if let Some(Values::Own(sum)) =
+                members.iter_mut().find(is_same).map(|one| &mut one.values)
+            {
+                add(sum, &spectrum, term.coefficient);
+            } else {
+                let mut sum = vec![0.0; spectrum.len()];
+                add(&mut sum, &spectrum, term.coefficient);
+                members.push(Member {
+                    parameter,
+                    record: term.record,
+                    values: Values::Own(sum),
+                });
+            }
+        }
+        first += one.parameters;
+    }
+    for one in equations.gaps() {
+        members.extend(one.terms.iter().map(|term| {
+            let (values, factor) = equations.kept(term.column);
+            Member {
+                parameter: first + term.parameter,
+                record: term.record,
+                values: Values::Kept(values, term.coefficient * factor),
+            }
+        }));
+        first += one.parameters;
+    }
+    members
+}
+
 impl<'a> ScoreTest<'a> {
     /// Prepares the members of a fit.
     ///
@@ -97,53 +142,20 @@ impl<'a> ScoreTest<'a> {
                 times(&left, &weights[record])
             })
             .collect();
-        let mut members: Vec<Member> = Vec::new();
-        let mut first = 0;
-        for one in set {
-            for term in &one.terms {
-                let spectrum = equations.transform.spectrum(&columns.column(term.column));
-                let parameter = first + term.parameter;
-                let is_same = |member: &&mut Member| {
-                    (member.parameter, member.record) == (parameter, term.record)
-                };
-                if let Some(Values::Own(sum)) =
-                    members.iter_mut().find(is_same).map(|one| &mut one.values)
-                {
-                    add(sum, &spectrum, term.coefficient);
-                } else {
-                    let mut sum = vec![0.0; spectrum.len()];
-                    add(&mut sum, &spectrum, term.coefficient);
-                    members.push(Member {
-                        parameter,
-                        record: term.record,
-                        values: Values::Own(sum),
-                    });
-                }
-            }
-            first += one.parameters;
-        }
-        for one in equations.gaps() {
-            members.extend(one.terms.iter().map(|term| {
-                let (values, factor) = equations.kept(term.column);
-                Member {
-                    parameter: first + term.parameter,
-                    record: term.record,
-                    values: Values::Kept(values, term.coefficient * factor),
-                }
-            }));
-            first += one.parameters;
-        }
-        let mut information = DMatrix::zeros(first, first);
-        let mut score = DVector::zeros(first);
-        for record in 0..weights.len() {
+        let members = members_of(equations, set, columns);
+        let parameters = set.iter().copied().chain(equations.gaps());
+        let count = parameters.map(|one| one.parameters).sum();
+        let mut information = DMatrix::zeros(count, count);
+        let mut score = DVector::zeros(count);
+        for (record, weights) in weights.iter().enumerate() {
             let of_record: Vec<&Member> =
                 members.iter().filter(|one| one.record == record).collect();
-            blocks(&of_record, weights[record].len(), |rows, values| {
+            blocks(&of_record, weights.len(), |rows, values| {
                 let residual = &weighted[record][rows.clone()];
                 for (place, member) in of_record.iter().enumerate() {
                     let own = &values[place * BLOCK..place * BLOCK + rows.len()];
                     score[member.parameter] += dot(own, residual);
-                    let weighed = times(own, &weights[record][rows.clone()]);
+                    let weighed = times(own, &weights[rows.clone()]);
                     for (other_place, other) in of_record.iter().enumerate().take(place + 1) {
                         let others = &values[other_place * BLOCK..other_place * BLOCK + rows.len()];
                         let product = dot(&weighed, others);

@@ -6,6 +6,7 @@
 
 mod attitude;
 mod catalogue;
+mod faults;
 mod findings;
 mod force;
 mod inference;
@@ -20,6 +21,7 @@ mod signal;
 
 pub use attitude::*;
 pub use catalogue::*;
+pub use faults::*;
 pub use findings::*;
 pub use force::*;
 pub use inference::*;

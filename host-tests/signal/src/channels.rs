@@ -47,6 +47,9 @@ impl GyroTable<'_> {
     }
 }
 
+/// Channels on x, y and z with their tables.
+pub(super) type OfAxes<'a> = [(&'a Channel, &'a Table); 3];
+
 /// Finds channels by quantity and axis.
 pub(super) struct Finder<'a> {
     recording: &'a Recording,
@@ -70,7 +73,7 @@ impl<'a> Finder<'a> {
     }
 
     /// The channels of a quantity on x, y and z.
-    pub(super) fn triad(&self, quantity: &Quantity) -> Option<[(&'a Channel, &'a Table); 3]> {
+    pub(super) fn triad(&self, quantity: &Quantity) -> Option<OfAxes<'a>> {
         // One channel without an axis (a thermometer) serves all three.
         let shared = || {
             self.recording.tables.iter().find_map(|table| {
@@ -164,12 +167,7 @@ impl Grid<'_> {
 
     /// Interpolates a slow quantity to the rows' middles, less the first `skip`: rows in a long gap are masked in `usable`,
     /// a channel with too many gaps is absent.
-    pub(super) fn slow(
-        &self,
-        channels: [(&Channel, &Table); 3],
-        skip: usize,
-        usable: &mut [bool],
-    ) -> Option<Triad> {
+    pub(super) fn slow(&self, channels: OfAxes, skip: usize, usable: &mut [bool]) -> Option<Triad> {
         let mut triad =
             channels.map(|(channel, table)| self.at_middle(channel, table).split_off(skip));
         let gaps = triad.iter().flatten().filter(|value| value.is_nan());

@@ -30,6 +30,8 @@ pub mod known_channels;
 
 pub mod streams;
 
+mod alignment;
+
 mod summed;
 
 pub mod own_motion;
@@ -38,7 +40,11 @@ pub mod attitude_samples;
 
 pub mod fault;
 
+mod extremes;
+
 mod outliers;
+
+mod channel_faults;
 
 mod data_faults;
 
@@ -50,10 +56,14 @@ pub mod channel_map;
 
 pub mod same_motion;
 
+mod lag_scan;
+
 pub mod lost_rows;
 
 #[cfg(test)]
 mod test_noise;
+
+mod line_fit;
 
 pub mod own_lines;
 

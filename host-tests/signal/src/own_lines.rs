@@ -12,44 +12,15 @@
 //! A line that nonlinearity makes of the motion stands at a sum or a difference of the motion's own lines: there none is sought.
 
 use rlg_plan::OwnLinesPlan;
-use std::f64::consts::TAU;
 use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
 use realfft::num_complex::Complex64;
 
 use crate::axes::{Triad, add};
-use crate::transforms;
+use crate::line_fit::{Spectra, Window, median, powers};
 
-/// A line of the gyros.
-#[derive(Debug, Clone, Copy, PartialEq)]
-pub struct OwnLine {
-    /// Frequency and its standard deviation \[Hz\].
-    pub hz: [f64; 2],
-    /// Increment of each row: the real part of this times e^(iφ), φ = 2π hz t in the middle of the row, t from the first row's
-    /// begin \[rad\].
-    pub amplitude_rad: [Complex64; 3],
-    /// Standard deviation of either part \[rad\].
-    pub std_rad: f64,
-    /// 2 Δ ln L.
-    pub gain: f64,
-    /// True where the motion hides on both sides which has it.
-    pub is_hidden: bool,
-}
-
-impl OwnLine {
-    /// Its increments on every row of each gyro \[rad\].
-    pub fn rows_rad(&self, rows: usize, rate_hz: f64) -> Triad {
-        let turn = |row: usize| Complex64::cis(phase_rad(self.hz[0] / rate_hz, row));
-        self.amplitude_rad
-            .map(|amplitude| (0..rows).map(|row| (amplitude * turn(row)).re).collect())
-    }
-}
-
-/// Phase in the middle of a row of a line at a share of the row rate \[rad\].
-fn phase_rad(share: f64, row: usize) -> f64 {
-    TAU * (share * (row as f64 + 0.5)).fract()
-}
+pub use crate::line_fit::OwnLine;
 
 /// Finds lines.
 ///
@@ -113,9 +84,6 @@ pub fn find(
     }
     search.lines
 }
-
-/// Spectra of three channels.
-type Spectra = [Vec<Complex64>; 3];
 
 struct Search<'a> {
     gyros_rad: &'a Triad,
@@ -227,18 +195,6 @@ impl Peak {
     }
 }
 
-/// Power of three channels by bin.
-fn powers(spectra: &Spectra, bins: &Range<usize>) -> Vec<f64> {
-    let power = |bin: usize| spectra.iter().map(|axis| axis[bin].norm_sqr()).sum();
-    bins.clone().map(power).collect()
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
-}
-
 /// Bins that stand above the median of their block and above both neighbours.
 fn peaks(spectra: &Spectra, block: &Range<usize>, least: f64) -> Vec<Peak> {
     let powers = powers(spectra, block);
@@ -321,117 +277,10 @@ fn residual(
     less(gyros, &transfer)
 }
 
-/// Hann's window over the rows that are seen.
-struct Window {
-    weights: Vec<f64>,
-}
-
-impl Window {
-    fn new(seen: &[bool]) -> Self {
-        let rows = seen.len() as f64;
-        let weight = |(row, seen): (usize, &bool)| match seen {
-            true => 0.5 - 0.5 * (TAU * (row as f64 + 0.5) / rows).cos(),
-            false => 0.0,
-        };
-        Self {
-            weights: seen.iter().enumerate().map(weight).collect(),
-        }
-    }
-
-    /// Spectrum without the mean of the rows that are seen: a gross bias would leak through the rows that are not.
-    fn spectrum(&self, values: &[f64]) -> Vec<Complex64> {
-        let fourier = transforms::forward(values.len());
-        let mut record = fourier.make_input_vec();
-        let weighed = values.iter().zip(&self.weights);
-        let sum: f64 = weighed.map(|(value, weight)| value * weight).sum();
-        let mean = sum / self.weights.iter().sum::<f64>().max(f64::MIN_POSITIVE);
-        for ((slot, value), weight) in record.iter_mut().zip(values).zip(&self.weights) {
-            *slot = (value - mean) * weight;
-        }
-        let mut spectrum = fourier.make_output_vec();
-        if fourier.process(&mut record, &mut spectrum).is_err() {
-            unreachable!("both buffers are as long as planned");
-        }
-        spectrum
-    }
-
-    /// Spectrum, in some bins, of the windowed e^(iφ) at a share of the row rate.
-    fn of_line(&self, share: f64, bins: &Range<usize>) -> Vec<Complex64> {
-        let rows = self.weights.len();
-        let one = |bin: usize| -> Complex64 {
-            let back = bin as f64 / rows as f64;
-            let each = self.weights.iter().enumerate();
-            each.map(|(row, weight)| {
-                let turn = phase_rad(share, row) - TAU * (back * row as f64).fract();
-                Complex64::cis(turn) * *weight
-            })
-            .sum()
-        };
-        bins.clone().map(one).collect()
-    }
-
-    /// Fits a line about a place of a residual, whose bins count from `first`.
-    ///
-    /// # Returns
-    /// The line, and the share of the peak's power that it explains.
-    fn fit(&self, left: &Spectra, at: usize, first: usize, rate_hz: f64) -> (OwnLine, f64) {
-        /// Bins on either side of the peak: Hann's window has two.
-        const ASIDE: usize = 3;
-        /// Variance of an amplitude under Hann's window over that of neighbours without correlation: N Σw⁴/(Σw²)².
-        const HANN: f64 = 35.0 / 18.0;
-        /// Golden sections: to 1e-6 of a bin.
-        const SECTIONS: usize = 32;
-        let rows = self.weights.len() as f64;
-        let count = left[0].len();
-        let own = at.saturating_sub(ASIDE)..(at + ASIDE + 1).min(count);
-        let bins = own.start + first..own.end + first;
-        // The likelihood is that of the power of three channels: their median is 2.67 times the mean of one.
-        let noise = median(&powers(left, &(0..count))) / 2.674 * HANN;
-        let at_share = |share: f64| {
-            let line = self.of_line(share, &bins);
-            let energy: f64 = line.iter().map(|value| value.norm_sqr()).sum();
-            let along = [0, 1, 2].map(|axis: usize| -> Complex64 {
-                let pairs = line.iter().zip(&left[axis][own.clone()]);
-                pairs.map(|(line, value)| line.conj() * value).sum()
-            });
-            (along, energy)
-        };
-        let log_likelihood = |bin: f64| {
-            let (along, energy) = at_share(bin / rows);
-            along.iter().map(|one| one.norm_sqr()).sum::<f64>() / energy / noise
-        };
-        let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
-        let (mut from, mut to) = ((first + at) as f64 - 1.0, (first + at) as f64 + 1.0);
-        for _ in 0..SECTIONS {
-            let [low, high] = [to - golden * (to - from), from + golden * (to - from)];
-            match log_likelihood(low) > log_likelihood(high) {
-                true => to = high,
-                false => from = low,
-            }
-        }
-        let bin = 0.5 * (from + to);
-        const STEP: f64 = 0.05;
-        let best = log_likelihood(bin);
-        let beside = log_likelihood(bin - STEP) + log_likelihood(bin + STEP);
-        let curvature = (2.0 * best - beside) / (STEP * STEP);
-        let (along, energy) = at_share(bin / rows);
-        let power: f64 = powers(left, &own).iter().sum();
-        let line = OwnLine {
-            hz: [bin, curvature.max(f64::MIN_POSITIVE).sqrt().recip()]
-                .map(|bin| bin * rate_hz / rows),
-            // Half of a cosine's power is at the negative frequency.
-            amplitude_rad: along.map(|one| 2.0 * one / energy),
-            std_rad: (2.0 * noise / energy).sqrt(),
-            gain: 2.0 * best,
-            is_hidden: false,
-        };
-        (line, best * noise / power)
-    }
-}
-
 #[cfg(test)]
 mod tests {
     use super::*;
+    use crate::line_fit::phase_rad;
     use crate::test_noise::noise;
     use rlg_plan::OwnLinesPlan;
 

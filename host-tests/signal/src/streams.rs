@@ -1,25 +1,18 @@
 //! The recording resampled for the diagnosis: every channel on the gyros' rows.
 //!
-//! Enters: [`Recording`] and [`Model`]. Leaves: [`Streams`], row k covering \[start + k/rate, start + (k+1)/rate),
-//! increments in rad (body axes), slow channels interpolated to the row's middle (channels.rs), and a mask of the rows with
-//! all needed channels measured.
+//! Row k covers \[start + k/rate, start + (k+1)/rate); increments are in rad (body axes). alignment.rs makes them of a
+//! recording.
 //!
 //! At rest on the Earth the case's motion is the Earth's rotation (still.rs), and no reference is needed.
-//!
-//! The first row of a dithered recording is dropped: its increment needs the pickoff before it. Deliberately not here:
-//! filling gaps with anything but a straight line (those rows are masked), and references slower than the gyros.
 
 use super::accelerometer_rows::Rows;
 pub use super::axes::{AXES, Triad, add, add_triad, each_axis, weighted_sum};
-use super::channels::{Finder, Grid, bridge_gaps};
-use super::known_channels;
 use super::piece::Piece;
 use super::still::{self, AtRest};
 use super::unmeasured::Unmeasured;
-use rlg_model::{Model, MotionSource};
+use rlg_model::Model;
 use rlg_plan::AlignPlan;
-use rlg_recording::error::InputError;
-use rlg_recording::{Channel, Clock, Quantity, Recording, Site, Table};
+use rlg_recording::Site;
 
 /// All channels on the gyros' rows.
 pub struct Streams {
@@ -67,190 +60,12 @@ pub struct Streams {
     /// Site of the recording.
     pub site: Option<Site>,
     /// Channels with unmeasured rows, and these rows.
-    unmeasured: Unmeasured,
+    pub(super) unmeasured: Unmeasured,
 }
 
 impl Streams {
-    /// Puts the recording's channels on the gyros' rows.
-    pub fn align(
-        recording: &Recording,
-        model: &Model,
-        plan: &AlignPlan,
-    ) -> Result<Self, InputError> {
-        Self::align_with(recording, model, false, plan)
-    }
-
-    /// Puts the channels on the gyros' rows without a reference: the case's motion stays zero, to be filled in from the
-    /// gyros.
-    pub fn align_without_reference(
-        recording: &Recording,
-        model: &Model,
-        plan: &AlignPlan,
-    ) -> Result<Self, InputError> {
-        Self::align_with(recording, model, true, plan)
-    }
-
-    fn align_with(
-        recording: &Recording,
-        model: &Model,
-        own_motion: bool,
-        plan: &AlignPlan,
-    ) -> Result<Self, InputError> {
-        let file = recording.folder.join("recording.toml");
-        let at_rest = !own_motion && model.motion == MotionSource::Static;
-        let finder = Finder::new(recording);
-        let gyro = finder.gyro(&file)?;
-        gyro.expect_pulse_weights(&file, model)?;
-        let (rate_hz, table_start_s) = gyro.clock;
-        let dithered = gyro.quantity == Quantity::GyroCount;
-        // Increments and rates carry no dither to strip (contract).
-        let pickoff = finder.triad(&Quantity::DitherAngle).filter(|_| dithered);
-        if dithered && pickoff.is_none() && model.dither.is_some() {
-            return Err(InputError::new(
-                &file,
-                "the model has a dither pickoff, the recording none",
-            )
-            .channel("dither_angle")
-            .expected("dither_angle channels on x, y and z"));
-        }
-        let reference = match at_rest || own_motion {
-            true => None,
-            false => Some(finder.triad(&Quantity::ReferenceIncrement).ok_or_else(|| {
-                InputError::new(&file, "no reference to predict the gyros from")
-                    .channel("reference_increment")
-                    .expected(
-                        "reference_increment channels on x, y and z, or a model with static motion",
-                    )
-            })?),
-        };
-        let skip = usize::from(pickoff.is_some());
-        let table_rows = gyro.channels[0].values.len();
-        if table_rows < skip + 2 {
-            return Err(InputError::new(&file, "too few rows")
-                .value(table_rows)
-                .expected("at least 3 rows"));
-        }
-        let rows = table_rows - skip;
-        let grid = Grid {
-            rate_hz,
-            start_s: table_start_s,
-            rows: table_rows,
-            plan,
-        };
-
-        let mut unmeasured = Unmeasured::default();
-        let mut missing = |stem: &str, axis: usize, missing: Vec<bool>| {
-            unmeasured.note(format!("{stem}_{}", AXES[axis]), missing);
-        };
-        let mut increments = |stem: &str,
-                              channels: &[(&Channel, &Table); 3],
-                              factor: &dyn Fn(usize) -> f64| {
-            let mut triad: Triad = Default::default();
-            for (axis, (channel, table)) in channels.iter().enumerate() {
-                let all = grid.on_rows(&file, channel, table)?;
-                let mut values: Vec<f64> = all[skip..].iter().map(|v| v * factor(axis)).collect();
-                missing(
-                    stem,
-                    axis,
-                    values.iter().map(|value| !value.is_finite()).collect(),
-                );
-                bridge_gaps(&mut values);
-                triad[axis] = values;
-            }
-            Ok::<Triad, InputError>(triad)
-        };
-        let gyro_pairs = [0, 1, 2].map(|axis| (gyro.channels[axis], gyro.table));
-        let sensed_rad = match gyro.quantity {
-            Quantity::GyroCount => increments("gyro", &gyro_pairs, &|axis| {
-                model.gyro.pulse_weight_rad[axis]
-            })?,
-            Quantity::GyroRate => increments("gyro", &gyro_pairs, &|_| 1.0 / rate_hz)?,
-            _ => increments("gyro", &gyro_pairs, &|_| 1.0)?,
-        };
-        let case_rad: Triad = match &reference {
-            Some(reference) => increments("reference", reference, &|_| 1.0)?,
-            None => [0, 1, 2].map(|_| vec![0.0; rows]),
-        };
-        let pickoff_rad = match &pickoff {
-            None => None,
-            Some(channels) => {
-                let mut triad: Triad = Default::default();
-                for (axis, (channel, table)) in channels.iter().enumerate() {
-                    let mut values = grid.on_rows(&file, channel, table)?;
-                    let either = |pair: &[f64]| !pair[0].is_finite() || !pair[1].is_finite();
-                    missing("dither", axis, values.windows(2).map(either).collect());
-                    bridge_gaps(&mut values);
-                    triad[axis] = values;
-                }
-                Some(triad)
-            }
-        };
-        let measured: Vec<bool> = (0..rows)
-            .map(|row| unmeasured.channel(row).is_none())
-            .collect();
-        let mut usable = measured.clone();
-        let mut slow = |quantity: &Quantity| grid.slow(finder.triad(quantity)?, skip, &mut usable);
-        let force_m_s2 = slow(&Quantity::SpecificForce).or_else(|| {
-            let velocity = finder.triad(&Quantity::VelocityIncrement)?;
-            let Clock::Uniform { rate_hz, .. } = velocity[0].1.clock else {
-                return None;
-            };
-            let force = slow(&Quantity::VelocityIncrement)?;
-            Some(force.map(|values| values.iter().map(|value| value * rate_hz).collect()))
-        });
-        let (temperature_k, magnetic_t) =
-            (slow(&Quantity::Temperature), slow(&Quantity::MagneticField));
-        let others = grid.others(recording, skip);
-        let stamps_s = gyro.stamps_s().map(|stamps_s| stamps_s[skip..].to_vec());
-        let start_s = table_start_s + skip as f64 / rate_hz;
-        let gyro_rows = (rate_hz, start_s, rows);
-        let mut streams = Self {
-            accelerometers: Rows::new(recording, gyro_rows, &plan.accelerometers),
-            site: recording.site,
-            rate_hz,
-            start_s,
-            rows,
-            reports_rates: gyro.quantity == Quantity::GyroRate,
-            pulse_rad: if dithered {
-                model.gyro.pulse_weight_rad
-            } else {
-                [0.0; 3]
-            },
-            sensed_rad,
-            pickoff_rad,
-            case_rad,
-            reference_hz: None,
-            own_motion,
-            at_rest: None,
-            stamps_s,
-            force_m_s2,
-            temperature_k,
-            magnetic_t,
-            others,
-            usable,
-            measured,
-            piece: Piece {
-                origin: None,
-                recording: recording.name.clone(),
-                segments: recording.segments.clone(),
-                held_out: false,
-            },
-            unmeasured,
-        };
-        if at_rest {
-            streams.stand_still(model, plan);
-        } else {
-            known_channels::apply(
-                &mut streams.case_rad,
-                &mut streams.pickoff_rad,
-                &model.effects,
-            );
-        }
-        Ok(streams)
-    }
-
     /// Sets the case's motion to the Earth's rotation, estimated from the gyros' usable rows.
-    fn stand_still(&mut self, model: &Model, plan: &AlignPlan) {
+    pub(super) fn stand_still(&mut self, model: &Model, plan: &AlignPlan) {
         let fitted = (plan.rest_share * self.rows as f64) as usize;
         let rest = AtRest::new(
             &still::shown_rad(

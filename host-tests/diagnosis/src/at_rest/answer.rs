@@ -118,12 +118,7 @@ impl Answer {
         let mut effects = self.slow;
         effects.extend(self.recorder.rows.effects.iter().cloned());
         effects.extend(self.lines);
-        diagnosis.verdict = match (!effects.is_empty() || has_fault, is_told) {
-            (false, true) => Verdict::Matches,
-            (false, false) => Verdict::Unexplained,
-            (true, true) => Verdict::Explained,
-            (true, false) => Verdict::PartlyExplained,
-        };
+        diagnosis.verdict = Verdict::of(!effects.is_empty() || has_fault, is_told);
         effects.append(&mut diagnosis.effects);
         diagnosis.effects = effects;
         (diagnosis.next_experiment, diagnosis.experiment) = self.next;

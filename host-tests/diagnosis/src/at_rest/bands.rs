@@ -5,7 +5,7 @@
 //! frequency, width and power. Coefficients in a band are reduced to the level beside it, so that the noise terms and the
 //! locations hold only the other noise.
 
-use rlg_inference::normal_equations::Transform;
+use rlg_inference::transform::Transform;
 use rlg_inference::{NoiseLevels, Observations};
 use rlg_plan::BandPlan;
 use rlg_signal::streams::{Triad, each_axis};

@@ -10,9 +10,9 @@ use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex64;
 use rlg_inference::line_fit::Shown;
-use rlg_inference::normal_equations::Transform;
 use rlg_inference::periodogram::{Periodogram, Weighed, strongest};
 use rlg_inference::phase_course::{Baseband, Course, legendre};
+use rlg_inference::transform::Transform;
 use rlg_inference::{NoiseBasis, NoiseLevels, Observations};
 use rlg_model::Model;
 use rlg_signal::streams::{Triad, add, add_triad, each_axis};

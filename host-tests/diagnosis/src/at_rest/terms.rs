@@ -4,7 +4,7 @@ use rlg_plan::Plan;
 use std::f64::consts::{PI, TAU};
 
 use rlg_findings::result::{ForceNoiseEntry, ForceTermsEntry, LevelEntry, NoiseTermsEntry};
-use rlg_inference::normal_equations::Transform;
+use rlg_inference::transform::Transform;
 use rlg_inference::{NoiseBasis, NoiseEstimate, NoiseLevels, Observations};
 use rlg_signal::accelerometer_rows::Rows;
 use rlg_signal::streams::AXES;

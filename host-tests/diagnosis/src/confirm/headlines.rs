@@ -3,9 +3,9 @@
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::{STEP, UNLISTED};
-use rlg_inference::events::Instant;
-use rlg_inference::normal_equations::Transform;
-use rlg_inference::search::Judged;
+use rlg_inference::change_point::Instant;
+use rlg_inference::judgement::Judged;
+use rlg_inference::transform::Transform;
 use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NoiseLevels};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Triad, add};

@@ -33,7 +33,7 @@ use crate::regimes::regimes_of;
 use crate::search::Found;
 use crate::settings::{Scope, Settings};
 use crate::several::report::{Beside, Whole, outcome};
-use crate::several::search::stand;
+use crate::several::search::{Shown, stand};
 use crate::sharing::{Kin, in_recording, with_noise_of};
 use crate::summary::unlike_noise;
 use crate::sums::{Recordings, Summed, Sums};
@@ -60,7 +60,6 @@ pub fn diagnose_also<T>(
     progress: &dyn Fn(&str),
     also: impl Fn(&Found) -> T,
 ) -> Result<Option<WithStretches<T>>, InputError> {
-    let DeclaredModel { model, file } = of;
     let Settings {
         left_out,
         ref plan,
@@ -79,7 +78,7 @@ pub fn diagnose_also<T>(
     let (mut all, turned) = stretches(settings, (long, &rows), &origin, of)?;
     let (mut fitted, mut faults) = (Vec::new(), Vec::new());
     for (streams, of_data) in &mut all {
-        fitted.push(Data::new(streams, model, plan, file)?);
+        fitted.push(Data::new(streams, of.model, plan, of.file)?);
         faults.push(std::mem::take(of_data));
     }
     let without: Vec<&str> = left_out.iter().copied().chain([OF_ATTITUDE]).collect();
@@ -100,11 +99,7 @@ pub fn diagnose_also<T>(
         turned: turned.as_ref(),
         stretches: &rows,
     };
-    let seconds = long.seconds();
-    let summed = form(about, standing.shown(), &|done| {
-        progress(&format!("reading {:.0} of {seconds:.0} s", done * seconds));
-    })?;
-    let Some(mut sums) = Sums::new(summed, drift_prior(&model.gyro)) else {
+    let Some(mut sums) = sums_of(about, standing.shown(), progress)? else {
         return Ok(None);
     };
     progress("searching beside the sums");
@@ -122,29 +117,13 @@ pub fn diagnose_also<T>(
         return Ok(None);
     };
     progress("writing the findings");
-    for (place, own) in together.found.iter_mut().enumerate() {
-        without_level(own, &with_noise_of(&confirmed.set.fit, place));
-    }
-    let whole = whole(
-        &sums,
-        (&together, &confirmed),
-        (long, &rows),
-        &plan.judgement,
-    );
-    let lines: Vec<String> = fitted
-        .iter()
-        .zip(&faults)
-        .flat_map(|(data, faults)| data_words::lines(data.streams, faults))
-        .collect();
-    let mut outcome = outcome(
-        &fitted,
-        &mut together,
-        &confirmed,
-        &faults,
-        Beside::Whole(Box::new(whole)),
-        settings,
-    );
-    outcome.diagnosis.summary.extend(lines);
+    let of = Searched {
+        fitted: &fitted,
+        faults: &faults,
+        sums: &sums,
+        confirmed: &confirmed,
+    };
+    let mut outcome = written(of, &mut together, (long, &rows), settings);
     outcome.diagnosis.tell(tested_on);
     if let Some(turned) = turned {
         turned.report(&mut outcome);
@@ -153,6 +132,61 @@ pub fn diagnose_also<T>(
     drop((fitted, together));
     let streams = all.into_iter().map(|(streams, _)| streams);
     Ok(Some((outcome, streams.zip(beside).collect())))
+}
+
+/// Reads all rows and sums over them; `None` where too few can be fitted.
+fn sums_of(
+    about: About,
+    shown: Shown,
+    progress: &dyn Fn(&str),
+) -> Result<Option<Sums>, InputError> {
+    let seconds = about.long.seconds();
+    let drift = drift_prior(&about.model.model.gyro);
+    let summed = form(about, shown, &|done| {
+        progress(&format!("reading {:.0} of {seconds:.0} s", done * seconds));
+    })?;
+    Ok(Sums::new(summed, drift))
+}
+
+/// Stretches and sums of a recording, with their confirmed set.
+struct Searched<'a> {
+    fitted: &'a [Data<'a>],
+    /// Faults of the data of each stretch.
+    faults: &'a [Vec<Fault>],
+    sums: &'a Sums,
+    confirmed: &'a Confirmed,
+}
+
+/// Writes the outcome, with the figures of the blocks and the faults of all stretches.
+fn written(
+    of: Searched,
+    together: &mut Together,
+    (long, rows): (&Long, &[Range<usize>]),
+    settings: &Settings,
+) -> Outcome {
+    let Searched {
+        fitted,
+        faults,
+        sums,
+        confirmed,
+    } = of;
+    for (place, own) in together.found.iter_mut().enumerate() {
+        without_level(own, &with_noise_of(&confirmed.set.fit, place));
+    }
+    let judgement = &settings.plan.judgement;
+    let whole = whole(sums, (together, confirmed), (long, rows), judgement);
+    let mut outcome = outcome(
+        fitted,
+        together,
+        confirmed,
+        faults,
+        Beside::Whole(Box::new(whole)),
+        settings,
+    );
+    let lines = fitted.iter().zip(faults);
+    let lines = lines.flat_map(|(data, faults)| data_words::lines(data.streams, faults));
+    outcome.diagnosis.summary.extend(lines);
+    outcome
 }
 
 /// Temperature of each block at the recording's beginning \[K\]; `None` without thermometers.

@@ -359,12 +359,7 @@ fn joined(
 fn verdict_of(each: impl Iterator<Item = Verdict> + Clone) -> Verdict {
     let is_told = |verdict| matches!(verdict, Verdict::Explained | Verdict::PartlyExplained);
     let is_consistent = |verdict| matches!(verdict, Verdict::Explained | Verdict::Matches);
-    match (each.clone().any(is_told), each.clone().all(is_consistent)) {
-        (false, true) => Verdict::Matches,
-        (false, false) => Verdict::Unexplained,
-        (true, true) => Verdict::Explained,
-        (true, false) => Verdict::PartlyExplained,
-    }
+    Verdict::of(each.clone().any(is_told), each.clone().all(is_consistent))
 }
 
 /// Times \[s\] on a clock that continues from the first recording's without a gap.

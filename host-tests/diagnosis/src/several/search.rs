@@ -6,15 +6,17 @@ use std::collections::BTreeSet;
 use rlg_catalogue::candidates::is_delay;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Sensed};
-use rlg_inference::search::{Judged, best_of};
+use rlg_inference::judgement::Judged;
+use rlg_inference::search::best_of;
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 
 use super::delays::{joint_delay, mean_delay};
 use crate::data::Data;
+use crate::linearisation::is_seen;
 use crate::noise_levels::joint_drift;
 use crate::pass::Pass;
 use crate::path::{delays, is_settled, path_of};
-use crate::search::{Found, is_seen};
+use crate::search::Found;
 use crate::settings::Scope;
 use crate::settle::{Begun, Rows, Settled, settle};
 use crate::sharing::{

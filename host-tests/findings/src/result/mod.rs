@@ -39,6 +39,19 @@ pub enum Verdict {
 }
 
 impl Verdict {
+    /// Verdict of a diagnosis.
+    ///
+    /// # Inputs
+    /// `is_explained`: an effect or a fault is named; `is_consistent`: no mismatch is left beside it.
+    pub fn of(is_explained: bool, is_consistent: bool) -> Self {
+        match (is_explained, is_consistent) {
+            (false, true) => Verdict::Matches,
+            (false, false) => Verdict::Unexplained,
+            (true, true) => Verdict::Explained,
+            (true, false) => Verdict::PartlyExplained,
+        }
+    }
+
     /// True if no mismatch is left unexplained.
     pub fn is_told(self) -> bool {
         matches!(self, Verdict::Matches | Verdict::Explained)

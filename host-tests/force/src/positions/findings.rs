@@ -19,7 +19,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 use super::candidates::{Candidate, Column, names};
 use super::diagnose::Diagnosed;
 use super::errors::Errors;
-use crate::findings::DRIFT;
+use crate::effects::DRIFT;
 use crate::prediction::channel_name;
 
 /// Channel of the force's length, which is compared with gravity.
@@ -35,12 +35,7 @@ impl Diagnosed {
         let is_listed = |one: &&EffectEntry| one.kind != UNLISTED;
         let found = effects.iter().filter(is_listed).count();
         let left = effects.len() - found + usize::from(self.is_scatter_incredible());
-        let verdict = match (found, left) {
-            (0, 0) => Verdict::Matches,
-            (_, 0) => Verdict::Explained,
-            (0, _) => Verdict::Unexplained,
-            (_, _) => Verdict::PartlyExplained,
-        };
+        let verdict = Verdict::of(found > 0, left == 0);
         let mut model = self.model.clone();
         for place in 0..self.found.named.len() {
             let one = self.candidate(place);

@@ -2,7 +2,8 @@
 
 use nalgebra::{DVector, Vector3};
 use rlg_findings::result::UNLISTED;
-use rlg_inference::search::{DriftPrior, JudgedSet};
+use rlg_inference::judgement::JudgedSet;
+use rlg_inference::search::DriftPrior;
 use rlg_inference::{Fit, Hypothesis, NoiseLevels, Search};
 use rlg_plan::{Plan, PositionPlan};
 

@@ -8,7 +8,8 @@ use rlg_signal::axes::AXES;
 
 use super::candidates::{Column, names, shows};
 use super::diagnose::{Diagnosed, NEXT};
-use crate::findings::{MICRO_G, are_equal};
+use crate::effects::are_equal;
+use crate::findings::MICRO_G;
 use crate::kinds::{KINDS, Kind};
 
 /// Reason why some kinds are not observable.

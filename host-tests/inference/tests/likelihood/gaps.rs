@@ -4,7 +4,8 @@ use nalgebra::{DMatrix, DVector};
 use rand::SeedableRng;
 use rand_distr::{Distribution, StandardNormal};
 use rlg_inference::evaluate::{Effort, evaluate};
-use rlg_inference::normal_equations::{Columns, NormalEquations, Transform};
+use rlg_inference::normal_equations::{Columns, NormalEquations};
+use rlg_inference::transform::Transform;
 use rlg_inference::{Drift, NoiseBasis, NoiseLevels, Observations};
 use rlg_plan::SearchPlan;
 

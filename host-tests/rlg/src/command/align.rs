@@ -178,7 +178,7 @@ impl Align {
             restored,
         } = rlg_flow::align(&settings, recording, model)?;
         let put_right = put_right::put_right(&settings, &mut streams, model, file)?;
-        rlg_diagnosis::data::is_predictable(model, file)?;
+        rlg_diagnosis::model_effects::is_predictable(model, file)?;
         let faults =
             qualify::unknown_faults(&mut streams, &model.effects, &settings.plan.signal.faults);
         let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress)?;
