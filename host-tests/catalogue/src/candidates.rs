@@ -1,6 +1,6 @@
 //! The catalogue expanded for the search: hypotheses over a pool of columns, each with its price.
 
-use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
+use rlg_inference::{Columns, Fixed, Hypothesis, Term};
 
 use crate::column::{Column, Sensed};
 use crate::entries::{CATALOGUE, Entry, Law, SLIP, STEP, tilt};
@@ -423,11 +423,7 @@ fn common(entry: &Entry, whole: &[Named], price: f64) -> Candidate {
             parameters: 1,
             terms: whole.iter().flat_map(|named| named.terms.clone()).collect(),
             fixed: Vec::new(),
-            // A common negative delay is a late reference, a kind of its own.
-            bounds: vec![Bound {
-                range: [0.0, f64::INFINITY],
-                ..entry.size.bound()
-            }],
+            bounds: vec![entry.size.bound()],
             requires: None,
             price,
         },

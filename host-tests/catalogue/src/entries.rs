@@ -29,7 +29,7 @@ pub struct Size {
     pub largest: f64,
     /// Typical size in an uncompensated navigation-grade ring-laser gyro, to an order of magnitude.
     pub typical: f64,
-    /// The parameter is at least 0: a square, or a delay whose opposite sign is a kind of its own.
+    /// The parameter is at least 0: a square, or a rate of decay.
     pub is_positive: bool,
 }
 
@@ -351,7 +351,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "reference_delay",
         equation: "reference(t) = case(t - d)",
         unit: "s",
-        size: Size::positive(2e-5, 0.1),
+        size: Size::of(2e-5, 0.1),
         law: Law::Common(|i| vec![(Column::Delay(i), 1.0)]),
         everyday: true,
         meaning: "The clock of the reference and the clock of the gyros differ by a fixed time.",
