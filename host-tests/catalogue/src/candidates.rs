@@ -1,6 +1,6 @@
 //! The catalogue expanded for the search: hypotheses over a pool of columns, each with its price.
 
-use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
+use rlg_inference::{Columns, Fixed, Hypothesis, Term};
 
 use crate::column::Column;
 use crate::entries::{CATALOGUE, SLIP, STEP};
@@ -445,11 +445,7 @@ impl Expanded<'_> {
             names: vec!["all".to_string()],
             base: vec![0.0],
             hypothesis: Hypothesis {
-                // A common negative delay is a late reference, a kind of its own.
-                bounds: vec![Bound {
-                    range: [0.0, f64::INFINITY],
-                    ..self.entry.size.bound()
-                }],
+                bounds: vec![self.entry.size.bound()],
                 price: (places * self.everyday).ln(),
                 ..Hypothesis::of_terms(1, terms.collect())
             },

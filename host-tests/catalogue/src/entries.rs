@@ -264,7 +264,7 @@ pub static CATALOGUE: &[Entry] = &[
         kind: "reference_delay",
         equation: "reference(t) = case(t - d)",
         unit: "s",
-        size: Size::positive(2e-5, 0.1),
+        size: Size::of(2e-5, 0.1),
         law: Law::Common(|i| vec![(Column::Delay(i), 1.0)]),
         everyday: true,
         meaning: "The clock of the reference and the clock of the gyros differ by a fixed time.",

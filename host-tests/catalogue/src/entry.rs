@@ -29,7 +29,7 @@ pub struct Size {
     pub largest: f64,
     /// Typical size in an uncompensated navigation-grade ring-laser gyro, to an order of magnitude.
     pub typical: f64,
-    /// The parameter is at least 0: a square, or a delay whose opposite sign is a kind of its own.
+    /// The parameter is at least 0: a square, or a rate of decay.
     pub is_positive: bool,
 }
 

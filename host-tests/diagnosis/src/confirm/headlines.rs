@@ -18,32 +18,42 @@ use crate::together::Together;
 /// Candidate with the fewest free parameters among a member and its rivals; of an expression, also among the rivals with
 /// more parameters that explain as much.
 pub(super) fn headline(judged: &Judged, reached_by: &[usize], all: &[Candidate]) -> usize {
-    // A listed effect has precedence over an expression.
-    let numbers = |candidate: usize| {
-        let one = &all[candidate];
-        (one.kind == UNLISTED, one.hypothesis.parameters)
-    };
     let own = judged.hypothesis;
+    let rivals = || judged.rivals.iter().map(|(rival, _)| *rival);
+    // Equal sizes of three gyros are a coincidence, unless one gyro alone explains as much.
+    let is_coincidence = |one: &Candidate| {
+        let of_one_gyro = |other: usize| {
+            all[other].kind == one.kind && matches!(all[other].variant, Variant::Axis(_))
+        };
+        one.variant == Variant::Common && !rivals().chain([own]).any(of_one_gyro)
+    };
+    // A listed effect has precedence over an expression, and an effect of one parameter over a coincidence.
+    let rank = |candidate: usize| {
+        let one = &all[candidate];
+        let parameters = one.hypothesis.parameters;
+        (one.kind == UNLISTED, parameters, is_coincidence(one))
+    };
     let spanning = reached_by.iter().filter(|_| all[own].kind == UNLISTED);
-    let rivals = judged.rivals.iter().map(|(rival, _)| rival);
-    let simplest = rivals.chain(spanning).fold(own, |best, &rival| {
-        if numbers(rival) < numbers(best) {
+    let simplest = rivals().chain(spanning.copied()).fold(own, |best, rival| {
+        if rank(rival) < rank(best) {
             rival
         } else {
             best
         }
     });
     // Of two candidates on the same columns the gyro's has precedence, as in the catalogue.
-    (0..simplest)
-        .find(|&other| is_same_column(&all[other].hypothesis, &all[simplest].hypothesis))
-        .unwrap_or(simplest)
+    let is_as_simple = |&other: &usize| {
+        rank(other) <= rank(simplest)
+            && is_same_column(&all[other].hypothesis, &all[simplest].hypothesis)
+    };
+    (0..simplest).find(is_as_simple).unwrap_or(simplest)
 }
 
-/// True if two hypotheses with parameters of any sign scale the same columns into the same records.
+/// True if two hypotheses with parameters of any sign scale the same columns into the same records, about the same point.
 fn is_same_column(a: &Hypothesis, b: &Hypothesis) -> bool {
     let is_free = |one: &Hypothesis| {
         let mut ranges = (0..one.parameters).map(|k| one.bound(k).range);
-        one.fixed.is_empty() && ranges.all(|range| range == Bound::NONE.range)
+        ranges.all(|range| range == Bound::NONE.range)
     };
     let places = |one: &Hypothesis| -> Vec<(usize, usize, usize)> {
         let terms = one.terms.iter();
@@ -53,7 +63,7 @@ fn is_same_column(a: &Hypothesis, b: &Hypothesis) -> bool {
         places.sort_unstable();
         places
     };
-    is_free(a) && is_free(b) && places(a) == places(b)
+    is_free(a) && is_free(b) && a.fixed == b.fixed && places(a) == places(b)
 }
 
 /// Moves every step among the headlines to its mean instant.

@@ -352,6 +352,18 @@ fn companions_name_every_command() {
         "{own}"
     );
     assert_eq!(rlg(&["man", "nothing"], &[]).status.code(), Some(2));
+    // All pages at once, each as it is printed.
+    let folder = tempfile::tempdir().expect("a folder");
+    let out = folder.path().join("man1");
+    let written = rlg(&["man", "--out"], &[&out]);
+    assert_eq!(written.status.code(), Some(0), "{}", text(&written.stderr));
+    for (file, expected) in [("rlg.1", page), ("rlg-diagnose.1", own)] {
+        let found = std::fs::read_to_string(out.join(file)).expect("a page");
+        assert_eq!(found.trim_end(), expected.trim_end(), "{file}");
+    }
+    assert!(out.join("rlg-on-target.1").is_file() && !out.join("rlg-help.1").exists());
+    let refused = rlg(&["man", "diagnose", "--out"], &[&out]);
+    assert_eq!(refused.status.code(), Some(2));
 }
 
 #[test]

@@ -80,10 +80,11 @@ fn nothing_is_found_where_nothing_is() {
 
 #[test]
 fn a_short_and_a_long_delay_are_found_alone() {
+    // Of the class, the early reference stands for three gyros that are late by the same time.
     for delay_s in [3e-3, 0.08] {
         let delays = ["x", "y", "z"].map(|axis| (axis, delay_s));
         let diagnosis = diagnosed([1.0; 3], &concealed("gyro_delay", &delays));
-        is_alone(&diagnosis, "gyro_delay", &delays);
+        is_alone(&diagnosis, "gyro_delay", &[("all", -delay_s)]);
     }
 }
 

@@ -14,6 +14,7 @@ mod families;
 mod gross;
 mod hidden;
 mod independence;
+mod laws;
 mod long;
 mod modes;
 mod next_experiment;
