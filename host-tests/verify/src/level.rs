@@ -11,6 +11,8 @@ pub enum Level {
     Full,
     /// The same, and the longer searches.
     Nightly,
+    /// Files that install the command and the Python package without a compiler, made and tried.
+    Archive,
 }
 
 impl Level {
@@ -23,7 +25,10 @@ impl Level {
             None | Some("full") => Self::Full,
             Some("quick") => Self::Quick,
             Some("nightly") => Self::Nightly,
-            Some(other) => return Err(format!("{other}: expected quick, full or nightly")),
+            Some("archive") => Self::Archive,
+            Some(other) => {
+                return Err(format!("{other}: expected quick, full, nightly or archive"));
+            }
         };
         match arguments.next() {
             None => Ok(level),
@@ -48,7 +53,8 @@ mod tests {
         assert_eq!(of(&[]), Ok(Level::Full));
         assert_eq!(of(&["nightly"]), Ok(Level::Nightly));
         assert_eq!(of(&["quick"]), Ok(Level::Quick));
-        assert!(of(&["fast"]).is_err_and(|problem| problem.contains("quick, full or nightly")));
+        assert_eq!(of(&["archive"]), Ok(Level::Archive));
+        assert!(of(&["fast"]).is_err_and(|problem| problem.contains("nightly or archive")));
         assert!(of(&["full", "full"]).is_err());
     }
 }

@@ -1,9 +1,10 @@
-//! `cargo verify [quick|full|nightly]`: all checks required before a change is merged, on a machine with only rustup.
+//! `cargo verify [quick|full|nightly|archive]`: all checks required before a change is merged, on a machine with only rustup.
 //!
 //! `quick` is for use during work: formatting, lints and the tests of the packages that take seconds. `full`, which
 //! continuous integration runs, is every check that a change could break. `nightly` adds longer searches: the fuzzer, the
 //! tests with `in_full` in their name, the images against register models if there is cmake, and marks of the diagnosis on a
-//! new seed.
+//! new seed, and makes and tries the archive. `archive` does that alone: what installs the command and the Python package
+//! without a compiler (`archive`).
 //!
 //! Inputs: the workspace, and recordings of others from `RLG_RECORDINGS` if that is set. It prints the output of each step,
 //! then the seconds of each and of the longest test programs, and as the last line `N passed, N failed`: the tests by their
@@ -22,6 +23,8 @@ mod set_up;
 mod fuzz;
 
 mod library;
+
+mod archive;
 
 use std::path::{Path, PathBuf};
 use std::process::{Command, ExitCode};
@@ -61,27 +64,40 @@ fn main() -> ExitCode {
         }
     };
     let mut tally = Tally::default();
-    if level == Level::Quick {
-        quick(&mut tally);
-    } else {
-        set_up(&mut tally);
-        // With artefacts of their own, so that neither waits for the other.
-        tally.beside(apart(), |tally| {
-            checks(tally);
-            firmware(tally);
-            tally.heading("building the tests");
-            tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
-        });
-        tests(&mut tally);
-    }
-    if level == Level::Nightly {
-        nightly(&mut tally);
+    match level {
+        Level::Quick => quick(&mut tally),
+        Level::Full => full(&mut tally),
+        Level::Nightly => {
+            full(&mut tally);
+            nightly(&mut tally);
+            archived(&mut tally);
+        }
+        Level::Archive => archived(&mut tally),
     }
     if tally.end() == 0 {
         ExitCode::SUCCESS
     } else {
         ExitCode::FAILURE
     }
+}
+
+/// Runs every check that a change could break.
+fn full(tally: &mut Tally) {
+    set_up(tally);
+    // With artefacts of their own, so that neither waits for the other.
+    tally.beside(apart(), |tally| {
+        checks(tally);
+        firmware(tally);
+        tally.heading("building the tests");
+        tally.step(cargo(&[&TEST[..], &["--no-run"]].concat()));
+    });
+    tests(tally);
+}
+
+/// Makes and tries the archive.
+fn archived(tally: &mut Tally) {
+    tally.heading("archive");
+    tally.step(archive::archive());
 }
 
 /// Runs formatting, lints and tests of seconds.
