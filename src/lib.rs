@@ -154,7 +154,10 @@ pub use chain::{
     sample, stages, terms, triad,
 };
 #[cfg(feature = "slots")]
-pub use store::{parameter_block, parameter_slots, upload};
+pub use store::{
+    image, image_journal, image_layout, image_slots, image_state, image_upload, parameter_block,
+    parameter_slots, upload,
+};
 #[cfg(feature = "bank")]
 pub use unit::{bank_bus, counter_bank};
 pub use unit::{
