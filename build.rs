@@ -38,7 +38,10 @@ fn main() {
         let ram = (NOTE_BEGIN - SELECTOR_RAM_BYTES, SELECTOR_RAM_BYTES);
         fs::write(memory, regions((FLASH_BEGIN, SELECTOR_BYTES), ram))
     } else if has("SLOT_A") {
-        fs::write(memory, regions((IMAGES_BEGIN + IMAGE_HEADER_BYTES, room), ram))
+        fs::write(
+            memory,
+            regions((IMAGES_BEGIN + IMAGE_HEADER_BYTES, room), ram),
+        )
     } else if has("SLOT_B") {
         let begin = IMAGES_BEGIN + IMAGE_SLOT_BYTES + IMAGE_HEADER_BYTES;
         fs::write(memory, regions((begin, room), ram))

@@ -84,8 +84,7 @@ pub fn serve<F: NorFlash>(
             continue;
         };
         let about_images = about_images(&service, &request);
-        let mut reply =
-            about_images.unwrap_or_else(|| service.answer(&request, &supply_suffices));
+        let mut reply = about_images.unwrap_or_else(|| service.answer(&request, &supply_suffices));
         if asks_for_state(&request) {
             reply.answer.detail = state;
         }

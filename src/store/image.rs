@@ -204,9 +204,7 @@ impl ImageHeader {
             return Err(ImageError::Address(word(12)));
         };
         let length = word(16);
-        if length == 0
-            || length > LARGEST_CODE_BYTES
-            || !length.is_multiple_of(PIECE_BYTES as u32)
+        if length == 0 || length > LARGEST_CODE_BYTES || !length.is_multiple_of(PIECE_BYTES as u32)
         {
             return Err(ImageError::Length(length));
         }

@@ -85,7 +85,11 @@ impl<S: NorFlash, I: ReadNorFlash> ImageSlots<S, I> {
     /// # Errors
     /// Flash cannot be read.
     pub fn history(&mut self) -> Result<History, JournalError> {
-        Ok(self.journal.page()?.map(|page| page.history).unwrap_or_default())
+        Ok(self
+            .journal
+            .page()?
+            .map(|page| page.history)
+            .unwrap_or_default())
     }
 
     /// The header of this very image, if its slot holds it.

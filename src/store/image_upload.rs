@@ -139,7 +139,8 @@ impl<S: NorFlash, I: NorFlash> ImageUpload<S, I> {
         self.slots.journal.make_room(ROOM_FOR_UPLOAD)?;
         self.record_running()?;
         let begin = free.offset();
-        let end = begin + (IMAGE_HEADER_BYTES + header.length).next_multiple_of(I::ERASE_SIZE as u32);
+        let end =
+            begin + (IMAGE_HEADER_BYTES + header.length).next_multiple_of(I::ERASE_SIZE as u32);
         let erased = self.slots.images.erase(begin, end);
         erased.map_err(|_| ImageUploadError::Flash)?;
         self.header = Some(header);
@@ -173,7 +174,11 @@ impl<S: NorFlash, I: NorFlash> ImageUpload<S, I> {
         }
         let at = header.slot.offset() + IMAGE_HEADER_BYTES + piece * PIECE_BYTES as u32;
         if piece < self.received {
-            return if self.holds(at, bytes)? { Ok(()) } else { order };
+            return if self.holds(at, bytes)? {
+                Ok(())
+            } else {
+                order
+            };
         }
         let written = self.slots.images.write(at, bytes);
         written.map_err(|_| ImageUploadError::Flash)?;

@@ -27,9 +27,9 @@ use trueaxis::board_state::BoardState;
 use trueaxis::clock_start::Clocks;
 use trueaxis::counter_bank::AccelerometerInput;
 use trueaxis::parameter_slots::Loaded;
+use trueaxis::{BootReport, TelemetryFrame};
 #[cfg(feature = "slotted")]
 use trueaxis::{service::images::is_about_images, service_frame::Request};
-use trueaxis::{BootReport, TelemetryFrame};
 
 #[cfg(feature = "slotted")]
 use self::images::Images;
@@ -44,9 +44,9 @@ use super::link::Link;
 use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
-use super::service_mode::{self, IdleTimer};
 #[cfg(feature = "slotted")]
 use super::service_mode::ImageService;
+use super::service_mode::{self, IdleTimer};
 #[cfg(feature = "terms")]
 use super::slow_link::{SlowLink, UpdateQueue};
 use super::supply;

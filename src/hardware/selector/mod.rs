@@ -60,9 +60,7 @@ fn start(choice: &Choice, watchdog: &IWDG) -> ! {
         watchdog.kr().write(|w| w.key().start());
         watchdog.kr().write(|w| w.key().unlock());
         // SAFETY: 6 divides by 256; the field has three bits.
-        watchdog
-            .pr()
-            .write(|w| unsafe { w.bits(TRIAL_PRESCALER) });
+        watchdog.pr().write(|w| unsafe { w.bits(TRIAL_PRESCALER) });
         watchdog.rlr().write(|w| w.rl().set(TRIAL_RELOAD));
     }
     feed_watchdog();
