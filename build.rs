@@ -28,27 +28,26 @@ fn main() {
     if env::var("CARGO_CFG_TARGET_OS").as_deref() != Ok("none") || !(is_image || is_selector) {
         return;
     }
-    // cortex-m-rt's link.x includes memory.x from the linker's search path; a copy in OUT_DIR is found
-    // whatever folder cargo was started in.
+    // cortex-m-rt's link.x includes memory.x from the folder of the build or the linker's search path, and that includes
+    // regions.x: copies in OUT_DIR are found whatever folder cargo was started in.
     let out = PathBuf::from(env::var_os("OUT_DIR").expect("cargo sets OUT_DIR"));
-    let memory = out.join("memory.x");
+    fs::copy("memory.x", out.join("memory.x")).expect("memory.x stands beside build.rs");
+    // src/hardware/mod.rs refuses both slots at a time.
     let room = IMAGE_SLOT_BYTES - IMAGE_HEADER_BYTES;
     let ram = (RAM_BEGIN, RAM_BYTES - NOTE_BYTES);
-    let written = if is_selector {
+    let regions = if is_selector {
         let ram = (NOTE_BEGIN - SELECTOR_RAM_BYTES, SELECTOR_RAM_BYTES);
-        fs::write(memory, regions((FLASH_BEGIN, SELECTOR_BYTES), ram))
+        regions((FLASH_BEGIN, SELECTOR_BYTES), ram)
     } else if has("SLOT_A") {
-        fs::write(
-            memory,
-            regions((IMAGES_BEGIN + IMAGE_HEADER_BYTES, room), ram),
-        )
+        regions((IMAGES_BEGIN + IMAGE_HEADER_BYTES, room), ram)
     } else if has("SLOT_B") {
         let begin = IMAGES_BEGIN + IMAGE_SLOT_BYTES + IMAGE_HEADER_BYTES;
-        fs::write(memory, regions((begin, room), ram))
+        regions((begin, room), ram)
     } else {
-        fs::copy("memory.x", memory).map(drop)
+        let bytes = PARAMETER_SLOTS_BEGIN - FLASH_BEGIN;
+        regions((FLASH_BEGIN, bytes), (RAM_BEGIN, RAM_BYTES))
     };
-    written.expect("memory.x stands beside build.rs, and OUT_DIR takes a file");
+    fs::write(out.join("regions.x"), regions).expect("OUT_DIR takes a file");
     println!("cargo:rustc-link-search={}", out.display());
     // --nmagic: no padding of segments to the host's page size, so that the first one starts at the
     // vector table.
@@ -58,7 +57,7 @@ fn main() {
     }
 }
 
-/// The linker's regions of an image with a selector, or of the selector; each beginning and bytes.
+/// The linker's regions of an image, each beginning and bytes.
 fn regions((flash, flash_bytes): (u32, u32), (ram, ram_bytes): (u32, u32)) -> String {
     format!(
         "/* Made by build.rs from src/store/image_layout.rs. */
@@ -68,7 +67,6 @@ MEMORY
   SLOTS : ORIGIN = {PARAMETER_SLOTS_BEGIN:#010x}, LENGTH = {PARAMETER_SLOTS_BYTES}
   RAM   : ORIGIN = {ram:#010x}, LENGTH = {ram_bytes}
 }}
-_parameter_slots = ORIGIN(SLOTS);
 "
     )
 }

@@ -30,6 +30,10 @@ use image_flash::{ImageFlash, JournalFlash, note};
 const TRIAL_PRESCALER: u16 = 6;
 const TRIAL_RELOAD: u16 = 0xFFF;
 
+/// Polls until prescaler and reload are in force: at least 2.5 ms at 16 MHz; it takes five periods of the oscillator, 0.3 ms
+/// at most (RM0090 21.4.2).
+const UPDATE_POLLS: u32 = 10_000;
+
 #[entry]
 fn main() -> ! {
     let Some(peripherals) = Peripherals::take() else {
@@ -62,6 +66,8 @@ fn start(choice: &Choice, watchdog: &IWDG) -> ! {
         // SAFETY: 6 divides by 256; the field has three bits.
         watchdog.pr().write(|w| unsafe { w.bits(TRIAL_PRESCALER) });
         watchdog.rlr().write(|w| w.rl().set(TRIAL_RELOAD));
+        // Until both are in force a feed would allow the time of the settings after a reset, 0.35 s.
+        let _ = (0..UPDATE_POLLS).any(|_| watchdog.sr().read().bits() == 0);
     }
     feed_watchdog();
     let table = slot.vector_table();
