@@ -239,6 +239,39 @@ impl ImageHeader {
         bytes
     }
 
+    /// Reads and checks a whole image at the beginning of a file, as a sender does.
+    ///
+    /// # Returns
+    /// Its header, its code and the bytes behind it, which may be the next image.
+    ///
+    /// # Errors
+    /// The first reason that the file does not begin with an image; [`ImageError::Length`] also if it ends early.
+    pub fn of_file(file: &[u8]) -> Result<(Self, &[u8], &[u8]), ImageError> {
+        let short = ImageError::Length(file.len() as u32);
+        let bytes = file.first_chunk::<HEADER_BYTES>().ok_or(short)?;
+        let header = Self::of_bytes(bytes)?;
+        let block = file.split_at_checked(IMAGE_HEADER_BYTES as usize);
+        let (block, rest) = block.ok_or(short)?;
+        let code = rest.split_at_checked(header.length as usize);
+        let (code, rest) = code.ok_or(short)?;
+        let computed = header.checksum([code].into_iter());
+        let is_filled = block.iter().skip(HEADER_BYTES).all(|byte| *byte == 0xFF);
+        if computed != header.crc || !is_filled {
+            return Err(ImageError::Checksum {
+                stored: header.crc,
+                computed,
+            });
+        }
+        let mut words = code
+            .as_chunks()
+            .0
+            .iter()
+            .map(|word| u32::from_le_bytes(*word));
+        let (stack, reset) = (words.next().unwrap_or(0), words.next().unwrap_or(0));
+        header.check_vectors(stack, reset)?;
+        Ok((header, code, rest))
+    }
+
     /// The header of `code`, which is whole pieces: with its length and its check sum.
     pub fn sealing(slot: ImageSlot, version: u32, revision: u32, code: &[u8]) -> Self {
         let mut header = Self {
