@@ -4,7 +4,7 @@ use firmware_tests::image_unit::{LEFTOVERS, Leftover, Unit, image, requests};
 use rand::{RngExt, SeedableRng};
 use rand_chacha::ChaCha8Rng;
 use trueaxis::image::ImageSlot;
-use trueaxis::image_journal::{Event, ImageId, Journal};
+use trueaxis::image_journal::{Event, ImageId};
 use trueaxis::image_state::BootReason;
 
 /// Code of the images whose every word is a place to lose power \[bytes\].
@@ -56,10 +56,8 @@ fn cut_at(unit: &Unit, files: [&[u8]; 2], operations: impl Iterator<Item = usize
                 .iter()
                 .all(|(image, reason)| *image == started[2].0 && *reason != BootReason::Trial);
             assert!(rested, "{operation} {leftover:?}: {started:?}");
-            assert_eq!(
-                started[0].0 == 1 && started[0].1 == BootReason::Trial,
-                started[0].1 == BootReason::Trial
-            );
+            let is_trial = started[0].1 == BootReason::Trial;
+            assert!(!is_trial || started[0].0 == 1, "a trial of the old image");
             counts.cuts += 1;
             *(if started[0].0 == 1 {
                 &mut counts.new
@@ -162,6 +160,4 @@ fn records_survive_a_hundred_full_pages() {
         // The last one was refused only where the page was full.
         assert_eq!(crc, Some(last - u32::from(written < 700)));
     }
-    let journal: Journal<_> = slots.journal;
-    drop(journal);
 }
