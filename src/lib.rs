@@ -80,8 +80,8 @@
 //!
 //! | type | bytes | how many |
 //! |---|---|---|
-//! | `Processor<F32>` | 1992 | one: chain, state and health |
-//! | `Processor<Fixed>` | 2152 | |
+//! | `Processor<F32>` | 2000 | one: chain, state and health |
+//! | `Processor<Fixed>` | 2160 | |
 //! | `Chain<F32>` | 824 | in the processor |
 //! | `Chain<Fixed>` | 856 | |
 //! | `ChainState<F32>` | 840 | in the processor |
