@@ -8,7 +8,7 @@ use std::process::Output;
 use std::thread;
 
 use assert_cmd::Command;
-use firmware_tests::image_unit::{Unit, image};
+use firmware_tests::image_unit::{Chip, ImagesView, JournalView, Unit, image};
 use trueaxis::image::{ImageHeader, ImageSlot};
 use trueaxis::image_state::{BootReason, ImageState};
 use trueaxis::image_upload::ImageUpload;
@@ -31,12 +31,7 @@ struct Served {
     /// An image on trial confirms itself; else it resets.
     is_healthy: bool,
     asked_on_trial: u32,
-    upload: Option<
-        ImageUpload<
-            firmware_tests::image_unit::JournalView,
-            firmware_tests::image_unit::ImagesView,
-        >,
-    >,
+    upload: Option<ImageUpload<JournalView, ImagesView>>,
 }
 
 impl Served {
@@ -109,10 +104,14 @@ impl Served {
     }
 }
 
+/// State of the unit behind a socket, and its chip, once every command has ended.
+type End = (ImageState, Chip);
+
 /// Serves one command after the other at a socket.
-fn serve(path: &Path, mut served: Served, commands: usize) -> thread::JoinHandle<Served> {
+fn serve(path: &Path, is_healthy: bool, commands: usize) -> thread::JoinHandle<End> {
     let listener = UnixListener::bind(path).expect("a socket");
     thread::spawn(move || {
+        let mut served = Served::new(is_healthy);
         for _ in 0..commands {
             let (mut stream, _): (UnixStream, _) = listener.accept().expect("a command");
             let mut receiver = RequestReceiver::new();
@@ -129,7 +128,8 @@ fn serve(path: &Path, mut served: Served, commands: usize) -> thread::JoinHandle
                 }
             }
         }
-        served
+        let chip = served.unit.chip.borrow().clone();
+        (served.state, chip)
     })
 }
 
@@ -163,7 +163,7 @@ fn a_unit_takes_the_image_for_its_free_slot() {
     let mut bytes = b.clone();
     bytes[5_000] ^= 4;
     let damaged = file(own.path(), "damaged.rlgi", &bytes);
-    let thread = serve(&port, Served::new(true), 4);
+    let thread = serve(&port, true, 4);
     // A damaged file is refused before the port is opened.
     refused(&upload(&[&damaged], &port, &["--stop"]), "CRC-32");
     refused(&upload(&[&both], &port, &[]), "a unit that is running");
@@ -187,12 +187,13 @@ fn a_unit_takes_the_image_for_its_free_slot() {
     );
     let said = String::from_utf8_lossy(&stored.stderr);
     assert!(stored.status.success(), "{said}");
-    let served = thread.join().expect("served");
-    assert_eq!(served.state.running, Some(ImageSlot::A));
-    assert_eq!(served.state.reason, BootReason::Trial);
-    let choice = served.unit.boot().expect("an image");
+    let (state, chip) = thread.join().expect("served");
+    assert_eq!(state.running, Some(ImageSlot::A));
+    assert_eq!(state.reason, BootReason::Trial);
+    let unit = Unit::new(chip);
+    let choice = unit.boot().expect("an image");
     assert_eq!(
-        (choice.reason, served.unit.running(&choice, &[&a, &b])),
+        (choice.reason, unit.running(&choice, &[&a, &b])),
         (BootReason::RolledBack, 1)
     );
 }
@@ -202,14 +203,14 @@ fn an_image_that_the_unit_does_not_keep_is_an_error() {
     let own = tempfile::tempdir().expect("a temporary folder");
     let port = own.path().join("port");
     let new = file(own.path(), "b.rlgi", &image(ImageSlot::B, CODE, 6));
-    let thread = serve(&port, Served::new(false), 1);
+    let thread = serve(&port, false, 1);
     refused(
         &upload(&[&new], &port, &["--stop"]),
         "was not kept by the unit",
     );
-    let served = thread.join().expect("served");
+    let (state, _) = thread.join().expect("served");
     assert_eq!(
-        (served.state.running, served.state.reason),
+        (state.running, state.reason),
         (Some(ImageSlot::A), BootReason::RolledBack)
     );
 }
@@ -219,11 +220,6 @@ fn a_unit_without_a_selector_is_not_stopped() {
     let own = tempfile::tempdir().expect("a temporary folder");
     let port = own.path().join("port");
     let new = file(own.path(), "b.rlgi", &image(ImageSlot::B, CODE, 6));
-    let mut served = Served::new(true);
-    served.state = ImageState {
-        running: None,
-        ..served.state
-    };
     let listener = UnixListener::bind(&port).expect("a socket");
     let thread = thread::spawn(move || {
         let (mut stream, _) = listener.accept().expect("a command");
@@ -297,15 +293,16 @@ fn real_images_become_a_file_that_a_unit_takes() {
     );
     assert_eq!(first.version.to_be_bytes()[3], 0, "f32");
     let port = own.path().join("port");
-    let thread = serve(&port, Served::new(true), 1);
+    let thread = serve(&port, true, 1);
     let stored = upload(&[&out], &port, &["--stop", "--json"]);
     assert!(
         stored.status.success(),
         "{}",
         String::from_utf8_lossy(&stored.stderr)
     );
-    let served = thread.join().expect("served");
-    let choice = served.unit.boot().expect("an image");
+    let (_, chip) = thread.join().expect("served");
+    let unit = Unit::new(chip);
+    let choice = unit.boot().expect("an image");
     assert_eq!(
         (choice.header, choice.reason),
         (second, BootReason::Confirmed)
