@@ -53,7 +53,7 @@ fn start(machine: &mut Machine, what: &str) -> (ImageSlot, f64) {
     }
 }
 
-/// The first image of flash is confirmed: by a unit that says so.
+/// Lets the first image of flash run until it has confirmed itself.
 fn confirmed(machine: &mut Machine) {
     start(machine, "first start");
     assert_eq!(machine.run_for(ticks::of_ms(60)), Ending::Time);
