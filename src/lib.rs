@@ -80,8 +80,8 @@
 //!
 //! | type | bytes | how many |
 //! |---|---|---|
-//! | `Processor<F32>` | 1992 | one: chain, state and health |
-//! | `Processor<Fixed>` | 2152 | |
+//! | `Processor<F32>` | 2000 | one: chain, state and health |
+//! | `Processor<Fixed>` | 2160 | |
 //! | `Chain<F32>` | 824 | in the processor |
 //! | `Chain<Fixed>` | 856 | |
 //! | `ChainState<F32>` | 840 | in the processor |
@@ -154,7 +154,10 @@ pub use chain::{
     sample, stages, terms, triad,
 };
 #[cfg(feature = "slots")]
-pub use store::{parameter_block, parameter_slots, upload};
+pub use store::{
+    image, image_journal, image_layout, image_slots, image_state, image_upload, parameter_block,
+    parameter_slots, upload,
+};
 #[cfg(feature = "bank")]
 pub use unit::{bank_bus, counter_bank};
 pub use unit::{

@@ -26,6 +26,8 @@
 //! | 17 | the block is that of another unit | the last four bytes of this unit's number |
 //! | 18 | an item of the block is not known, or not of this version | its kind |
 //!
+//! Requests about firmware images go to [`images`], where there are slots of them.
+//!
 //! The caller brings the bytes, the flash and the state of the supply, and starts the unit anew if [`Reply::restart`]
 //! is set.
 
@@ -33,10 +35,13 @@ use embedded_storage::nor_flash::NorFlash;
 
 use crate::chain::parameters::ParameterError;
 use crate::chain::terms::{RecordError, TermKinds};
+use crate::store::image_upload::ImageUpload;
 use crate::store::parameter_block::BlockError;
 use crate::store::parameter_slots::{Build, ParameterSlots, SlotError};
 use crate::store::upload::{Upload, UploadError};
 use crate::wire::service_frame::{Answer, Request, RequestKind};
+
+pub mod images;
 
 /// The outcome of a request that was carried out.
 pub const DONE: u8 = 0;
@@ -60,7 +65,7 @@ pub const ITEM_UNKNOWN: u8 = 18;
 pub const fn meaning(outcome: u8) -> &'static str {
     match outcome {
         DONE => "the unit has done it",
-        RUNNING => "the unit is running: a parameter block is taken only while it is stopped",
+        RUNNING => "the unit is running: uploads are taken only while it is stopped",
         2 => "the unit has not been told that an upload begins",
         3 => "the unit received bytes out of order",
         4 => "the unit's build takes no parameter block of this length",
@@ -73,11 +78,25 @@ pub const fn meaning(outcome: u8) -> &'static str {
         TERM_ABSENT => "the unit's build lacks a term that the parameter block asks for",
         12 => "the unit finds the parameter block's records damaged",
         13 => "the unit's supply is too low to write flash",
-        14 => "the unit's flash reported an error; the block before it stays in force",
-        15 => "the unit's flash does not hold what was written; the block before it stays in force",
+        14 => "the unit's flash reported an error; what was in force stays so",
+        15 => "the unit's flash does not hold what was written; what was in force stays so",
         UNKNOWN => "the unit does not know this request",
         FOREIGN => "the unit refuses the parameter block of another unit",
         ITEM_UNKNOWN => "the unit does not know an item of the parameter block",
+        images::NO_IMAGE_SLOTS => {
+            "the unit runs an image without a boot selector, and has no slots for others"
+        }
+        20 => "the unit received no firmware image: it does not begin with RLGI",
+        21 => "the unit does not know the layout of the firmware image",
+        22 => "the unit is of another kind than the firmware image is for",
+        images::IMAGE_ADDRESS => {
+            "the unit's free slot is another than the firmware image is linked for"
+        }
+        24 => "the unit takes no firmware image of this length",
+        25 => "the unit finds vectors of the firmware image that point outside RAM or code",
+        26 => "the unit computes another check sum than the firmware image has",
+        27 => "the unit has not received the whole firmware image",
+        images::ON_TRIAL => "the unit's firmware image is on trial and not confirmed yet",
         _ => "the unit answered with an outcome that this version does not know",
     }
 }
@@ -121,10 +140,21 @@ fn of_parameter(error: &ParameterError) -> (u8, u32) {
     }
 }
 
-/// Answers a request to a sampling unit; the flag is true if the unit is to stop.
+/// Answers a request to a sampling unit; the flag is true if the unit is to stop. The detail of `image_state` is the
+/// caller's.
 pub fn while_sampling(request: &Request, terms: TermKinds) -> (Answer, bool) {
+    answer_while_sampling(request, terms, false)
+}
+
+/// As [`while_sampling`], of a firmware image on trial, which refuses to stop: its reset would end the trial.
+pub fn while_on_trial(request: &Request, terms: TermKinds) -> Answer {
+    answer_while_sampling(request, terms, true).0
+}
+
+fn answer_while_sampling(request: &Request, terms: TermKinds, on_trial: bool) -> (Answer, bool) {
     let (outcome, stop) = match RequestKind::from_number(request.kind) {
-        Some(RequestKind::State) => (DONE, false),
+        Some(RequestKind::State | RequestKind::ImageState) => (DONE, false),
+        Some(RequestKind::Stop) if on_trial => (images::ON_TRIAL, false),
         Some(RequestKind::Stop) => (DONE, true),
         Some(_) => (RUNNING, false),
         None => (UNKNOWN, false),
@@ -188,7 +218,11 @@ impl<F: NorFlash, B: Build> Service<F, B> {
                 restart = true;
                 Ok(0)
             }
-            None => {
+            Some(kind) if kind.is_about_images() => {
+                let answer = self.reply(request, images::NO_IMAGE_SLOTS, 0);
+                return Reply { answer, restart };
+            }
+            _ => {
                 let answer = self.reply(request, UNKNOWN, u32::from(request.kind));
                 return Reply { answer, restart };
             }
@@ -201,6 +235,20 @@ impl<F: NorFlash, B: Build> Service<F, B> {
             }
         };
         Reply { answer, restart }
+    }
+
+    /// Carries out a request about firmware images, on the slots of `upload`.
+    pub fn answer_about_images<S: NorFlash, I: NorFlash>(
+        &self,
+        upload: &mut ImageUpload<S, I>,
+        request: &Request,
+        supply_suffices: impl FnOnce() -> bool,
+    ) -> Reply {
+        let (outcome, detail) = images::carry_out(upload, request, supply_suffices);
+        Reply {
+            answer: self.reply(request, outcome, detail),
+            restart: false,
+        }
     }
 
     fn reply(&self, request: &Request, outcome: u8, detail: u32) -> Answer {

@@ -1,14 +1,15 @@
-//! Gives access to the two flash sectors of the parameter slots through the traits of `embedded-storage`.
+//! Gives access to sectors of flash through the traits of `embedded-storage`: to the parameter slots and, in images with a boot
+//! selector, to its records and to both images.
 //!
-//! Offsets count over the two sectors: slot A begins at 0, slot B at [`SECTOR_BYTES`]. They are sectors 10 and 11 of
-//! the STM32F405 (RM0090 section 3.3), 128 KiB each, set apart in memory.x. Every wait is bounded; a controller that
-//! does not answer gives a [`FlashFault`].
+//! Offsets count over the sectors of a [`Region`], which are of one size (RM0090 section 3.3): parameter slot A begins at 0,
+//! slot B at [`SECTOR_BYTES`]. Every wait is bounded; a controller that does not answer gives a [`FlashFault`].
 //!
 //! Writing and erasing hold the processor (the flash is one bank: instructions cannot be fetched meanwhile), up to 4 s
-//! for a sector: at boot only, before sampling and the watchdog start. Assumes a supply of 2.7 V to 3.6 V, for words of
+//! for a sector: at boot only, before sampling and the watchdog start; but for single words (`board/confirmation.rs`). Assumes a supply of 2.7 V to 3.6 V, for words of
 //! 32 bits at a time; the board checks `supply` before it mends a slot. The emulator's flash is read-only: there a
 //! write changes nothing, and reading back shows it.
 
+use core::marker::PhantomData;
 use core::ptr;
 
 use embedded_storage::nor_flash::{
@@ -16,14 +17,36 @@ use embedded_storage::nor_flash::{
 };
 use stm32f4::stm32f405::FLASH;
 
-/// Size of one sector \[bytes\].
+/// Size of a parameter slot's sector \[bytes\].
 pub const SECTOR_BYTES: u32 = 128 * 1024;
 
-/// Size of both sectors \[bytes\].
-const CAPACITY: u32 = 2 * SECTOR_BYTES;
+/// Sectors of one size in a row.
+pub trait Region {
+    /// Number of the sector at offset 0.
+    const FIRST_SECTOR: u8;
+    /// Size of a sector \[bytes\].
+    const SECTOR_BYTES: u32;
+    /// Size of all of them \[bytes\].
+    const CAPACITY: u32;
+    /// Work at each reading: none, but for a selector that feeds a watchdog.
+    #[inline]
+    fn at_reading() {}
+    /// Address of offset 0.
+    fn begin() -> *mut u8;
+}
 
-/// Number of the sector at offset 0.
-const FIRST_SECTOR: u8 = 10;
+/// Sectors 10 and 11, set apart in memory.x.
+pub struct ParameterSectors;
+
+impl Region for ParameterSectors {
+    const FIRST_SECTOR: u8 = 10;
+    const SECTOR_BYTES: u32 = SECTOR_BYTES;
+    const CAPACITY: u32 = 2 * SECTOR_BYTES;
+
+    fn begin() -> *mut u8 {
+        (&raw const _parameter_slots).cast_mut()
+    }
+}
 
 /// RM0090 3.6.1: these two, in this order, unlock the control register until the next reset or lock.
 const KEYS: [u32; 2] = [0x4567_0123, 0xCDEF_89AB];
@@ -41,9 +64,10 @@ unsafe extern "C" {
 }
 
 /// Reason that a flash operation failed.
-#[derive(Debug, Clone, Copy, PartialEq, Eq, defmt::Format)]
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+#[cfg_attr(feature = "defmt", derive(defmt::Format))]
 pub enum FlashFault {
-    /// The range is beyond the two sectors.
+    /// The range is beyond the region.
     OutOfBounds,
     /// The range is not one of whole words, or of whole sectors.
     NotAligned,
@@ -63,22 +87,27 @@ impl NorFlashError for FlashFault {
     }
 }
 
-/// The two flash sectors, with the controller that writes them.
-pub struct SlotFlash {
+/// The flash of the parameter slots.
+pub type SlotFlash = RegionFlash<ParameterSectors>;
+
+/// Sectors of flash, with the controller that writes them.
+pub struct RegionFlash<R> {
     controller: FLASH,
+    region: PhantomData<R>,
 }
 
-impl SlotFlash {
+impl<R: Region> RegionFlash<R> {
     /// Takes the controller, which is locked after reset.
     pub fn new(controller: FLASH) -> Self {
-        Self { controller }
+        Self {
+            controller,
+            region: PhantomData,
+        }
     }
 
     /// The address of `offset`.
     fn address(offset: u32) -> *mut u8 {
-        (&raw const _parameter_slots)
-            .cast_mut()
-            .wrapping_add(offset as usize)
+        R::begin().wrapping_add(offset as usize)
     }
 
     /// Runs `work` with the controller unlocked.
@@ -121,55 +150,66 @@ fn finished(controller: &FLASH, polls: u32) -> Result<(), FlashFault> {
     }
 }
 
-/// Checks that `length` bytes from `offset` lie within the two sectors.
-fn check_bounds(offset: u32, length: usize) -> Result<(), FlashFault> {
+/// Checks that `length` bytes from `offset` lie within the region.
+fn check_bounds<R: Region>(offset: u32, length: usize) -> Result<(), FlashFault> {
     let end = (offset as usize).saturating_add(length);
-    (end <= CAPACITY as usize)
+    (end <= R::CAPACITY as usize)
         .then_some(())
         .ok_or(FlashFault::OutOfBounds)
 }
 
-impl ErrorType for SlotFlash {
+impl<R: Region> ErrorType for RegionFlash<R> {
     type Error = FlashFault;
 }
 
-impl ReadNorFlash for SlotFlash {
+impl<R: Region> ReadNorFlash for RegionFlash<R> {
     const READ_SIZE: usize = 1;
 
     fn read(&mut self, offset: u32, bytes: &mut [u8]) -> Result<(), FlashFault> {
-        check_bounds(offset, bytes.len())?;
-        for (at, byte) in (offset..).zip(bytes) {
-            // SAFETY: within the two sectors, which are readable memory; volatile, because they change
-            // behind the compiler's back.
+        check_bounds::<R>(offset, bytes.len())?;
+        R::at_reading();
+        let (words, rest) = if offset.is_multiple_of(4) {
+            bytes.as_chunks_mut::<4>()
+        } else {
+            (&mut [][..], bytes)
+        };
+        let at_rest = offset + 4 * words.len() as u32;
+        for (at, bytes) in (offset..).step_by(4).zip(words) {
+            // SAFETY: aligned and within the region, which is readable memory; volatile, because it changes behind the
+            // compiler's back.
+            *bytes = unsafe { ptr::read_volatile(Self::address(at).cast::<u32>()) }.to_le_bytes();
+        }
+        for (at, byte) in (at_rest..).zip(rest) {
+            // SAFETY: as above, a byte.
             *byte = unsafe { ptr::read_volatile(Self::address(at)) };
         }
         Ok(())
     }
 
     fn capacity(&self) -> usize {
-        CAPACITY as usize
+        R::CAPACITY as usize
     }
 }
 
-impl NorFlash for SlotFlash {
+impl<R: Region> NorFlash for RegionFlash<R> {
     const WRITE_SIZE: usize = 4;
-    const ERASE_SIZE: usize = SECTOR_BYTES as usize;
+    const ERASE_SIZE: usize = R::SECTOR_BYTES as usize;
 
     fn erase(&mut self, from: u32, to: u32) -> Result<(), FlashFault> {
-        check_bounds(to, 0)?;
+        check_bounds::<R>(to, 0)?;
         if from > to {
             return Err(FlashFault::OutOfBounds);
         }
-        if !from.is_multiple_of(SECTOR_BYTES) || !to.is_multiple_of(SECTOR_BYTES) {
+        if !from.is_multiple_of(R::SECTOR_BYTES) || !to.is_multiple_of(R::SECTOR_BYTES) {
             return Err(FlashFault::NotAligned);
         }
         self.unlocked(|controller| {
-            for sector in from / SECTOR_BYTES..to / SECTOR_BYTES {
+            for sector in from / R::SECTOR_BYTES..to / R::SECTOR_BYTES {
                 // The lock bit is set after reset, so a write that does not name it would lock.
                 controller.cr().write(|w| {
                     w.lock().unlocked();
-                    // SAFETY: 10 or 11, the slots' sectors.
-                    unsafe { w.snb().bits(FIRST_SECTOR + sector as u8) };
+                    // SAFETY: the number of a sector of the region.
+                    unsafe { w.snb().bits(R::FIRST_SECTOR + sector as u8) };
                     w.ser().sector_erase().psize().psize32()
                 });
                 controller
@@ -182,7 +222,7 @@ impl NorFlash for SlotFlash {
     }
 
     fn write(&mut self, offset: u32, bytes: &[u8]) -> Result<(), FlashFault> {
-        check_bounds(offset, bytes.len())?;
+        check_bounds::<R>(offset, bytes.len())?;
         let (words, rest) = bytes.as_chunks::<4>();
         if !offset.is_multiple_of(4) || !rest.is_empty() {
             return Err(FlashFault::NotAligned);
@@ -193,7 +233,7 @@ impl NorFlash for SlotFlash {
                 w.pg().program().psize().psize32()
             });
             for (at, word) in (offset..).step_by(4).zip(words) {
-                // SAFETY: aligned and within the sectors; the controller is in programming mode, where a
+                // SAFETY: aligned and within the region; the controller is in programming mode, where a
                 // store of a word is how flash is written.
                 unsafe {
                     ptr::write_volatile(Self::address(at).cast::<u32>(), u32::from_le_bytes(*word));

@@ -5,8 +5,14 @@
 //! here and not in the interrupt. At 1 Mbaud a frame of 43 bytes takes 430 µs, so the line is full at 2 300 frames a second.
 
 use heapless::spsc::Consumer;
+#[cfg(feature = "slotted")]
+use trueaxis::image_state::{BootReason, ImageState};
 use trueaxis::service::while_sampling;
+#[cfg(feature = "slotted")]
+use trueaxis::service::{images::is_about_images, while_on_trial};
 use trueaxis::service_frame::{ANSWER_BYTES, RequestReceiver};
+#[cfg(feature = "slotted")]
+use trueaxis::service_frame::{Answer, Request};
 use trueaxis::{TELEMETRY_BYTES, TelemetryFrame};
 
 use super::serial::Serial;
@@ -25,6 +31,9 @@ pub struct Link {
     frames_sent: u32,
     /// The detail of the answer to `state`.
     state: u32,
+    /// The running image.
+    #[cfg(feature = "slotted")]
+    image: ImageState,
 }
 
 impl Link {
@@ -39,6 +48,8 @@ impl Link {
             sent: TELEMETRY_BYTES,
             frames_sent: 0,
             state: 0,
+            #[cfg(feature = "slotted")]
+            image: ImageState::default(),
         }
     }
 
@@ -48,6 +59,27 @@ impl Link {
         self.state = state;
     }
 
+    /// Sets the state of the running image, which answers `image_state`; one on trial refuses to stop.
+    #[cfg(feature = "slotted")]
+    pub fn set_image(&mut self, image: ImageState) {
+        self.image = image;
+    }
+
+    /// Answers a request as the running image has to.
+    #[cfg(feature = "slotted")]
+    fn answer_of_image(&self, request: &Request) -> (Answer, bool) {
+        let on_trial = self.image.reason == BootReason::Trial && !self.image.is_confirmed;
+        let (mut answer, stop) = if on_trial {
+            (while_on_trial(request, TERM_KINDS), false)
+        } else {
+            while_sampling(request, TERM_KINDS)
+        };
+        if is_about_images(request) && answer.outcome == trueaxis::service::DONE {
+            answer.detail = self.image.to_word();
+        }
+        (answer, stop)
+    }
+
     /// Takes the byte that was received, if any, and answers the request of which it was the last, after the present frame;
     /// returns whether the unit is to stop. A second byte waits for the next call: they come no faster than periods pass.
     pub fn serve(&mut self) -> bool {
@@ -55,6 +87,9 @@ impl Link {
         let Some(request) = byte.and_then(|byte| self.requests.push(byte)) else {
             return false;
         };
+        #[cfg(feature = "slotted")]
+        let (mut answer, stop) = self.answer_of_image(&request);
+        #[cfg(not(feature = "slotted"))]
         let (mut answer, stop) = while_sampling(&request, TERM_KINDS);
         if service_mode::asks_for_state(&request) {
             answer.detail = self.state;

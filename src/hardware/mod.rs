@@ -24,6 +24,12 @@
 #[cfg(all(feature = "board", feature = "emulator"))]
 compile_error!("one image at a time: feature `board` or feature `emulator`");
 
+#[cfg(all(feature = "slot-a", feature = "slot-b"))]
+compile_error!("an image is linked for one slot: feature `slot-a` or feature `slot-b`");
+
+#[cfg(all(feature = "slotted", not(any(feature = "slot-a", feature = "slot-b"))))]
+compile_error!("`slotted` is not named alone: feature `slot-a` or feature `slot-b`");
+
 #[cfg(feature = "board")]
 mod board;
 
@@ -58,6 +64,9 @@ mod clock;
 mod enable;
 
 mod flash;
+
+#[cfg(feature = "slotted")]
+mod image_flash;
 
 #[cfg(feature = "board")]
 mod supply;

@@ -13,7 +13,7 @@ use cortex_m::peripheral::SYST;
 use cortex_m::peripheral::syst::SystClkSource;
 use embedded_storage::nor_flash::NorFlash;
 use trueaxis::parameter_slots::ParameterSlots;
-use trueaxis::service::Service;
+use trueaxis::service::{Reply, Service};
 use trueaxis::service_frame::{Request, RequestKind, RequestReceiver};
 use trueaxis::terms::TermKinds;
 use trueaxis::{Chain, Term};
@@ -58,8 +58,11 @@ pub fn take_request() -> bool {
     requested
 }
 
+/// The stopped unit of this image.
+pub type ImageService<F> = Service<F, Chain<Core, Terms>>;
+
 /// Serves requests until one asks to start anew, or none comes; gives the flash back. `slots`: where its two slots begin. `state`:
-/// the detail of the answer to `state`. Not inlined: the block would lie on the stack of the whole run.
+/// the detail of the answer to `state`. `about_images` answers requests about firmware images, if there are slots of them. Not inlined: the block would lie on the stack of the whole run.
 #[inline(never)]
 pub fn serve<F: NorFlash>(
     flash: F,
@@ -68,6 +71,7 @@ pub fn serve<F: NorFlash>(
     serial: &mut Serial,
     mut idle: IdleTimer,
     state: u32,
+    mut about_images: impl FnMut(&ImageService<F>, &Request) -> Option<Reply>,
 ) -> F {
     let slots = ParameterSlots::new(flash, slots).accepting::<Chain<Core, Terms>>();
     let mut service = Service::new(slots, TERM_KINDS);
@@ -79,7 +83,8 @@ pub fn serve<F: NorFlash>(
         let Some(request) = requests.push(byte) else {
             continue;
         };
-        let mut reply = service.answer(&request, &supply_suffices);
+        let about_images = about_images(&service, &request);
+        let mut reply = about_images.unwrap_or_else(|| service.answer(&request, &supply_suffices));
         if asks_for_state(&request) {
             reply.answer.detail = state;
         }

@@ -28,6 +28,7 @@
 //! | 49 | first four bytes of the model's SHA-256, highest first; 0 if unknown |
 //! | 50 | first 28 bits of the firmware's git revision, and bit 0 for a tree with changes; 0 if unknown |
 //! | 51 to 65 | the bank's slow channel 0 to 14, its code as an i32, table in [`slow_channels`](crate::unit::slow_channels); −32768 if not measured |
+//! | 66 | the firmware image that runs and the reason for it at boot, bits in `store/image_state.rs`; 0 without a boot selector |
 //!
 //! Counters of conditions (5 to 8, 12, 14, 27 to 31) grow with each output period that the condition lasts; counters of
 //! events count events. Boot faults (status bits 15 and 23 to 25) stay in every frame's status instead of a
@@ -91,6 +92,9 @@ pub mod item {
     /// First slow channel of the bank.
     pub const SLOW_CHANNEL: u8 = 51;
 
+    /// Running firmware image.
+    pub const IMAGE: u8 = 66;
+
     /// Bit of [`CONFIGURATION`]: there are accelerometers.
     pub const WITH_ACCELEROMETERS: u32 = 1 << 0;
     /// Bit of [`CONFIGURATION`]: the dither strip adapts.
@@ -122,8 +126,8 @@ pub mod reset_cause {
     pub const LOW_POWER: u32 = 1 << 6;
 }
 
-/// The items in the order of their turns: at 400 frames a second each comes round every 143 ms.
-pub const HEALTH_ITEMS: [u8; 57] = [
+/// The items in the order of their turns: at 400 frames a second each comes round every 145 ms.
+pub const HEALTH_ITEMS: [u8; 58] = [
     item::SAMPLE_RATE,
     item::SAMPLES_PER_OUTPUT,
     item::CONFIGURATION,
@@ -181,6 +185,7 @@ pub const HEALTH_ITEMS: [u8; 57] = [
     63,
     64,
     65,
+    item::IMAGE,
 ];
 
 /// Faults around the chain since start. Every counter stops at its end instead of wrapping.

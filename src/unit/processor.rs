@@ -89,6 +89,8 @@ pub struct BootReport {
     pub parameters_foreign: bool,
     /// Revision of the firmware, as health item 50: [`crate::REVISION`] of this library, or the firmware's own.
     pub revision: u32,
+    /// Running firmware image, as health item 66; 0 without a boot selector.
+    pub image: u32,
 }
 
 impl BootReport {
@@ -180,6 +182,7 @@ struct Settings {
     /// Unit, calibration date and model of the parameters, a word each; zeros without an identity.
     identity: [u32; 3],
     revision: u32,
+    image: u32,
 }
 
 impl<N: NumberSystem> Processor<N> {
@@ -222,6 +225,7 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
                 last_failure_place: boot.last_failure_place,
                 identity: parameters.identity.as_ref().map_or([0; 3], Identity::words),
                 revision: boot.revision,
+                image: boot.image,
             },
             boot: Status::CLOCK_FALLBACK
                 .when(boot.clock_fallback)
@@ -534,7 +538,7 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
         match index {
             item::FIRST_FAULT_STATUS => self.health.first.stages.bits(),
             item::FIRST_FAULT_PERIOD => self.health.first.sample,
-            item::VERSION => VERSION | u32::from(matches!(N::NAME.as_bytes(), b"fixed")),
+            item::VERSION => const { version_word::<N>() },
             item::SAMPLE_RATE => self.settings.sample_rate_hz.to_bits(),
             item::SAMPLES_PER_OUTPUT => self.settings.samples_per_output,
             item::GENERATION => self.settings.generation,
@@ -550,12 +554,18 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             item::CALIBRATED => self.settings.identity[1],
             item::MODEL => self.settings.identity[2],
             item::REVISION => self.settings.revision,
+            item::IMAGE => self.settings.image,
             channel if channel >= item::SLOW_CHANNEL => {
                 i32::from(self.slow.code(channel - item::SLOW_CHANNEL)).cast_unsigned()
             }
             bit => self.health.counter(self.state.faults(), bit),
         }
     }
+}
+
+/// Version of this library with the number system `N`, as health item 34.
+pub const fn version_word<N: NumberSystem>() -> u32 {
+    VERSION | matches!(N::NAME.as_bytes(), b"fixed") as u32
 }
 
 /// Major, minor and patch of the package, a byte each above the lowest.

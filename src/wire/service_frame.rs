@@ -9,10 +9,10 @@
 //! | 3 | length of the whole frame, 44 |
 //! | 4 | number, u8, which the answer repeats |
 //! | 5 | kind ([`RequestKind`]) |
-//! | 6..8 | u16: of `begin` the bytes of the block, of `data` where its bytes belong |
-//! | 8 | of `data` number of valid bytes that follow |
+//! | 6..8 | u16: of `begin` the bytes of the block, of `data` where its bytes belong, of `image_data` the number of the piece |
+//! | 8 | of `data`, `image_begin` and `image_data` number of valid bytes that follow |
 //! | 9 | 0 |
-//! | 10..42 | of `data` bytes of the block |
+//! | 10..42 | of `data` bytes of the block, of `image_begin` the image's header, of `image_data` a piece of its code |
 //! | 42..44 | CRC-16/IBM-3740 of bytes 0..42 |
 //!
 //! An [`Answer`] has 18 bytes:
@@ -74,6 +74,14 @@ pub enum RequestKind {
     Store = 4,
     /// To start anew, with the parameters in force.
     Restart = 5,
+    /// To take a firmware image with this header, and to erase its slot.
+    ImageBegin = 6,
+    /// To take this piece of its code.
+    ImageData = 7,
+    /// To check the image and to try it at the next start.
+    ImageStore = 8,
+    /// To report the running image.
+    ImageState = 9,
 }
 
 impl RequestKind {
@@ -86,8 +94,20 @@ impl RequestKind {
             3 => Self::Data,
             4 => Self::Store,
             5 => Self::Restart,
+            6 => Self::ImageBegin,
+            7 => Self::ImageData,
+            8 => Self::ImageStore,
+            9 => Self::ImageState,
             _ => return None,
         })
+    }
+
+    /// True of requests about firmware images.
+    pub const fn is_about_images(self) -> bool {
+        matches!(
+            self,
+            Self::ImageBegin | Self::ImageData | Self::ImageStore | Self::ImageState
+        )
     }
 }
 
@@ -120,7 +140,12 @@ impl Request {
 
     /// A request with the first [`DATA_BYTES`] of `bytes`, which belong at `offset` of the block.
     pub fn data(number: u8, offset: u16, bytes: &[u8]) -> Self {
-        let mut request = Self::new(number, RequestKind::Data, offset);
+        Self::with_bytes(number, RequestKind::Data, offset, bytes)
+    }
+
+    /// A request with the first [`DATA_BYTES`] of `bytes`.
+    pub fn with_bytes(number: u8, kind: RequestKind, word: u16, bytes: &[u8]) -> Self {
+        let mut request = Self::new(number, kind, word);
         for (place, byte) in request.data.iter_mut().zip(bytes) {
             *place = *byte;
         }

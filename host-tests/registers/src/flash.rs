@@ -1,5 +1,6 @@
 //! The flash interface (RM0090 section 3): wait states, keys, erasing and programming of the two sectors that hold the
-//! parameter slots, the data cache, and power that fails meanwhile.
+//! parameter slots and, behind a boot selector, of its records and both images; the data cache, and power that fails
+//! meanwhile. The cache is modelled over the parameter slots alone.
 
 use std::collections::BTreeMap;
 
@@ -13,8 +14,23 @@ pub const SLOTS_BEGIN: u32 = 0x080C_0000;
 /// Size of a sector \[bytes\].
 pub const SECTOR_BYTES: usize = 128 * 1024;
 
-/// Number of the first slot's sector.
-const FIRST_SECTOR: u32 = 10;
+/// Beginning and size of the sectors in front of the parameter slots (RM0090 table 5).
+const CODE_BEGIN: u32 = 0x0800_0000;
+const CODE_BYTES: usize = 768 * 1024;
+
+/// Sectors that the firmware may erase: the parameter slots, and behind a selector its records and both images.
+const OF_PARAMETERS: &[u32] = &[10, 11];
+const BEHIND_SELECTOR: &[u32] = &[1, 2, 5, 6, 7, 8, 10, 11];
+
+/// Beginning of a sector from the beginning of flash, and its size (RM0090 table 5) \[bytes\].
+const fn sector_range(sector: u32) -> (usize, usize) {
+    let sector = sector as usize;
+    match sector {
+        0..=3 => (sector * 16 * 1024, 16 * 1024),
+        4 => (64 * 1024, 64 * 1024),
+        _ => ((sector - 4) * SECTOR_BYTES, SECTOR_BYTES),
+    }
+}
 
 /// Bytes of a line of the data cache (RM0090 3.5.2).
 const LINE_BYTES: u32 = 16;
@@ -85,8 +101,13 @@ impl Behaviour {
 /// Registers, sectors and data cache.
 #[derive(Debug)]
 pub struct Flash {
-    /// Both sectors.
+    /// Both sectors of the parameter slots.
     pub content: Vec<u8>,
+    /// The sectors in front of them.
+    pub code: Vec<u8>,
+    /// Parts of those that changed, beginning and size, which the processor's memory does not show yet.
+    pub changed: Vec<(usize, usize)>,
+    may_erase: &'static [u32],
     /// Behaviour of the controller.
     pub behaviour: Behaviour,
     /// Operations since power-on.
@@ -181,6 +202,9 @@ impl Flash {
     pub fn new(behaviour: Behaviour) -> Self {
         Self {
             content: vec![0xFF; 2 * SECTOR_BYTES],
+            code: Vec::new(),
+            changed: Vec::new(),
+            may_erase: OF_PARAMETERS,
             behaviour,
             operations: 0,
             erasures: 0,
@@ -200,8 +224,12 @@ impl Flash {
     /// A reset: registers and caches, but not the stored content.
     pub fn reset(&mut self) {
         let content = std::mem::take(&mut self.content);
+        let code = std::mem::take(&mut self.code);
         *self = Self {
             content,
+            code,
+            changed: std::mem::take(&mut self.changed),
+            may_erase: self.may_erase,
             random: self.random.clone(),
             operations: self.operations,
             erasures: self.erasures,
@@ -219,6 +247,24 @@ impl Flash {
         let begin = place * SECTOR_BYTES;
         self.content[begin..begin + SECTOR_BYTES].fill(0xFF);
         self.content[begin..begin + bytes.len()].copy_from_slice(bytes);
+    }
+
+    /// Lets the firmware write records and images behind a selector; `code`: the content in front of the parameter slots.
+    pub fn open_behind_selector(&mut self, code: &[u8]) {
+        (self.code, self.may_erase) = (code.to_vec(), BEHIND_SELECTOR);
+        self.code.resize(CODE_BYTES, 0xFF);
+    }
+
+    /// Content from an address on, in front of the parameter slots.
+    pub fn code_at(&self, address: u32) -> &[u8] {
+        &self.code[(address - CODE_BEGIN) as usize..]
+    }
+
+    /// Stores bytes in front of the parameter slots, as a programming tool does.
+    pub fn store_code(&mut self, address: u32, bytes: &[u8]) {
+        let at = (address - CODE_BEGIN) as usize;
+        self.code[at..at + bytes.len()].copy_from_slice(bytes);
+        self.changed.push((at, bytes.len()));
     }
 
     /// The wait states that are in force.
@@ -313,17 +359,21 @@ impl Flash {
             wrong.push("an erasure is started while error flags stand (3.6.3)".to_owned());
         }
         let sector = (value & SNB) >> 3;
-        let place = sector.wrapping_sub(FIRST_SECTOR) as usize;
-        if value & SER == 0 || value & PG != 0 || place > 1 {
+        if value & SER == 0 || value & PG != 0 || !self.may_erase.contains(&sector) {
             wrong.push(format!(
                 "an erasure of sector {sector} with control {value:#x} (3.6.3)"
             ));
             return;
         }
         self.erasures += 1;
-        let begin = place * SECTOR_BYTES;
-        let erased = vec![0xFF; SECTOR_BYTES];
-        self.operate(begin, &erased, self.behaviour.erasing, now);
+        let (begin, bytes) = sector_range(sector);
+        // A sector of 16 KiB takes a quarter of the time at most (DS8626 table 41).
+        let duration = if bytes < SECTOR_BYTES {
+            self.behaviour.erasing / 4
+        } else {
+            self.behaviour.erasing
+        };
+        self.operate(begin, &vec![0xFF; bytes], duration, now);
     }
 
     /// Reads the slots as the processor does: through the data cache, and standing while an operation runs.
@@ -350,7 +400,7 @@ impl Flash {
         })
     }
 
-    /// A store of the processor to the slots: programming, where it is allowed (RM0090 3.6.4).
+    /// A store of the processor to flash: programming, where it is allowed (RM0090 3.6.4).
     pub fn program(
         &mut self,
         address: u32,
@@ -379,13 +429,16 @@ impl Flash {
         if !address.is_multiple_of(bytes as u32) {
             wrong.push(format!("a store to {address:#x} is not aligned (3.6.4)"));
         }
-        let at = (address - SLOTS_BEGIN) as usize;
-        let old = &self.content[at..at + bytes];
+        let at = (address - CODE_BEGIN) as usize;
+        let old = self.place(at, bytes).to_vec();
         // Programming clears bits alone.
         let new: Vec<u8> = (0..bytes)
             .map(|place| old[place] & (value >> (8 * place)) as u8)
             .collect();
         self.operate(at, &new, self.behaviour.programming, now);
+        let Some(at) = at.checked_sub(CODE_BYTES) else {
+            return wrong;
+        };
         // The cache is written too (RM0090 3.5.2); erasing leaves it as it was.
         for place in at..at + bytes {
             let (line, within) = (place as u32 / LINE_BYTES, place % LINE_BYTES as usize);
@@ -394,6 +447,14 @@ impl Flash {
             }
         }
         wrong
+    }
+
+    /// Content from an offset in flash on.
+    fn place(&mut self, at: usize, bytes: usize) -> &mut [u8] {
+        match at.checked_sub(CODE_BYTES) {
+            Some(at) => &mut self.content[at..at + bytes],
+            None => &mut self.code[at..at + bytes],
+        }
     }
 
     /// Changes flash to `new`, or to the result of a failure.
@@ -413,16 +474,20 @@ impl Flash {
             return;
         }
         let cut = self.behaviour.cut.filter(|cut| cut.operation == operation);
-        let place = &mut self.content[at..at + new.len()];
+        let mut left = self.place(at, new.len()).to_vec();
         match cut.map(|cut| cut.leftover) {
-            None | Some(Leftover::Whole) => place.copy_from_slice(new),
+            None | Some(Leftover::Whole) => left.copy_from_slice(new),
             Some(Leftover::Nothing) => {}
             Some(Leftover::SomeBits) => {
-                for (byte, new) in place.iter_mut().zip(new) {
+                for (byte, new) in left.iter_mut().zip(new) {
                     let changed = (*byte ^ new) & self.random.bits() as u8;
                     *byte ^= changed;
                 }
             }
+        }
+        self.place(at, new.len()).copy_from_slice(&left);
+        if at < CODE_BYTES {
+            self.changed.push((at, new.len()));
         }
         self.has_lost_power |= cut.is_some();
         self.busy_until = *now + duration;

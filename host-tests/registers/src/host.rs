@@ -4,6 +4,8 @@ use std::collections::BTreeMap;
 
 use trueaxis::frame_finder::StreamStatistics;
 use trueaxis::health::HEALTH_ITEMS;
+use trueaxis::image::{HEADER_BYTES, PIECE_BYTES};
+use trueaxis::image_layout::IMAGE_HEADER_BYTES;
 use trueaxis::service_frame::{Answer, AnswerFinder, DATA_BYTES, Request, RequestKind};
 use trueaxis::{Parameters, Status, TelemetryFrame, telemetry};
 
@@ -140,6 +142,37 @@ pub fn upload(machine: &mut Machine, block: &[u8]) -> Result<Answer, Ending> {
     }
     let store = Request::new(200, RequestKind::Store, 0);
     // Erasing takes up to 2 s.
+    let answer = ask(machine, &store, 0, 5_000)?;
+    Ok(answer.expect("a stopped unit answers"))
+}
+
+/// Sends a firmware image to a stopped unit and asks it to store it.
+///
+/// # Returns
+/// The answer to that, or to the first request that is refused; or the run's ending before it came.
+///
+/// # Panics
+/// The unit does not answer.
+pub fn upload_image(machine: &mut Machine, file: &[u8]) -> Result<Answer, Ending> {
+    let (block, code) = file.split_at(IMAGE_HEADER_BYTES as usize);
+    let header = &block[..HEADER_BYTES];
+    let begin = Request::with_bytes(2, RequestKind::ImageBegin, 0, header);
+    // Two sectors and one of records, 2 s each at most.
+    let mut answer = ask(machine, &begin, 0, 10_000)?.expect("a stopped unit answers");
+    for (at, piece) in code.chunks(PIECE_BYTES).enumerate() {
+        if answer.outcome != 0 {
+            return Ok(answer);
+        }
+        // Answers to pieces before are of no more use, and would be searched again.
+        machine.board().usarts[0].sent.clear();
+        let number = 3 + (at % 200) as u8;
+        let data = Request::with_bytes(number, RequestKind::ImageData, at as u16, piece);
+        answer = ask(machine, &data, 0, 50)?.expect("a stopped unit answers");
+    }
+    if answer.outcome != 0 {
+        return Ok(answer);
+    }
+    let store = Request::new(255, RequestKind::ImageStore, 0);
     let answer = ask(machine, &store, 0, 5_000)?;
     Ok(answer.expect("a stopped unit answers"))
 }

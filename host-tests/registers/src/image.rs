@@ -5,6 +5,8 @@ use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use object::{Object, ObjectSegment, ObjectSymbol};
+use trueaxis::image::{ImageHeader, ImageSlot, PIECE_BYTES};
+use trueaxis::image_layout::IMAGE_HEADER_BYTES;
 
 /// Beginning of flash (RM0090 2.3).
 pub const FLASH_BEGIN: u32 = 0x0800_0000;
@@ -22,6 +24,8 @@ pub struct Image {
     pub name: String,
     /// Content of flash, from [`FLASH_BEGIN`] on.
     pub flash: Vec<u8>,
+    /// True if a boot selector starts it: it may write records and images.
+    pub is_behind_selector: bool,
     symbols: Vec<(String, u32)>,
 }
 
@@ -31,22 +35,41 @@ impl Image {
     /// # Panics
     /// It does not build: then there is nothing to test.
     pub fn build(name: &str, features: &[&str]) -> Self {
+        Self::build_by("board", name, features)
+    }
+
+    /// Builds the image `name` for a slot, `slot-a` or `slot-b`, or the boot selector, each by its alias.
+    ///
+    /// # Panics
+    /// It does not build.
+    pub fn build_alias(alias: &str, name: &str) -> Self {
+        Self::build_by(alias, name, &[])
+    }
+
+    fn build_by(alias: &str, name: &str, features: &[&str]) -> Self {
         let package = Path::new(env!("CARGO_MANIFEST_DIR"));
         let workspace = package.ancestors().nth(2).expect("two folders above");
         // A folder of its own: other features have the same file name.
         let folder = ["registers-image", &features.join("-")].concat();
-        let target = workspace.join("target").join(folder);
+        let target = workspace.join("target");
+        // The other aliases have a folder of their own.
+        let is_board = alias == "board";
+        let target = target.join(if is_board { &folder } else { alias });
         let cargo = std::env::var_os("CARGO").unwrap_or_else(|| "cargo".into());
-        let status = Command::new(cargo)
+        let mut command = Command::new(cargo);
+        if is_board {
+            command.args(["board", "--target-dir"]).arg(&target);
+        } else {
+            command.arg(alias);
+        }
+        let status = command
             .current_dir(workspace)
-            .arg("board")
-            .args(["--quiet", "--target-dir"])
-            .arg(&target)
+            .arg("--quiet")
             .args(features.iter().flat_map(|feature| ["--features", feature]))
             .status();
         assert!(
             status.as_ref().is_ok_and(|status| status.success()),
-            "`cargo board` with features {features:?} failed: {status:?}"
+            "`cargo {alias}` with features {features:?} failed: {status:?}"
         );
         let mut path: PathBuf = target.join("thumbv7em-none-eabihf").join("release");
         path.push(name);
@@ -82,8 +105,36 @@ impl Image {
         Self {
             name: name.to_owned(),
             flash,
+            is_behind_selector: false,
             symbols: symbols.collect(),
         }
+    }
+
+    /// This image, linked for a slot, as the file that is sent to a unit: header, filling, code.
+    ///
+    /// # Panics
+    /// The image is linked elsewhere.
+    pub fn sealed(&self, slot: ImageSlot) -> Vec<u8> {
+        let at = (slot.vector_table() - FLASH_BEGIN) as usize;
+        let begin = self.flash.iter().position(|byte| *byte != 0xFF);
+        assert_eq!(begin, Some(at), "{} is not linked for {slot:?}", self.name);
+        let last = self.flash.iter().rposition(|byte| *byte != 0xFF);
+        let end = last.map_or(at, |last| {
+            at + (last + 1 - at).next_multiple_of(PIECE_BYTES)
+        });
+        seal(slot, &self.flash[at..end])
+    }
+
+    /// A board with this image as its selector, and files in the slots. Symbols are those of `named`.
+    pub fn with_images(&self, named: &Self, files: &[(ImageSlot, &[u8])]) -> Self {
+        let mut joined = self.clone();
+        joined.is_behind_selector = true;
+        joined.symbols = named.symbols.clone();
+        for (slot, file) in files {
+            let begin = slot.vector_table() - IMAGE_HEADER_BYTES - FLASH_BEGIN;
+            joined.flash[begin as usize..begin as usize + file.len()].copy_from_slice(file);
+        }
+        joined
     }
 
     /// The address of the symbol whose name contains every one of `parts`.
@@ -111,6 +162,15 @@ impl Image {
         let word = self.flash.get(at..at + 4).expect("within the table");
         u32::from_le_bytes([word[0], word[1], word[2], word[3]])
     }
+}
+
+/// The file of an image with this code.
+pub fn seal(slot: ImageSlot, code: &[u8]) -> Vec<u8> {
+    let header = ImageHeader::sealing(slot, 0x0001_0000, 0, code);
+    let mut file = header.to_bytes().to_vec();
+    file.resize(IMAGE_HEADER_BYTES as usize, 0xFF);
+    file.extend(code);
+    file
 }
 
 /// Physical address of a segment's content, which for initial values of variables is in flash.

@@ -1,6 +1,6 @@
 //! The processor with its board: runs an image, enters interrupts, notices resets.
 
-use unicorn_engine::{Arch, ArmCpuModel, Mode, Prot, RegisterARM, Unicorn, uc_error};
+use unicorn_engine::{Arch, ArmCpuModel, HookType, Mode, Prot, RegisterARM, Unicorn, uc_error};
 
 use crate::board::{Behaviour, Board};
 use crate::exceptions;
@@ -63,6 +63,9 @@ impl Machine {
         for (place, block) in slots.into_iter().enumerate() {
             board.flash.store(place, block);
         }
+        if image.is_behind_selector {
+            board.flash.open_behind_selector(&image.flash);
+        }
         let cpu = processor(image, board).expect("Unicorn maps the memory of this chip");
         let mut machine = Self {
             cpu,
@@ -79,6 +82,17 @@ impl Machine {
             .start()
             .expect("Unicorn takes the processor's registers");
         machine
+    }
+
+    /// Address of the next instruction.
+    pub fn pc(&self) -> u32 {
+        self.pc
+    }
+
+    /// A word of memory at the symbol whose name contains every one of `parts`, at this offset.
+    pub fn set_word(&mut self, parts: &[&str], offset: u32, word: u32) {
+        let at = self.image.symbol(parts) + offset;
+        self.write_memory(u64::from(at), &word.to_le_bytes());
     }
 
     /// The board.
@@ -134,6 +148,7 @@ impl Machine {
 
     /// The processor after a reset: stack pointer and program counter from the vector table.
     fn start(&mut self) -> Result<(), uc_error> {
+        show_changes(&mut self.cpu)?;
         (self.in_handler, self.in_nmi) = (false, false);
         for register in 0..13 {
             self.cpu.reg_write(RegisterARM::R0 as i32 + register, 0)?;
@@ -217,7 +232,11 @@ impl Machine {
             None
         };
         if let Some(number) = exception {
-            let handler = self.image.vector(number);
+            let table = self.cpu.get_data().system.vectors();
+            let mut handler = [0; 4];
+            self.cpu
+                .mem_read(u64::from(table + 4 * number), &mut handler)?;
+            let handler = u32::from_le_bytes(handler);
             exceptions::enter(&mut self.cpu, self.pc, handler)?;
             (self.pc, self.in_handler) = (handler & !1, true);
             self.in_nmi |= number == NMI;
@@ -245,6 +264,7 @@ impl Machine {
             self.longest_interrupt = self.longest_interrupt.max(took);
             return Ok(());
         }
+        show_changes(&mut self.cpu)?;
         outcome?;
         self.sleep(until)
     }
@@ -293,12 +313,16 @@ fn move_stream_bytes(cpu: &mut Unicorn<'_, Board>) -> Result<(), uc_error> {
 fn processor(image: &Image, board: Board) -> Result<Unicorn<'static, Board>, uc_error> {
     let mut cpu = Unicorn::new_with_data(Arch::ARM, Mode::MCLASS, board)?;
     cpu.ctl_set_cpu_model(ArmCpuModel::CORTEX_M4 as i32)?;
-    cpu.mem_map(
-        u64::from(FLASH_BEGIN),
-        u64::from(FLASH_BYTES),
-        Prot::READ | Prot::EXEC,
-    )?;
+    let access = if image.is_behind_selector {
+        Prot::ALL
+    } else {
+        Prot::READ | Prot::EXEC
+    };
+    cpu.mem_map(u64::from(FLASH_BEGIN), u64::from(FLASH_BYTES), access)?;
     cpu.mem_write(u64::from(FLASH_BEGIN), &image.flash)?;
+    if image.is_behind_selector {
+        program_code(&mut cpu)?;
+    }
     cpu.mem_map(RAM_BEGIN, RAM_BYTES as u64, Prot::READ | Prot::WRITE)?;
     for (begin, bytes) in [
         (0x4000_0000, 0x3_0000),
@@ -335,15 +359,51 @@ fn processor(image: &Image, board: Board) -> Result<Unicorn<'static, Board>, uc_
         Some(load),
         Some(program),
     )?;
-    count_instructions(&mut cpu, image)?;
+    count_instructions(&mut cpu)?;
     Ok(cpu)
 }
 
+/// Makes stores in front of the parameter slots programming. The store itself is overwritten by [`show_changes`] before the
+/// next block of instructions.
+fn program_code(cpu: &mut Unicorn<'static, Board>) -> Result<(), uc_error> {
+    let (begin, end) = (FLASH_BEGIN, FLASH_BEGIN + FLASH_BYTES - 1);
+    cpu.add_mem_hook(
+        HookType::MEM_WRITE,
+        u64::from(begin),
+        u64::from(end),
+        |cpu, _, address, bytes, value| {
+            let board = cpu.get_data_mut();
+            let address = address as u32;
+            let program = board
+                .flash
+                .program(address, bytes, value as u64, &mut board.now);
+            board.wrong.extend(program);
+            let at = (address - FLASH_BEGIN) as usize;
+            board.flash.changed.push((at, bytes));
+            board.stop_at = 0;
+            true
+        },
+    )?;
+    Ok(())
+}
+
+/// Shows the processor the content of flash that an operation has changed.
+fn show_changes(cpu: &mut Unicorn<'_, Board>) -> Result<(), uc_error> {
+    let changed = std::mem::take(&mut cpu.get_data_mut().flash.changed);
+    for (at, bytes) in changed {
+        let content = cpu.get_data().flash.code[at..at + bytes].to_vec();
+        let address = u64::from(FLASH_BEGIN) + at as u64;
+        cpu.mem_write(address, &content)?;
+        cpu.ctl_remove_cache(address, address + bytes as u64)?;
+    }
+    Ok(())
+}
+
 /// Lets the board's time pass with every block of instructions, and stops if the board asks for it.
-fn count_instructions(cpu: &mut Unicorn<'static, Board>, image: &Image) -> Result<(), uc_error> {
-    let code = image.flash.clone();
-    // By address of a block: its size when it was counted, and the count.
-    let mut counts = vec![(0, 0); code.len() / 2];
+fn count_instructions(cpu: &mut Unicorn<'static, Board>) -> Result<(), uc_error> {
+    // By address of a block: its size when it was counted, and the count. One that was programmed since and has the same size
+    // keeps its count.
+    let mut counts = vec![(0, 0); FLASH_BYTES as usize / 2];
     let end = u64::from(FLASH_BEGIN + FLASH_BYTES);
     cpu.add_block_hook(u64::from(FLASH_BEGIN), end, move |cpu, address, bytes| {
         let board = cpu.get_data_mut();
@@ -357,9 +417,12 @@ fn count_instructions(cpu: &mut Unicorn<'static, Board>, image: &Image) -> Resul
             return;
         };
         if *counted != bytes {
-            (*counted, *count) = (bytes, instructions(&code[at..at + bytes as usize]));
+            let mut code = vec![0; bytes as usize];
+            if cpu.mem_read(address, &mut code).is_ok() {
+                (*counted, *count) = (bytes, instructions(&code));
+            }
         }
-        board.pass(*count);
+        cpu.get_data_mut().pass(*count);
     })?;
     Ok(())
 }

@@ -18,6 +18,8 @@ pub mod host_run;
 
 pub mod image;
 
+pub mod firmware_file;
+
 pub mod code;
 
 pub mod flow;

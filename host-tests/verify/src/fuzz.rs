@@ -16,7 +16,12 @@ use std::thread;
 use crate::step::{cargo_command, root, run};
 
 /// Each target.
-pub const TARGETS: [&str; 3] = ["fuzz-telemetry", "fuzz-parameter-block", "fuzz-bank-frame"];
+pub const TARGETS: [&str; 4] = [
+    "fuzz-telemetry",
+    "fuzz-parameter-block",
+    "fuzz-bank-frame",
+    "fuzz-image-requests",
+];
 
 /// Time for each \[s\]: about a million inputs. No new branches are found after the first five seconds.
 const SECONDS: u32 = 20;

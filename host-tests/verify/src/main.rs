@@ -41,6 +41,13 @@ const IMAGES: [(&str, [&str; 2]); 2] = [
     ("emulator", ["emulated", "emulated-fixed"]),
 ];
 
+/// Images around the boot selector, their features and binaries; their build aliases have the features' names.
+const UPDATE_IMAGES: [(&str, &[&str]); 3] = [
+    ("selector", &["selector"]),
+    ("slot-a", &["firmware", "firmware-fixed"]),
+    ("slot-b", &["firmware", "firmware-fixed"]),
+];
+
 /// First arguments of each test command.
 const TEST: [&str; 3] = ["test", "--release", "--workspace"];
 
@@ -200,6 +207,30 @@ fn checks(tally: &mut Tally) {
             "warnings",
         ]));
     }
+    for (feature, binaries) in UPDATE_IMAGES {
+        let lint = [
+            "clippy",
+            "--release",
+            "--package",
+            "trueaxis",
+            "--target",
+            TARGET,
+        ];
+        let binaries = binaries.iter().flat_map(|binary| ["--bin", binary]);
+        let of_image: Vec<&str> = ["--features", feature]
+            .into_iter()
+            .chain(binaries)
+            .collect();
+        // The selector has no part of the library but the slots.
+        let defaults: &[&str] = if feature == "selector" {
+            &["--no-default-features"]
+        } else {
+            &[]
+        };
+        tally.step(cargo(
+            &[&lint[..], defaults, &of_image, &["--", "-D", "warnings"]].concat(),
+        ));
+    }
     tally.heading("documentation");
     let mut documentation = cargo_command(&["doc", "--release", "--workspace", "--no-deps"]);
     documentation.env("RUSTDOCFLAGS", "-D warnings");
@@ -209,9 +240,10 @@ fn checks(tally: &mut Tally) {
 /// Builds the images, and the chain alone.
 fn firmware(tally: &mut Tally) {
     tally.heading("firmware images");
-    for (feature, _) in IMAGES {
+    let aliases = IMAGES.map(|(feature, _)| feature).into_iter();
+    for alias in aliases.chain(UPDATE_IMAGES.map(|(feature, _)| feature)) {
         // Aliases of .cargo/config.toml: the commands in the documents.
-        tally.step(cargo(&[feature]));
+        tally.step(cargo(&[alias]));
     }
     tally.heading("the chain alone");
     tally.step(library::chain_alone());

@@ -3,6 +3,9 @@
 //! The pins are tabulated in docs/board.md. The main loop sends telemetry frames and, with the feature `raw`, the raw stream on USART6, logs events for a probe and feeds the
 //! watchdog; it sleeps while there is nothing to send.
 
+#[cfg(feature = "slotted")]
+mod images;
+
 mod low_speed;
 
 mod spi_bus;
@@ -25,7 +28,11 @@ use trueaxis::clock_start::Clocks;
 use trueaxis::counter_bank::AccelerometerInput;
 use trueaxis::parameter_slots::Loaded;
 use trueaxis::{BootReport, TelemetryFrame};
+#[cfg(feature = "slotted")]
+use trueaxis::{service::images::is_about_images, service_frame::Request};
 
+#[cfg(feature = "slotted")]
+use self::images::Images;
 use self::watchdog::Watchdog;
 use super::background::Background;
 use super::boot::{self, boot};
@@ -37,6 +44,8 @@ use super::link::Link;
 use super::sample_timer::SampleTimer;
 use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
+#[cfg(feature = "slotted")]
+use super::service_mode::ImageService;
 use super::service_mode::{self, IdleTimer};
 #[cfg(feature = "terms")]
 use super::slow_link::{SlowLink, UpdateQueue};
@@ -85,13 +94,24 @@ fn main() -> ! {
     tell(&state);
     let mut serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let flash = SlotFlash::new(peripherals.FLASH);
-    let flash = unless_stopped(
-        flash,
-        &peripherals.PWR,
-        &mut serial,
-        clocks.core_hz,
-        state.to_word(),
-    );
+    #[cfg(feature = "slotted")]
+    let images = Images::find();
+    #[cfg(feature = "slotted")]
+    let report = report.with(|report| {
+        report.image = images.state().to_word();
+        report.revision = images::revision();
+    });
+    if service_mode::take_request() {
+        stopped(
+            flash,
+            &peripherals.PWR,
+            &mut serial,
+            clocks.core_hz,
+            state.to_word(),
+            #[cfg(feature = "slotted")]
+            images,
+        );
+    }
 
     let mut loaded = Loaded::none();
     let report_of_boot = boot(
@@ -142,12 +162,21 @@ fn main() -> ! {
     });
     state.enable_unconfirmed = enable::has_failed();
     link.tell(state.to_word());
+    #[cfg(feature = "slotted")]
+    let mut confirmation = {
+        link.set_image(images.state());
+        images.confirmation(&loaded, clocks.timer_hz)
+    };
     if state.enable_unconfirmed {
         defmt::error!("a peripheral's clock enable did not read back");
     }
     loop {
         let served = background.poll();
         watchdog.feed(served);
+        #[cfg(feature = "slotted")]
+        if let Some(image) = confirmation.poll(served, || supply::suffices(&peripherals.PWR)) {
+            link.set_image(image);
+        }
         #[cfg(feature = "terms")]
         slow_link.poll(served);
         #[cfg(feature = "raw")]
@@ -218,24 +247,40 @@ fn tell(state: &BoardState) {
     }
 }
 
-/// Serves requests and starts anew, if the run before this one was asked to stop; else gives the flash back.
+/// Serves requests, as the run before this one was asked to stop, and starts anew.
 #[inline(never)]
-fn unless_stopped(
+fn stopped(
     flash: SlotFlash,
     pwr: &PWR,
     serial: &mut Serial,
     core_hz: u32,
     state: u32,
-) -> SlotFlash {
-    if !service_mode::take_request() {
-        return flash;
+    #[cfg(feature = "slotted")] images: Images,
+) -> ! {
+    if let Some(core) = cortex_m::Peripherals::take() {
+        defmt::info!("stopped: waiting for requests");
+        let slots = [0, SECTOR_BYTES];
+        let idle = IdleTimer::new(core.SYST, core_hz);
+        let supply_suffices = || supply::suffices(pwr);
+        #[cfg(feature = "slotted")]
+        let about_images = {
+            let mut upload = images.upload();
+            move |service: &ImageService<SlotFlash>, request: &Request| {
+                let is_one = is_about_images(request);
+                is_one.then(|| service.answer_about_images(&mut upload, request, supply_suffices))
+            }
+        };
+        #[cfg(not(feature = "slotted"))]
+        let about_images = |_: &_, _: &_| None;
+        service_mode::serve(
+            flash,
+            slots,
+            supply_suffices,
+            serial,
+            idle,
+            state,
+            about_images,
+        );
     }
-    let Some(core) = cortex_m::Peripherals::take() else {
-        return flash;
-    };
-    defmt::info!("stopped: waiting for requests");
-    let slots = [0, SECTOR_BYTES];
-    let idle = IdleTimer::new(core.SYST, core_hz);
-    service_mode::serve(flash, slots, || supply::suffices(pwr), serial, idle, state);
     SCB::sys_reset()
 }

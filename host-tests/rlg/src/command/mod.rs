@@ -29,6 +29,7 @@ mod diagnose;
 mod doctor;
 mod export;
 mod fail_on;
+mod firmware;
 mod given;
 mod golden;
 mod import;
@@ -53,6 +54,7 @@ mod steps;
 mod summarize;
 mod timings;
 mod upload;
+mod upload_firmware;
 
 pub use diagnose::Diagnosed;
 pub use inputs::ideal;
@@ -89,6 +91,7 @@ enum Command {
     Diagnose(diagnose::Diagnose),
     Doctor(doctor::Doctor),
     Export(export::Export),
+    Firmware(firmware::Firmware),
     Import(Box<import::Import>),
     Inspect(inspect::Inspect),
     Man(companions::Man),
@@ -117,6 +120,7 @@ impl Command {
             Self::Diagnose(command) => return command.run(terminal),
             Self::Doctor(command) => command.run(terminal)?,
             Self::Export(command) => command.run(terminal)?,
+            Self::Firmware(command) => command.run(terminal)?,
             Self::Import(command) => command.run(terminal)?,
             Self::Inspect(command) => command.run(terminal)?,
             Self::Man(command) => command.run(CommandLine::command())?,

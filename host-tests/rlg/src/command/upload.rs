@@ -1,7 +1,7 @@
-//! `rlg upload`: writes a parameter block into a unit, over its telemetry port.
+//! `rlg upload`: writes a parameter block into a unit, over its telemetry port; or a firmware image (`upload_firmware`).
 
 use std::fs;
-use std::path::PathBuf;
+use std::path::{Path, PathBuf};
 use std::thread;
 use std::time::{Duration, Instant};
 
@@ -22,58 +22,73 @@ const STORE_PATIENCE: Duration = Duration::from_secs(6);
 /// Time within which a unit that was asked to stop must have restarted without sampling.
 const STOP_PATIENCE: Duration = Duration::from_secs(10);
 
-/// Write a parameter block into a unit over its telemetry port
+/// Write a parameter block or a firmware image into a unit over its telemetry port
 ///
 /// The block (rlg params writes it) is checked here and, whole, in the unit, before it replaces the slot that is not in use: power that
 /// is lost at any time leaves the old parameters or the new ones. The generation that the block itself says does not count, the
 /// unit gives it the next one. A unit that samples refuses it; --stop stops the unit first. Afterwards the unit starts anew.
+///
+/// With --firmware: a unit with a boot selector takes the image that is linked for its free slot. It starts it once, and goes back
+/// to the one before unless the new one confirms itself, 30 s in health. rlg waits for that.
 #[derive(Debug, Args)]
 #[command(
-    after_help = "Example:\n  stty -F /dev/ttyUSB0 1000000 raw -echo\n  rlg upload params.bin --port /dev/ttyUSB0 --stop"
+    after_help = "Example:\n  stty -F /dev/ttyUSB0 1000000 raw -echo\n  rlg upload params.bin --port /dev/ttyUSB0 --stop\n  rlg upload --firmware firmware.rlgi --port /dev/ttyUSB0 --stop"
 )]
 pub struct Upload {
     /// The parameter block
-    block: PathBuf,
+    #[arg(required_unless_present = "firmware", conflicts_with = "firmware")]
+    block: Option<PathBuf>,
+    /// Firmware file (rlg firmware) with the images of both slots, or one file for each
+    #[arg(long, value_name = "FILE", num_args = 1..=2)]
+    pub(super) firmware: Vec<PathBuf>,
+    /// With --firmware: do not wait until the new image has confirmed itself
+    #[arg(long, requires = "firmware")]
+    pub(super) no_wait: bool,
     /// Serial device of the unit's telemetry port, set up by stty; or a local socket that leads to it
     #[arg(short, long)]
-    port: PathBuf,
+    pub(super) port: PathBuf,
     /// Stop a unit that is sampling; it sends nothing until it starts anew
     #[arg(long)]
     stop: bool,
 }
 
 impl Upload {
-    /// Checks the block, sends it to the unit and has it stored.
+    /// Checks the block or the image, sends it to the unit and has it stored.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
-        let block =
-            fs::read(&self.block).map_err(|error| InputError::unreadable(&self.block, &error))?;
+        match &self.block {
+            Some(path) => self.run_block(path, terminal),
+            None => self.run_firmware(terminal),
+        }
+    }
+
+    fn run_block(&self, path: &Path, terminal: &Terminal) -> Result<(), InputError> {
+        let block = fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
         let (parameters, _) = Parameters::from_block(&block).map_err(|error| {
-            InputError::new(
-                &self.block,
-                format!("is no block for the firmware: {error}"),
-            )
+            InputError::new(path, format!("is no block for the firmware: {error}"))
         })?;
         let mut port = UnitPort::open(&self.port)?;
         let state = port.ask(Request::new(0, RequestKind::State, 0), true, None)?;
         let lacking = parameters.terms.kinds();
         if let Some(kind) = lacking.first_beyond(TermKinds::from_bits(state.term_kinds)) {
-            return Err(InputError::new(
-                &self.block,
-                "asks for a term that the unit's build lacks",
-            )
-            .value(kind.name())
-            .expected("firmware that has it, or a model without that effect"));
+            return Err(
+                InputError::new(path, "asks for a term that the unit's build lacks")
+                    .value(kind.name())
+                    .expected("firmware that has it, or a model without that effect"),
+            );
         }
         if !state.stopped {
             self.stop(&mut port)?;
             terminal.say("the unit is stopped");
         }
         let unit = parameters.identity.map(|identity| identity.unit);
-        let generation = self.bring(&mut port, &block, unit, terminal)?;
-        self.done(port.ask(Request::new(0, RequestKind::Restart, 0), false, None)?)?;
+        let generation = self.bring(&mut port, path, &block, unit, terminal)?;
+        done(
+            path,
+            port.ask(Request::new(0, RequestKind::Restart, 0), false, None)?,
+        )?;
         terminal.say(format!(
             "{}: {} bytes stored as generation {generation}; the unit starts anew with it",
-            self.block.display(),
+            path.display(),
             block.len()
         ));
         terminal.result(&json!({
@@ -85,14 +100,17 @@ impl Upload {
     }
 
     /// Stops the unit, if the caller asks for it, and waits until it reports that it has stopped.
-    fn stop(&self, port: &mut UnitPort) -> Result<(), InputError> {
+    pub(super) fn stop(&self, port: &mut UnitPort) -> Result<(), InputError> {
         if !self.stop {
             return Err(
                 InputError::new(&self.port, "leads to a unit that is running")
                     .expected("a unit that is stopped, or --stop"),
             );
         }
-        self.done(port.ask(Request::new(0, RequestKind::Stop, 0), true, None)?)?;
+        done(
+            &self.port,
+            port.ask(Request::new(0, RequestKind::Stop, 0), true, None)?,
+        )?;
         let until = Instant::now() + STOP_PATIENCE;
         while Instant::now() < until {
             if port
@@ -113,16 +131,23 @@ impl Upload {
     fn bring(
         &self,
         port: &mut UnitPort,
+        path: &Path,
         block: &[u8],
         unit: Option<UnitNumber>,
         terminal: &Terminal,
     ) -> Result<u32, InputError> {
         let length = u16::try_from(block.len()).unwrap_or(u16::MAX);
-        self.done(port.ask(Request::new(0, RequestKind::Begin, length), false, None)?)?;
+        done(
+            path,
+            port.ask(Request::new(0, RequestKind::Begin, length), false, None)?,
+        )?;
         let bar = terminal.bar(block.len() as u64, "sending");
         for (at, piece) in block.chunks(DATA_BYTES).enumerate() {
             let offset = (at * DATA_BYTES) as u16;
-            self.done(port.ask(Request::data(0, offset, piece), false, None)?)?;
+            done(
+                path,
+                port.ask(Request::data(0, offset, piece), false, None)?,
+            )?;
             bar.inc(piece.len() as u64);
         }
         bar.finish_and_clear();
@@ -130,35 +155,32 @@ impl Upload {
         let answer = port.ask(store, false, Some(STORE_PATIENCE))?;
         match unit {
             Some(unit) if answer.outcome == FOREIGN => {
-                Err(InputError::new(&self.block, "is refused by the unit")
+                Err(InputError::new(path, "is refused by the unit")
                     .value(format!("a block of unit {unit}"))
                     .expected(format!(
                         "one of this unit, whose number ends in {}, or one that names no unit",
                         end_of_number(answer.detail)
                     )))
             }
-            _ => Ok(self.done(answer)?.detail),
+            _ => Ok(done(path, answer)?.detail),
         }
     }
+}
 
-    /// Returns the answer, or the unit's refusal as a sentence.
-    fn done(&self, answer: Answer) -> Result<Answer, InputError> {
-        if answer.outcome == DONE {
-            return Ok(answer);
-        }
-        let refusal = InputError::new(
-            &self.block,
-            format!("is refused: {}", meaning(answer.outcome)),
-        );
-        let kind = u16::try_from(answer.detail)
-            .ok()
-            .and_then(TermKind::from_number);
-        Err(match kind {
-            Some(kind) if answer.outcome == TERM_ABSENT => refusal.value(kind.name()),
-            _ if answer.detail != 0 => refusal.value(answer.detail),
-            _ => refusal,
-        })
+/// Returns the answer, or the unit's refusal as a sentence about the file.
+fn done(path: &Path, answer: Answer) -> Result<Answer, InputError> {
+    if answer.outcome == DONE {
+        return Ok(answer);
     }
+    let refusal = InputError::new(path, format!("is refused: {}", meaning(answer.outcome)));
+    let kind = u16::try_from(answer.detail)
+        .ok()
+        .and_then(TermKind::from_number);
+    Err(match kind {
+        Some(kind) if answer.outcome == TERM_ABSENT => refusal.value(kind.name()),
+        _ if answer.detail != 0 => refusal.value(answer.detail),
+        _ => refusal,
+    })
 }
 
 /// Formats the last bytes of a unit's number, as an answer has them: text where it is printable, else hexadecimal.

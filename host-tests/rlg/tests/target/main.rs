@@ -9,4 +9,6 @@ mod on_target;
 mod raw_stream;
 mod terms;
 mod upload;
+#[cfg(unix)]
+mod upload_firmware;
 mod whole_recordings;
