@@ -74,10 +74,10 @@ def test_what_is_sampled_at_an_instant_is_compared_as_such(command, tmp_path, gy
     assert 'sampling = "instant"' in (tmp_path / "log/recording.toml").read_text()
 
 
-def test_taken_for_a_mean_it_is_half_a_row_late(command, tmp_path):
+def test_taken_for_a_mean_it_is_half_a_row_early(command, tmp_path):
     effects = found(command, tmp_path, columns("mean", "instant"), [])
-    delay = effects["gyro_delay"]["z"]
-    assert abs(delay["value"] - 0.5 / RATE_HZ) < 5e-5, effects
+    delay = effects["reference_delay"]["all"]
+    assert abs(delay["value"] + 0.5 / RATE_HZ) < 5e-5, effects
 
 
 def attitudes(noise_rad: float) -> np.ndarray:
