@@ -304,7 +304,7 @@ fn answers_on_recordings_of_others_are_short_and_whole() {
             "wrapped-rate",
             &["saturated rows   gyro x: 2062 rows in 19 places"],
         ),
-        ("delay-rate-0.032", &["gyro late   x, y, z 31.999"]),
+        ("delay-rate-0.032", &["reference early   31.999"]),
         (
             "encoder-yaw",
             &["gyro late z ", "not explained", " stretches; the first: "],
