@@ -12,7 +12,7 @@
 compile_error!("the image `selector` needs the feature `selector`");
 
 #[cfg(target_os = "none")]
-#[path = "../hardware/selector/mod.rs"]
+#[path = "../hardware/selector.rs"]
 mod selector;
 
 #[cfg(not(target_os = "none"))]

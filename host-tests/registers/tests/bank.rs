@@ -83,7 +83,7 @@ impl Judge {
         if bytes.iter().all(|byte| *byte == 0) || bytes.iter().all(|byte| *byte == 0xFF) {
             return Some(SourceFault::StuckLine);
         }
-        if crc(&bytes[..38]) != u16::from_le_bytes([bytes[38], bytes[39]]) {
+        if crc(&bytes[..46]) != u16::from_le_bytes([bytes[46], bytes[47]]) {
             return Some(SourceFault::Checksum);
         }
         let number = u16::from_le_bytes([bytes[0], bytes[1]]);
@@ -170,7 +170,8 @@ fn ten_thousand_frames() {
         ] {
             assert_eq!(told(index), 0, "{core}: {what}");
         }
-        assert_eq!(passed, 0, "{core}: damaged frames that pass every check");
+        // A sum of 16 bits lets one of 65 536 gross damages through: 0.15 of these are expected.
+        assert!(passed <= 2, "{core}: {passed} damaged frames pass every check");
         assert_eq!(
             telemetry.statistics.bytes_skipped, 0,
             "{core}: the serial line"

@@ -9,7 +9,7 @@ use rlg_registers::{rcc, ticks};
 use trueaxis::Status;
 use trueaxis::board_state::BoardState;
 use trueaxis::clock_start::MOST_POLLS;
-use trueaxis::health::{item, reset_cause};
+use trueaxis::health::{HEALTH_ITEMS, item, reset_cause};
 use trueaxis::service_frame::{Request, RequestKind};
 
 /// A row of the table of clocks in docs/board.md: core, APB1, APB2, timers \[Hz\], wait states.
@@ -228,8 +228,9 @@ fn a_crystal_that_stops_in_service() {
             let stops = ticks::of_ms(40) + step * ticks::of_us(10) + step * ticks::of_ns(3);
             let what = format!("{core}, {} ms", ticks::to_ms(stops));
             assert!(lose_crystal(&mut machine, stops, &what), "{what}: not seen");
-            // Until every health item was sent.
-            assert_eq!(machine.run_for(ticks::of_ms(150)), Ending::Time, "{what}");
+            // Until every health item was sent, one with each output of 20 periods.
+            let round = HEALTH_ITEMS.len() as u64 * ticks::of_ms(5);
+            assert_eq!(machine.run_for(round), Ending::Time, "{what}");
             let telemetry = Telemetry::take(&mut machine);
             assert!(telemetry.is_whole(), "{what}");
             assert!(telemetry.all_have(Status::CLOCK_FALLBACK), "{what}");

@@ -74,7 +74,7 @@ pub fn is_bank(bytes: &[u8]) -> bool {
 /// Reads the frames `bytes` of `file` into a recording for `folder`, with rate and weights of `parameters`.
 ///
 /// # Errors
-/// No frame is there; or one does not follow the last within [`LONGEST_GAP_ROWS`].
+/// No frame is there; or one does not follow the last within `LONGEST_GAP_ROWS`.
 pub fn import(
     file: &Path,
     bytes: &[u8],

@@ -9,17 +9,17 @@ use stm32f4::stm32f405::{FLASH, IWDG, Peripherals};
 use trueaxis::image_slots::{Choice, ImageSlots};
 use trueaxis::image_state::{BootNote, BootReason};
 
-#[path = "../enable.rs"]
+#[path = "enable.rs"]
 mod enable;
 
-#[path = "../flash.rs"]
+#[path = "flash.rs"]
 #[expect(dead_code, reason = "parameter slots are the image's")]
 mod flash;
 
-#[path = "../image_flash.rs"]
+#[path = "image_flash.rs"]
 mod image_flash;
 
-#[path = "../supply.rs"]
+#[path = "supply.rs"]
 #[expect(dead_code, reason = "an image reports the brown-out level")]
 mod supply;
 
