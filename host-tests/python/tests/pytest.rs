@@ -31,6 +31,17 @@ fn installed(libraries: &Path) -> PathBuf {
 #[test]
 #[ignore = "needs a Python with host-tests/python/requirements.txt, named by RLG_PYTHON: cargo verify makes one"]
 fn the_package_passes_pytest() {
+    passes("not in_full");
+}
+
+#[test]
+#[ignore = "as the other, and takes minutes: cargo verify nightly runs it"]
+fn the_package_passes_pytest_in_full() {
+    passes("in_full");
+}
+
+/// Runs the tests that a marker expression of pytest selects.
+fn passes(marked: &str) {
     let python = env::var_os("RLG_PYTHON").unwrap_or_else(|| "python3".into());
     let this = env::current_exe().expect("a path");
     let libraries = this.parent().expect("the folder of what cargo built");
@@ -40,7 +51,7 @@ fn the_package_passes_pytest() {
     let status = Command::new(python)
         .args(["-m", "pytest", "-p", "no:cacheprovider", "--durations=5"])
         // A file at a time, so that data shared by its tests are made once.
-        .args(["--numprocesses=2", "--dist=loadfile"])
+        .args(["--numprocesses=2", "--dist=loadfile", "-m", marked])
         .current_dir(env!("CARGO_MANIFEST_DIR"))
         .env("PYTHONPATH", installed(libraries))
         .env("PYTHONDONTWRITEBYTECODE", "1")

@@ -191,7 +191,10 @@ def test_the_noise_of_recordings_by_others_is_allantools(command, recordings, tm
         assert_terms_are_allantools(rest, axis, {"N"})
 
 
-@pytest.mark.parametrize("file, form", [("x_LN100_up.ins", "f64x7"), ("lasergyro.imu", "psins-imu")])
+REAL_UNITS = [("x_LN100_up.ins", "f64x7"), pytest.param("lasergyro.imu", "psins-imu", marks=pytest.mark.in_full)]
+
+
+@pytest.mark.parametrize("file, form", REAL_UNITS)
 def test_the_allan_deviation_of_real_ring_laser_units_is_allantools(command, recordings, tmp_path, file, form):
     folder = tmp_path / "recording"
     subprocess.run([command, "import", recordings / file, "--format", form, "--out", folder], check=True, capture_output=True)

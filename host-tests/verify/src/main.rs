@@ -268,7 +268,7 @@ fn tests(tally: &mut Tally) {
         ),
         of(
             "Python package and fleets",
-            &["--test", "pytest", "--", "--ignored"],
+            &["--test", "pytest", "--", "--ignored", "--skip", "in_full"],
         ),
     ];
     tally.beside(others, |tally| {

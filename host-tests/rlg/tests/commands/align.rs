@@ -241,8 +241,10 @@ fn a_model_at_rest_has_nothing_to_align() {
     );
 }
 
+/// By `rlg align`; by the diagnosis `files/import_matrices.rs` tests them in every run.
 #[test]
-fn two_real_recordings_are_aligned_as_an_outside_analysis_has_it() {
+#[ignore = "minutes: --test commands -- --ignored in_full"]
+fn two_real_recordings_are_aligned_as_an_outside_analysis_has_it_in_full() {
     let Some(shared) = std::env::var_os("RLG_RECORDINGS").map(PathBuf::from) else {
         eprintln!("RLG_RECORDINGS names no folder: the real files were not read");
         return;

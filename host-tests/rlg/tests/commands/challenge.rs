@@ -8,7 +8,16 @@ use std::process::Output;
 use assert_cmd::Command;
 
 /// Four trials: an effect-free record, one effect, and both again.
-const SHORT: [&str; 6] = ["--trials", "4", "--families", "null,single", "--seed", "5"];
+const SHORT: [&str; 8] = [
+    "--trials",
+    "4",
+    "--families",
+    "null,single",
+    "--seed",
+    "5",
+    "--most-rows",
+    "20000",
+];
 
 /// Files written by a challenge.
 const FILES: [&str; 5] = [
