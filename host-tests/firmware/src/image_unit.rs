@@ -69,7 +69,7 @@ impl Chip {
         }
     }
 
-    /// The same content after a power cut, or any other reset.
+    /// Restarts after a power cut or any other reset; its content stays.
     pub fn reboot(&mut self) {
         (self.cut, self.refuses, self.operations, self.is_dead) = (None, None, 0, false);
     }
@@ -295,7 +295,7 @@ impl Unit {
     /// Place among `files` of the image that the choice starts, byte for byte.
     ///
     /// # Panics
-    /// It is none of them.
+    /// The image started is not among `files`.
     pub fn running(&self, choice: &Choice, files: &[&[u8]]) -> usize {
         let chip = self.chip.borrow();
         let slot = &chip.content[1][choice.header.slot.offset() as usize..];

@@ -122,7 +122,7 @@ const PPRE1: u32 = 0b111 << 10;
 const PPRE2: u32 = 0b111 << 13;
 const SWS: u32 = 0b11 << 2;
 
-/// True if a bit is set in the words of the enable registers, of which there is none at place 3: register (0 to 2 AHB, 4 APB1,
+/// True if a bit is set in the words of the enable registers, which have no place 3: register (0 to 2 AHB, 4 APB1,
 /// 5 APB2, from offset 0x30 on) and bit.
 fn is_set(words: &[u32], register: usize, bit: u32) -> bool {
     let place = if register >= 4 {

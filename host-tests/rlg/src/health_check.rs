@@ -2,7 +2,7 @@
 //!
 //! Temperatures and the quantities of [`Quantity::HEALTH`]: rate, missing share, range, and the stretches beyond a limit with
 //! their times \[s\]. The limits act as in the firmware ([`trueaxis::slow_channels`]), on the recorded values; but a
-//! dither amplitude is not judged, for its nominal value is none of the recording.
+//! dither amplitude is not judged, since a recording does not hold its nominal value.
 
 use trueaxis::HealthLimits;
 use trueaxis::slow_channels::SILENCE_S;

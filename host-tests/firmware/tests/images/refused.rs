@@ -57,6 +57,12 @@ fn long_burst(file: &mut [u8], random: &mut ChaCha8Rng) {
 
 type Damage = fn(&mut [u8], &mut ChaCha8Rng);
 
+const DAMAGES: [(&str, Damage); 3] = [
+    ("single bit", single_bit),
+    ("burst up to 32 bits", short_burst),
+    ("burst up to 512 bytes", long_burst),
+];
+
 /// The unit before the update runs on: its bytes, its history and its start.
 fn is_untouched(unit: &Unit, old: &[u8]) {
     let choice = unit.boot().expect("the old image");
@@ -65,17 +71,12 @@ fn is_untouched(unit: &Unit, old: &[u8]) {
     assert_eq!(unit.slots().history().expect("readable").candidate, None);
 }
 
-/// Damage on the way: the sender's file is not the one that was sealed. The filling is not sent, so damage there is none.
+/// Damage on the way: the sender's file is not the one that was sealed. The filling is not sent and stays as it is.
 #[test]
 fn damaged_images_are_refused_by_the_upload() {
     let old = image(ImageSlot::A, CODE, 1);
     let served = Unit::in_service(&old, &[]);
-    let damages: [(&str, Damage); 3] = [
-        ("single bit", single_bit),
-        ("burst up to 32 bits", short_burst),
-        ("burst up to 512 bytes", long_burst),
-    ];
-    for (name, damage) in damages {
+    for (name, damage) in DAMAGES {
         let mut random = ChaCha8Rng::seed_from_u64(2);
         let mut refused = 0;
         for seed in 0..TRIES {
@@ -98,12 +99,7 @@ fn damaged_images_are_refused_by_the_upload() {
 fn damaged_images_are_refused_at_the_start() {
     let old = image(ImageSlot::A, CODE, 1);
     let served = Unit::in_service(&old, &[]);
-    let damages: [(&str, Damage); 3] = [
-        ("single bit", single_bit),
-        ("burst up to 32 bits", short_burst),
-        ("burst up to 512 bytes", long_burst),
-    ];
-    for (name, damage) in damages {
+    for (name, damage) in DAMAGES {
         let mut random = ChaCha8Rng::seed_from_u64(3);
         let mut refused = [0; 2];
         for seed in 0..TRIES {

@@ -10,6 +10,12 @@ use crate::error::InputError;
 use crate::model::catalogue::SIX;
 use crate::model::implied_hz;
 
+/// Decodes parameters and generation of a block as the firmware does, `path` for messages.
+pub(super) fn parameters(path: &Path, bytes: &[u8]) -> Result<(Parameters, u32), InputError> {
+    Parameters::from_block(bytes)
+        .map_err(|error| InputError::new(path, format!("is no block for the firmware: {error}")))
+}
+
 /// Content of a block, as `--json` prints it.
 #[derive(Serialize)]
 pub(super) struct Block {
@@ -125,9 +131,7 @@ impl Block {
 
     /// Reads a block from its bytes, `path` for messages.
     pub(super) fn read(path: &Path, bytes: &[u8]) -> Result<Self, InputError> {
-        let (parameters, generation) = Parameters::from_block(bytes).map_err(|error| {
-            InputError::new(path, format!("is no block for the firmware: {error}"))
-        })?;
+        let (parameters, generation) = parameters(path, bytes)?;
         let length = usize::from(u16::from_le_bytes([bytes[6], bytes[7]]));
         Ok(Self::of(&parameters, generation, length))
     }

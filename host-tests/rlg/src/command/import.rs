@@ -9,6 +9,7 @@ use trueaxis::Status;
 use trueaxis::health::item;
 
 use super::import_columns::{ColumnOptions, Request};
+use super::import_counts::Destination;
 use super::import_format::Format;
 use super::{import_bank, import_raw};
 use crate::error::InputError;
@@ -182,9 +183,11 @@ impl Import {
         let request = import_raw::Request {
             file: self.file_itself(),
             rate_hz: self.rate_hz,
-            site,
-            target: &self.out,
-            model: MODEL,
+            destination: Destination {
+                site,
+                target: &self.out,
+                model: MODEL,
+            },
         };
         import_raw::run(&request, Recording::create_folder(&self.out)?, terminal)
     }
@@ -204,9 +207,11 @@ impl Import {
         let request = import_bank::Request {
             file: self.file_itself(),
             params: self.params.as_deref(),
-            site,
-            target: &self.out,
-            model: MODEL,
+            destination: Destination {
+                site,
+                target: &self.out,
+                model: MODEL,
+            },
         };
         import_bank::run(&request, Recording::create_folder(&self.out)?, terminal)
     }

@@ -4,41 +4,31 @@ use std::path::Path;
 
 use serde_json::{Value, json};
 
+use super::import_counts::Destination;
 use crate::error::InputError;
 use crate::import::raw::{self, Gap, Imported};
-use crate::import::still::{self, WITHOUT_SITE};
 use crate::output::OutputFolder;
-use crate::recording::{Quantity, Site};
 use crate::terminal::Terminal;
-
-/// Largest number of gaps printed one by one; the result holds all.
-const GAPS_SAID: usize = 10;
 
 /// Request of the caller.
 pub(super) struct Request<'a> {
     pub file: &'a Path,
     pub rate_hz: Option<f64>,
-    pub site: Option<Site>,
-    /// Folder of the recording.
-    pub target: &'a Path,
-    /// Name of the model's file in it.
-    pub model: &'a str,
+    pub destination: Destination<'a>,
 }
 
 /// Reads the stream, writes recording and model into `out` and reports what was found.
 pub(super) fn run(
     request: &Request<'_>,
-    mut out: OutputFolder,
+    out: OutputFolder,
     terminal: &Terminal,
 ) -> Result<(), InputError> {
     let file = request.file;
     let bytes = std::fs::read(file).map_err(|error| InputError::unreadable(file, &error))?;
-    let imported = raw::import(file, &bytes, request.rate_hz, request.site, request.target)?;
-    imported.recording.write_into(&mut out)?;
-    let model = still::ideal(imported.pulse_weight_rad, &[Quantity::GyroCount]);
-    model.check(&request.target.join(request.model))?;
-    out.write(request.model, model.to_toml().as_bytes())?;
-    out.commit()?;
+    let Destination { site, target, .. } = request.destination;
+    let imported = raw::import(file, &bytes, request.rate_hz, site, target)?;
+    let destination = &request.destination;
+    destination.write(&imported.recording, imported.pulse_weight_rad, out)?;
     say(request, &imported, terminal);
     terminal.result(&result(request, &imported))
 }
@@ -52,7 +42,7 @@ fn say(request: &Request<'_>, imported: &Imported, terminal: &Terminal) {
         stream.frames,
         imported.recording.tables[0].rows,
         imported.rate_hz,
-        request.target.display(),
+        request.destination.target.display(),
         imported.first_period,
         stream.bytes_skipped,
         stream.bad_checksums,
@@ -63,21 +53,8 @@ fn say(request: &Request<'_>, imported: &Imported, terminal: &Terminal) {
             "the unit itself says that it dropped {dropped} frames since its start"
         ));
     }
-    for gap in imported.gaps.iter().take(GAPS_SAID) {
-        terminal.warn(words(gap));
-    }
-    let more = imported.gaps.len().saturating_sub(GAPS_SAID);
-    if more > 0 {
-        terminal.warn(format!("{more} more gaps; --json lists them"));
-    }
-    if request.site.is_none() {
-        terminal.warn(WITHOUT_SITE);
-    }
-    terminal.say(format!(
-        "To diagnose: rlg diagnose {0} --model {0}/{1} --out DIR",
-        request.target.display(),
-        request.model
-    ));
+    let destination = &request.destination;
+    destination.report(&imported.gaps, words, terminal);
 }
 
 /// Formats one gap as a sentence.
@@ -114,7 +91,7 @@ fn result(request: &Request<'_>, imported: &Imported) -> Value {
         })
         .collect();
     json!({
-        "recording": request.target,
+        "recording": request.destination.target,
         "rate_hz": imported.rate_hz,
         "rows": imported.recording.tables[0].rows,
         "frames": stream.frames,

@@ -34,7 +34,9 @@ mod given;
 mod golden;
 mod import;
 mod import_bank;
+
 mod import_columns;
+mod import_counts;
 mod import_format;
 mod import_raw;
 mod inputs;

@@ -10,8 +10,9 @@ use serde_json::json;
 use trueaxis::service::{DONE, FOREIGN, TERM_ABSENT, meaning};
 use trueaxis::service_frame::{Answer, DATA_BYTES, Request, RequestKind};
 use trueaxis::terms::TermKinds;
-use trueaxis::{Parameters, TermKind, UnitNumber};
+use trueaxis::{TermKind, UnitNumber};
 
+use super::block;
 use crate::error::InputError;
 use crate::terminal::Terminal;
 use crate::unit_port::UnitPort;
@@ -63,9 +64,7 @@ impl Upload {
 
     fn run_block(&self, path: &Path, terminal: &Terminal) -> Result<(), InputError> {
         let block = fs::read(path).map_err(|error| InputError::unreadable(path, &error))?;
-        let (parameters, _) = Parameters::from_block(&block).map_err(|error| {
-            InputError::new(path, format!("is no block for the firmware: {error}"))
-        })?;
+        let (parameters, _) = block::parameters(path, &block)?;
         let mut port = UnitPort::open(&self.port)?;
         let state = port.ask(Request::new(0, RequestKind::State, 0), true, None)?;
         let lacking = parameters.terms.kinds();

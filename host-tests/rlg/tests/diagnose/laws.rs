@@ -114,7 +114,7 @@ fn changed(change: impl Fn(&mut Recording)) -> Answer {
 }
 
 impl Answer {
-    /// The same answer with other names or values of its parameters.
+    /// Answer with other names or values of its parameters.
     fn with(&self, map: impl Fn(&str, &str, f64) -> (String, f64)) -> Self {
         let mut mapped = self.clone();
         for (kind, (numbers, _)) in &mut mapped.findings {
@@ -129,7 +129,7 @@ impl Answer {
         mapped
     }
 
-    /// The same answer with its headlines alone.
+    /// Answer with its headlines alone.
     fn headlines(mut self) -> Self {
         self.findings
             .values_mut()
@@ -383,7 +383,7 @@ fn an_added_bias_is_found_beside_the_rest() {
     found.agrees(&OF_BASE, 1.0);
 }
 
-/// The same angles in half the time: delays are half of themselves, tilts and angles as before.
+/// Equal angles in half the time: delays are half of themselves, tilts and angles as before.
 #[test]
 fn a_faster_clock_of_both_scales_the_delay_alone() {
     let found = changed(|recording| rates_hz(recording, 2.0));
