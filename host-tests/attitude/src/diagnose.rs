@@ -2,7 +2,7 @@
 
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::Settings;
-use rlg_diagnosis::put_right::{self, PutRight, Stopped};
+use rlg_diagnosis::rows::channel_correction::{self, PutRight, Stopped};
 use rlg_model::{DeclaredModel, Model, MotionSource};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Quantity, Recording};
@@ -81,7 +81,7 @@ pub fn diagnose(
         put_right = match check_channels(settings, &mut observed, of) {
             Err(Stopped::Apart(why, _)) => {
                 let outcome =
-                    put_right::of_two_motions(&recording.name, settings.seed, &why, model);
+                    channel_correction::of_two_motions(&recording.name, settings.seed, &why, model);
                 return Ok(Some(Diagnosed {
                     outcome,
                     corrected: Err(why),
@@ -142,7 +142,7 @@ pub fn diagnose(
 /// Transforms gyros and reference to the same axes if they differ.
 ///
 /// # Errors
-/// As in [`put_right::put_right`].
+/// As in [`channel_correction::put_right`].
 fn check_channels(
     settings: &Settings,
     observed: &mut Observed,
@@ -160,7 +160,7 @@ fn check_channels(
         *usable &= !doubtful;
     }
     (streams.own_motion, streams.reference_hz) = (false, reference_hz);
-    let checked = put_right::put_right(settings, streams, model, file);
+    let checked = channel_correction::put_right(settings, streams, model, file);
     (streams.own_motion, streams.reference_hz) = (true, None);
     streams.case_rad = own_rad;
     streams.usable = usable;

@@ -4,11 +4,11 @@ use std::collections::BTreeMap;
 
 use rlg_catalogue::entries;
 use rlg_diagnosis::Outcome;
-use rlg_diagnosis::data_words;
-use rlg_diagnosis::entries_of_rows::{fault_effect, fault_entry};
-use rlg_diagnosis::next_experiment::NONE_NEEDED;
-use rlg_diagnosis::own_lines;
-use rlg_diagnosis::summary::no_channel;
+use rlg_diagnosis::report::next_experiment::NONE_NEEDED;
+use rlg_diagnosis::report::own_lines;
+use rlg_diagnosis::report::summary::no_channel;
+use rlg_diagnosis::rows::data_words;
+use rlg_diagnosis::rows::entries_of_rows::{fault_effect, fault_entry};
 use rlg_findings::absolute;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{

@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rlg_diagnosis::pictures::Pictures;
-use rlg_diagnosis::relative_residual::{self, Rows};
+use rlg_diagnosis::residual::relative_residual::{self, Rows};
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_plan::{AttitudeHeldOutPlan, AttitudeNoisePlan, CoherencePlan, InStepPlan};

@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_catalogue::experiment::Experiment;
 use rlg_catalogue::moves::increments_rad;
 use rlg_catalogue::{Candidate, Pool};
-use rlg_diagnosis::experiment_words::move_entry;
+use rlg_diagnosis::report::experiment_words::move_entry;
 use rlg_findings::result::{ExperimentEntry, SeparationEntry};
 use rlg_inference::Information;
 use rlg_inference::linear::invert;

@@ -1,9 +1,10 @@
 //! Several recordings of one unit.
 
-use rlg_diagnosis::model_effects::is_predictable;
-use rlg_diagnosis::put_right::{PutRight, put_right};
-use rlg_diagnosis::search::Found;
-use rlg_diagnosis::{data_words, several};
+use rlg_diagnosis::rows::channel_correction::{PutRight, put_right};
+use rlg_diagnosis::rows::data_words;
+use rlg_diagnosis::rows::model_effects::is_predictable;
+use rlg_diagnosis::search::structure::Found;
+use rlg_diagnosis::several;
 use rlg_findings::result::ParameterEntry;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;

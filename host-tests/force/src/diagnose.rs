@@ -3,8 +3,8 @@
 use rlg_plan::{AlignPlan, Plan};
 use std::ops::Range;
 
-use rlg_diagnosis::noise_levels::first_levels;
-use rlg_diagnosis::regimes::{Regime, intersect, regimes_of};
+use rlg_diagnosis::rows::noise_levels::first_levels;
+use rlg_diagnosis::tiles::regimes::{Regime, intersect, regimes_of};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_inference::{Drift, NoiseLevels, Observations};
 use rlg_model::{Model, ModelEffect};

@@ -2,12 +2,13 @@
 
 use std::ops::Range;
 
-use rlg_diagnosis::locate::{self, Location};
-use rlg_diagnosis::noise_levels::reported;
-use rlg_diagnosis::noise_spectrum::Noise;
+use rlg_diagnosis::Outcome;
+use rlg_diagnosis::rows::entries_of_rows;
+use rlg_diagnosis::rows::noise_levels::reported;
 use rlg_diagnosis::self_test::{FoundSet, Reach, Row, self_test_on, tell_also};
-use rlg_diagnosis::validate::{Validation, drift_chance, validate};
-use rlg_diagnosis::{Outcome, entries_of_rows};
+use rlg_diagnosis::tiles::held_out_figures::{Validation, drift_chance, validate};
+use rlg_diagnosis::tiles::locate::{self, Location};
+use rlg_diagnosis::tiles::noise_spectrum::Noise;
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, EffectEntry, ForceNoiseEntry, LocationEntry, RunnerUp, Tested, UNLISTED, Verdict,

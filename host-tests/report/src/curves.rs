@@ -7,7 +7,7 @@ use super::allan;
 use super::beside::Beside;
 use super::chart::{Chart, Ink, Line};
 use super::words::{ARCSEC_PER_RAD, DEG_H_PER_RAD_S};
-use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::Diagnosis;
 use rlg_recording::AXES;
 

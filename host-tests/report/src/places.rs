@@ -6,7 +6,7 @@ use super::chart::{self, Numbers};
 use super::corrected;
 use super::map;
 use super::words::{band, chance, display_unit, number, rounded, seconds, spaced, symbols};
-use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{Diagnosis, LocationEntry, Verdict};
 use rlg_recording::AXES;
 

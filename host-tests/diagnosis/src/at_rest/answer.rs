@@ -10,11 +10,12 @@ use rlg_signal::still::ROTATION_RAD_S;
 use rlg_signal::streams::{AXES, Streams};
 
 use super::control::Control;
-use super::line::Clock;
-use super::look::Looked;
-use super::rows::{self, RowsFound};
-use super::{band_words, line_words};
+use super::one_rate::Looked;
+use super::rows::RowsFound;
+use crate::lines_at_rest::line::Clock;
+use crate::lines_at_rest::{band_words, line_words};
 use crate::outcome::Outcome;
+use crate::rows::entries_of_rows::model_effect_of;
 
 /// Findings on the recorder, and the control.
 pub(super) struct Recorder {
@@ -109,7 +110,7 @@ impl Answer {
             .effects
             .extend(as_recorded.filter(|one| is_of_rows(one)).cloned());
         let of_rows = self.lines.iter().chain(&self.recorder.rows.effects);
-        model.effects.extend(of_rows.map(rows::of_model));
+        model.effects.extend(of_rows.map(model_effect_of));
         let is_told = diagnosis.verdict.is_told();
         let has_fault = diagnosis
             .effects

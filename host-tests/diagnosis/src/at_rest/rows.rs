@@ -1,6 +1,5 @@
 //! Recorder properties in the rows of a unit at rest: the row rate, and the trace of a resampling.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rand::SeedableRng as _;
@@ -150,20 +149,4 @@ fn has_expression(model: &Model, stem: &str) -> bool {
         _ => false,
     };
     model.effects.iter().any(text)
-}
-
-/// The same as an effect of a model: it predicts nothing, but is no finding when diagnosed again.
-pub(crate) fn of_model(entry: &EffectEntry) -> ModelEffect {
-    let expression = entry.expression.clone().unwrap_or_default();
-    let mut parameters =
-        BTreeMap::from([("expression".to_string(), EffectValue::Text(expression))]);
-    for parameter in &entry.parameters {
-        if let ParameterEntry::Number { name, value, .. } = parameter {
-            parameters.insert(name.clone(), EffectValue::Number(*value));
-        }
-    }
-    ModelEffect {
-        kind: entry.kind.clone(),
-        parameters,
-    }
 }

@@ -11,8 +11,8 @@ use rlg_signal::streams::AXES;
 
 use super::kinds::{BIAS, KINDS};
 use super::settle::body_from_sensing;
-use super::{alike, earth};
-use crate::data::Data;
+use super::{bias_confounders, earth};
+use crate::rows::data::Data;
 
 /// Selects the significant effects of a search, and adds the kinds from which they are not distinguishable.
 ///
@@ -129,7 +129,7 @@ fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest, plan:
         .streams
         .site
         .map_or(STANDARD_GRAVITY_M_S2, |site| site.gravity_m_s2);
-    for kind in alike::alike(bias_rad_s, gravity_m_s2, plan.rest.alike_deviations) {
+    for kind in bias_confounders::alike(bias_rad_s, gravity_m_s2, plan.rest.alike_deviations) {
         if !effect.indistinguishable_from.contains(&kind) {
             effect.indistinguishable_from.push(kind);
         }

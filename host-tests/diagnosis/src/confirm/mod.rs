@@ -4,16 +4,30 @@
 //! One recording is several with n = 1: the rows of all recordings are one likelihood (`cross_validation`, `refit`), the
 //! candidate that names a member is common to all (`headlines`), and each recording reports its `share`.
 
+pub(crate) mod whitened;
+
+pub mod goodness;
+
+pub(crate) mod sharing;
+
+pub(crate) mod together;
+
+pub(crate) mod sums;
+
+pub mod bootstrap;
+
+pub(crate) mod per_axis_support;
+
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::{Variant, is_delay};
 use rlg_inference::Fit;
 use rlg_plan::Plan;
 
-use crate::goodness::Misfit;
-use crate::reenact::{Named, Reenactment, reenact};
-use crate::search::Found;
-use crate::sums::Recordings;
-use crate::together::Together;
+use crate::confirm::bootstrap::{Named, Reenactment, reenact};
+use crate::confirm::goodness::Misfit;
+use crate::confirm::sums::Recordings;
+use crate::confirm::together::Together;
+use crate::search::structure::Found;
 
 mod cross_validation;
 

@@ -8,16 +8,16 @@ use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquatio
 use rlg_plan::Plan;
 use rlg_signal::partition::Use;
 
-use crate::data::Data;
-use crate::goodness::{Misfit, misfits};
-use crate::lock_in::Stops;
-use crate::noise_levels::{drift_prior, joint_drift};
-use crate::pass::left_on;
-use crate::search::Found;
-use crate::sharing::{RECORDS, Shared, with_noise_of};
-use crate::sums::Recordings;
-use crate::together::Together;
-use crate::told::told;
+use crate::candidates::lock_in::Stops;
+use crate::confirm::goodness::{Misfit, misfits};
+use crate::confirm::per_axis_support::told;
+use crate::confirm::sharing::{RECORDS, Shared, with_noise_of};
+use crate::confirm::sums::Recordings;
+use crate::confirm::together::Together;
+use crate::iteration::pass::left_on;
+use crate::rows::data::Data;
+use crate::rows::noise_levels::{drift_prior, joint_drift};
+use crate::search::structure::Found;
 
 /// Refitted headlines.
 pub(super) struct Refitted {

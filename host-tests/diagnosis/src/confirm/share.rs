@@ -3,11 +3,11 @@
 use rlg_signal::streams::Triad;
 
 use super::{Confirmed, ConfirmedSet};
-use crate::data::Data;
-use crate::goodness::Misfit;
-use crate::search::left_by;
-use crate::sharing::{Sharing, with_noise_of};
-use crate::together::Together;
+use crate::confirm::goodness::Misfit;
+use crate::confirm::sharing::{Sharing, with_noise_of};
+use crate::confirm::together::Together;
+use crate::rows::data::Data;
+use crate::search::structure::left_by;
 
 /// Members that a recording reports: its own, and common ones if it is the first that has them.
 pub struct Share {

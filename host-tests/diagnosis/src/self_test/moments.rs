@@ -18,7 +18,7 @@ use rlg_inference::{Hypothesis, Likelihood, NoiseLevels};
 use rlg_plan::Plan;
 
 use super::{Reach, Said, Trials as _, chance_of_name, sensitivity};
-use crate::scores::integrated;
+use crate::candidates::scores::integrated;
 
 /// Noise of each record, and the found effects, fitted in every trial.
 #[derive(Clone, Copy)]

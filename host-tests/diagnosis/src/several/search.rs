@@ -11,19 +11,19 @@ use rlg_inference::search::best_of;
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 
 use super::delays::{joint_delay, mean_delay};
-use crate::data::Data;
-use crate::linearisation::is_seen;
-use crate::noise_levels::joint_drift;
-use crate::pass::Pass;
-use crate::path::{delays, is_settled, path_of};
-use crate::search::Found;
-use crate::settings::Scope;
-use crate::settle::{Begun, Rows, Settled, settle};
-use crate::sharing::{
+use crate::confirm::sharing::{
     Kin, RECORDS, Shared, Sharing, in_recording, seen_by, spelt_out, with_noise_of,
 };
-use crate::sums::Side;
-use crate::together::Together;
+use crate::confirm::sums::Side;
+use crate::confirm::together::Together;
+use crate::iteration::pass::Pass;
+use crate::iteration::path::{delays, is_settled, path_of};
+use crate::rows::data::Data;
+use crate::rows::noise_levels::joint_drift;
+use crate::search::linearisation::is_seen;
+use crate::search::passes::{Begun, Rows, Settled, settle};
+use crate::search::structure::Found;
+use crate::settings::Scope;
 
 /// State of one recording between two passes.
 struct Recording {

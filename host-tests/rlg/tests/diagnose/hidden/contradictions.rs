@@ -5,7 +5,7 @@ use std::path::Path;
 
 use super::case::{Case, sensing_besides, slew, still, vibration};
 use rlg::diagnose::streams::Streams;
-use rlg_diagnosis::data::Data;
+use rlg_diagnosis::rows::data::Data;
 use rlg_signal::partition::Use;
 
 /// A scale error present only in fitted rows: its driving quantity is not recorded.
