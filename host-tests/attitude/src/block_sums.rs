@@ -275,6 +275,12 @@ impl BlockSums {
         }
     }
 
+    /// Estimate and covariance of a set of parameters under the likelihood.
+    pub(crate) fn fit(&self, set: &[usize]) -> (DVector<f64>, DMatrix<f64>) {
+        let (covariance, estimate) = Part::of(&self.total, set).solve();
+        (estimate, covariance)
+    }
+
     /// Estimates a set of parameters.
     pub fn estimates(&self, set: &[usize]) -> Estimates {
         let whole = Part::of(&self.total, set);

@@ -5,6 +5,7 @@
 //! equations.
 
 use nalgebra::{DMatrix, DVector};
+use rlg_inference::score_test::Projected;
 use rlg_plan::AttitudeBlockPlan;
 use rlg_signal::axes::Triad;
 
@@ -21,6 +22,29 @@ pub struct Blocks<'a> {
     white: Vec<(DMatrix<f64>, DVector<f64>)>,
     whitener: Whitener<'a>,
     plan: &'a AttitudeBlockPlan,
+}
+
+/// Whitened residual of a fit, block by block, with the whitened columns of its parameters.
+pub(crate) struct Null {
+    each: Vec<(DMatrix<f64>, DVector<f64>)>,
+    covariance: DMatrix<f64>,
+}
+
+impl Null {
+    /// Whitened residual of one axis \[σ\].
+    pub(crate) fn residual(&self, axis: usize) -> Vec<f64> {
+        let of_axis = |left: &DVector<f64>| {
+            let rows = left.len() / 3;
+            left.rows(axis * rows, rows)
+                .iter()
+                .copied()
+                .collect::<Vec<f64>>()
+        };
+        self.each
+            .iter()
+            .flat_map(|(_, left)| of_axis(left))
+            .collect()
+    }
 }
 
 /// Prior of each parameter, of zero mean, and the point about which its column is linearised.
@@ -147,6 +171,53 @@ impl<'a> Blocks<'a> {
             }
         });
         BlockSums::new(each.collect(), self.plan)
+    }
+
+    /// Residual of the fit of a set, as the null model of score tests.
+    ///
+    /// # Inputs
+    /// `moved`: linearisation point of the first parameters, all of them in the set.
+    pub(crate) fn null(&self, set: &[usize], moved: &[f64]) -> Null {
+        let (values, covariance) = self.sums.fit(set);
+        let beyond = set.iter().zip(values.iter());
+        let beyond = beyond.map(|(k, value)| value - moved.get(*k).copied().unwrap_or(0.0));
+        let beyond = DVector::from_iterator(set.len(), beyond);
+        let each = self.white.iter();
+        let each = each.map(|(rows, record)| {
+            let rows = rows.select_columns(set);
+            let left = record - &rows * &beyond;
+            (rows, left)
+        });
+        Null {
+            each: each.collect(),
+            covariance,
+        }
+    }
+
+    /// Information and score of columns given a null model.
+    pub(crate) fn project(&self, null: &Null, columns: &[Triad]) -> Projected {
+        let columns: Vec<Triad> = columns
+            .iter()
+            .map(|column| self.whitener.whiten(column))
+            .collect();
+        let (count, known) = (columns.len(), null.covariance.nrows());
+        let mut own = DMatrix::zeros(count, count);
+        let mut cross = DMatrix::zeros(count, known);
+        let mut score = DVector::zeros(count);
+        let blocks = null.each.len();
+        for (block, (rows, left)) in null.each.iter().enumerate() {
+            let more = matrix(&columns, &rows_of(block, blocks, self.whitener.band.cut));
+            own += more.tr_mul(&more);
+            cross += more.tr_mul(rows);
+            score += more.tr_mul(left);
+        }
+        let free = &own - &cross * &null.covariance * cross.transpose();
+        Projected::new(free, score, own.diagonal())
+    }
+
+    /// Number of analysed coefficients of an axis.
+    pub(crate) fn coefficients(&self) -> usize {
+        self.whitener.band.cut
     }
 
     /// Number of whitened rows in each block.

@@ -2,6 +2,7 @@
 
 use nalgebra::Vector3;
 use rlg_catalogue::Candidate;
+use rlg_findings::result::EvidenceEntry;
 use rlg_inference::Bound;
 use rlg_plan::Plan;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
@@ -9,7 +10,8 @@ use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 use crate::alignment::{Alignment, COUNT, Free, GROUPS, Group, group_at, in_order, places};
 use crate::block_sums::{BlockSums, Estimates, Statistic};
 use crate::earth;
-use crate::steps::Step;
+use crate::physics::Gyro;
+use crate::scanned::{Scanned, Wave};
 
 /// Candidate effects with their column indices, which follow those of the registration.
 pub struct Candidates {
@@ -38,8 +40,10 @@ pub struct Named {
     pub kind: &'static str,
     /// Column indices of its parameters.
     pub places: Vec<usize>,
-    /// Step of a bias, if it is one.
-    pub step: Option<Step>,
+    /// Effect of one gyro, if a scan found it.
+    pub scanned: Option<Scanned>,
+    /// Number of alternatives that it was selected from.
+    pub among: usize,
     /// Test statistic from the blocks.
     pub statistic: Statistic,
     /// Gain in log evidence, deflated by the design effect, less the price of the search.
@@ -55,6 +59,42 @@ pub struct Named {
 }
 
 impl Named {
+    /// True for a step of a bias.
+    pub(crate) fn is_step(&self) -> bool {
+        matches!(self.scanned, Some(Scanned::Step(_)))
+    }
+
+    /// Its statistics as written in `diagnosis.json`.
+    pub(crate) fn evidence(&self) -> EvidenceEntry {
+        EvidenceEntry {
+            label: if self.alike.is_empty() {
+                "named"
+            } else {
+                "class"
+            },
+            confirmed_gain: self.gain,
+            share: self.share,
+            reenactments: 0,
+            inflation: self.statistic.design_effect,
+        }
+    }
+
+    /// Spectral line, if it is one.
+    pub(crate) fn line(&self) -> Option<Wave> {
+        match self.scanned {
+            Some(Scanned::Line(wave)) => Some(wave),
+            _ => None,
+        }
+    }
+
+    /// Text of its expression, if it is one.
+    pub(crate) fn expression(&self, gyro: &Gyro) -> Option<String> {
+        match self.scanned {
+            Some(Scanned::Expression(one)) => Some(one.expression.text(&gyro.signals)),
+            _ => None,
+        }
+    }
+
     /// Kind of its registration group; empty for a physical effect.
     pub fn group(&self) -> &'static str {
         group_at(&self.places).map_or("", |group| group.kind)
@@ -219,7 +259,8 @@ impl Choice<'_> {
         }
         Named {
             kind: group.kind,
-            step: None,
+            scanned: None,
+            among: GROUPS.len(),
             share: self.sums.predicted(&beside, &own).share,
             behind: self.behind(&beside, &statistic),
             places: own,
@@ -266,12 +307,21 @@ impl Choice<'_> {
                 gain,
                 share: predicted.share,
                 p_value: chance(&statistic, groups),
-                step: None,
+                scanned: None,
+                among: groups,
                 alike: Vec::new(),
                 behind: Vec::new(),
             })
         });
         (best, count)
+    }
+
+    /// True if an accepted effect is still called for given a set.
+    pub(crate) fn stays(&self, one: &Named, set: &[usize]) -> bool {
+        let plan = &self.plan.attitude;
+        let statistic = self.sums.statistic(set, &one.places);
+        statistic.gain(one.among, true, &plan.blocks) > plan.least_gain
+            && self.sums.predicted(set, &one.places).log_likelihood > plan.least_predicted
     }
 
     /// Deficit of every effect in log likelihood to a winner, given the same set.

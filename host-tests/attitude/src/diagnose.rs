@@ -17,7 +17,6 @@ use crate::few_fit;
 use crate::findings;
 use crate::many_fit;
 use crate::observed::{Observed, observe};
-use crate::own_lines;
 use crate::said::Said;
 use crate::zeroing;
 
@@ -101,8 +100,7 @@ pub fn diagnose(
         observed.zeroed =
             zeroing::find(&observed.gyros, reference, &settings.plan.attitude.zeroing);
         zeroing::undo(&mut observed.gyros, zeroing::high_passes(&observed.zeroed));
-        let lines = own_lines::of(&observed, reference, &settings.plan.signal.own_lines);
-        observed.take_lines(lines);
+        observed.take_lines(reference, &settings.plan.signal.own_lines);
     }
     let fit = if observed.is_few {
         few_fit::fit

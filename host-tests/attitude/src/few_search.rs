@@ -214,7 +214,8 @@ impl FewSearch<'_> {
         Named {
             kind: own.name,
             places: own.places.clone(),
-            step: None,
+            scanned: None,
+            among: own.among,
             gain,
             share: 1.0 - whole.share_left / left.share_left,
             p_value: chance(&statistic, own.among),

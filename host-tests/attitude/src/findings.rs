@@ -4,6 +4,7 @@ use std::collections::BTreeMap;
 
 use rlg_catalogue::entries;
 use rlg_diagnosis::Outcome;
+use rlg_diagnosis::report::entries_of_findings::followed;
 use rlg_diagnosis::report::next_experiment::NONE_NEEDED;
 use rlg_diagnosis::report::own_lines;
 use rlg_diagnosis::report::summary::no_channel;
@@ -12,8 +13,8 @@ use rlg_diagnosis::rows::entries_of_rows::{fault_effect, fault_entry};
 use rlg_findings::absolute;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{
-    ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, ExperimentEntry, FORMAT, FitEntry,
-    NoiseEntry, ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
+    ChannelEntry, Diagnosis, EffectEntry, ExperimentEntry, FORMAT, FitEntry, NoiseEntry,
+    ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
 };
 use rlg_findings::updated_model::{set_choice, switch_on};
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -25,12 +26,14 @@ use crate::choice::Named;
 use crate::gyro_motion::Reads;
 use crate::gyro_times;
 use crate::held_out::{HeldOut, held_out};
+use crate::line_entry;
 use crate::mount;
 use crate::numbers::{Numbers, numbers};
 use crate::promise;
 use crate::reference_spans::{self, JumpSeen, Span};
 use crate::registration::Registration;
 use crate::said::Said;
+use crate::scanned::Scanned;
 use crate::zeroing;
 
 /// Entry and model effect of an error that was removed before the registration.
@@ -91,8 +94,10 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
 
 /// Findings of all stages.
 struct Seen<'a> {
-    /// Accepted effects with their values.
+    /// Accepted effects with their values, without lines.
     named: Vec<(&'a Named, Numbers)>,
+    /// Lines that the model does not have.
+    lines: Vec<Preprocessed>,
     /// Errors that were removed before the registration.
     preprocessed: Vec<Preprocessed>,
     /// Stretches with faults of the reference.
@@ -122,20 +127,29 @@ impl<'a> Seen<'a> {
         preprocessed.extend(observed.settling.map(|one| one.entry()));
         preprocessed.extend(zeroing::entry(&observed.zeroed));
         preprocessed.extend(gyro_times::entry(&observed.late));
+        let named = named.map(|one| {
+            let numbers = numbers(said, one.kind, &one.places, values);
+            (one, numbers.written(one.kind, combinations))
+        });
+        let (lines, named) = named.partition::<Vec<_>, _>(|(one, _)| one.line().is_some());
+        let lines = lines
+            .iter()
+            .filter_map(|(one, numbers)| line_entry::of(said, one, numbers));
         Self {
-            named: named
-                .map(|one| {
-                    let numbers = numbers(said, one.kind, &one.places, values);
-                    (one, numbers.written(one.kind, combinations))
-                })
-                .collect(),
+            lines: lines.collect(),
+            named,
             preprocessed,
             spans: reference_spans::spans(&observed.samples, &observed.known, &registered.known),
             jumps: reference_spans::jumps(said),
         }
     }
 
-    /// Entries of effects, removed errors and faults.
+    /// Findings with an entry and an effect of their own.
+    fn alone(&self) -> impl Iterator<Item = &Preprocessed> {
+        self.lines.iter().chain(&self.preprocessed)
+    }
+
+    /// Entries of effects, lines, removed errors and faults.
     fn entries(&self, said: &Said) -> Vec<EffectEntry> {
         let plan = &said.plan.attitude.reference_faults;
         let observed = said.observed;
@@ -143,7 +157,7 @@ impl<'a> Seen<'a> {
         let faults = observed.faults.iter();
         named
             .map(|(one, numbers)| entry(said, one, numbers))
-            .chain(self.preprocessed.iter().map(|(entry, _)| entry.clone()))
+            .chain(self.alone().map(|(entry, _)| entry.clone()))
             .chain(self.spans.iter().map(|span| span.entry(plan)))
             .chain(self.jumps.iter().map(JumpSeen::entry))
             .chain(faults.map(|fault| fault_entry(&observed.streams, fault)))
@@ -157,7 +171,7 @@ impl<'a> Seen<'a> {
         let faults = observed.faults.iter();
         let effects = named
             .map(|(one, numbers)| model_effect(said, one, numbers))
-            .chain(self.preprocessed.iter().map(|(_, effect)| effect.clone()))
+            .chain(self.alone().map(|(_, effect)| effect.clone()))
             .chain(self.spans.iter().map(Span::effect))
             .chain(self.jumps.iter().flat_map(JumpSeen::effects))
             .chain(faults.map(|fault| fault_effect(fault, &observed.streams)));
@@ -189,11 +203,15 @@ fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
     let row = |a: usize| (0..count).map(|b| numbers.covariance[(a, b)]).collect();
     let mut parameters = numbers.parameters();
     let mut covariance: Vec<Vec<f64>> = (0..count).map(row).collect();
-    if let Some(step) = one.step {
-        parameters.push(ParameterEntry::Text {
-            name: "axis".to_string(),
-            value: AXES[step.axis].to_string(),
-        });
+    let text = |name: &str, value: &str| ParameterEntry::Text {
+        name: name.to_string(),
+        value: value.to_string(),
+    };
+    let axis = one.scanned.map(|scanned| AXES[scanned.axis()]);
+    parameters.extend(axis.map(|axis| text("axis", axis)));
+    let expression = one.expression(said.gyro);
+    parameters.extend(expression.as_ref().map(|one| text("expression", one)));
+    if let Some(Scanned::Step(step)) = one.scanned {
         let std = said.registered.about.increments.period_s;
         parameters.push(ParameterEntry::Number {
             name: "time_s".to_string(),
@@ -218,20 +236,13 @@ fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
         ),
         log_evidence_gain: one.gain,
         p_value: one.p_value,
-        what_was_left_out: meaning(one.kind, numbers),
-        expression: None,
+        what_was_left_out: match axis.zip(expression.as_ref()) {
+            Some((axis, expression)) => followed(axis, expression),
+            None => meaning(one.kind, numbers),
+        },
+        expression,
         regimes: Vec::new(),
-        evidence: Some(EvidenceEntry {
-            label: if one.alike.is_empty() {
-                "named"
-            } else {
-                "class"
-            },
-            confirmed_gain: one.gain,
-            share: one.share,
-            reenactments: 0,
-            inflation: one.statistic.design_effect,
-        }),
+        evidence: Some(one.evidence()),
     }
 }
 
@@ -240,9 +251,16 @@ fn model_effect(said: &Said, one: &Named, numbers: &Numbers) -> ModelEffect {
     let mut parameters: BTreeMap<String, EffectValue> = values
         .map(|(name, value)| (name.clone(), EffectValue::Number(*value)))
         .collect();
-    if let Some(step) = one.step {
-        let axis = EffectValue::Text(AXES[step.axis].to_string());
-        parameters.insert("axis".to_string(), axis);
+    let mut text = |name: &str, value: String| {
+        parameters.insert(name.to_string(), EffectValue::Text(value));
+    };
+    if let Some(scanned) = one.scanned {
+        text("axis", AXES[scanned.axis()].to_string());
+    }
+    if let Some(expression) = one.expression(said.gyro) {
+        text("expression", expression);
+    }
+    if let Some(Scanned::Step(step)) = one.scanned {
         let time_s = EffectValue::Number(said.begins_s(step));
         parameters.insert("time_s".to_string(), time_s);
     }
@@ -311,9 +329,9 @@ fn reference_line(said: &Said) -> String {
 fn summary(said: &Said, verdict: Verdict, seen: &Seen, tested: Option<&HeldOut>) -> Vec<String> {
     let Seen {
         named,
-        preprocessed,
         spans,
         jumps,
+        ..
     } = seen;
     let mut lines = vec![rlg_findings::sentences::opening(verdict).to_string()];
     lines.push(reference_line(said));
@@ -322,14 +340,21 @@ fn summary(said: &Said, verdict: Verdict, seen: &Seen, tested: Option<&HeldOut>)
             true => String::new(),
             false => format!(", or {}", one.alike.join(" or ")),
         };
+        let of_gyro = match one.scanned {
+            Some(Scanned::Expression(on)) => {
+                let text = on.expression.text(&said.gyro.signals);
+                format!(" {text} on gyro {}", AXES[on.axis])
+            }
+            _ => String::new(),
+        };
         lines.push(format!(
-            "Found: {}{alike}: {}.",
+            "Found: {}{of_gyro}{alike}: {}.",
             one.kind,
             numbers.sentence()
         ));
     }
     lines.extend(sampled_at_instants(said, named));
-    let removed = preprocessed.iter();
+    let removed = seen.alone();
     lines.extend(removed.map(|(entry, _)| own_lines::sentence(entry)));
     let has_as_many = said.found.named_set.len() >= 3 * said.registered.about.increments.rows();
     if !named.is_empty() && said.few.is_some() && has_as_many {

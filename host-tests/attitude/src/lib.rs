@@ -7,7 +7,7 @@
 //! level has a `modulation` in each of the `octaves`; columns from `conditioned` motion; `reference_faults` excluded) →
 //! `physics` (effects of the catalogue, transformed by the attitude; among them a reference that is pulled to the
 //! `vertical`) → `search` (the `choice` by `blocks` of rows, whitened by the `whitener`, through their `block_sums` alone;
-//! `steps` of a bias; a `self_test` of both) → `held_out`, `promise` and `findings`. The gyros' motion less their errors is
+//! `scanned` effects of one gyro by a `residual_scan`: `step_scan`, `line_scan`, `expression_scan`; a `self_test`) → `held_out`, `promise` and `findings`. The gyros' motion less their errors is
 //! passed on (`case_motion`), to transport gravity to the accelerometers.
 //!
 //! A reference of summed increments is accepted, too: sums are compared with sums, without rotation.
@@ -81,7 +81,15 @@ mod block_sums;
 
 mod blocks;
 
-mod steps;
+mod scanned;
+
+mod residual_scan;
+
+mod step_scan;
+
+mod line_scan;
+
+mod expression_scan;
 
 mod choice;
 
@@ -112,6 +120,8 @@ mod held_out;
 mod case_motion;
 
 mod mount;
+
+mod line_entry;
 
 mod findings;
 

@@ -1,6 +1,6 @@
 //! Registration and physics of attitudes whose noise is estimated from their own residuals.
 
-use rlg_catalogue::entries::PULL;
+use rlg_catalogue::entries::{PULL, UNLISTED};
 use rlg_diagnosis::Settings;
 use rlg_recording::error::InputError;
 
@@ -16,7 +16,7 @@ use crate::observed::Observed;
 use crate::physics::Gyro;
 use crate::registration::{self, Registration};
 use crate::said::Fitted;
-use crate::search::{Found, Physics, Registered, called_for, search};
+use crate::search::{Found, Physics, Registered, Scans, called_for, search};
 
 /// Fits attitudes whose noise is estimated from their own residuals; once more where single gyros are late, after their rows are
 /// moved.
@@ -100,6 +100,10 @@ fn fit_many(
             gyro,
             pool: &pool,
             candidates: &candidates,
+            scans: match settings.left_out.contains(&UNLISTED) {
+                true => Scans::None,
+                false => observed.scans(),
+            },
         };
         let search = |of: Registered| search(of, physics, &plan, settings.seed);
         searched(&observed.gyros, registered, of_model, physics, search)
@@ -181,6 +185,7 @@ fn named_columns(
         gyro,
         pool,
         candidates,
+        ..
     }: Physics,
     registered: &Registration,
 ) -> Vec<ParameterColumn> {
@@ -190,8 +195,11 @@ fn named_columns(
         prior_std,
         prior_mean: 0.0,
     };
-    if let Some(step) = named.step {
-        return vec![priced((step.column(about, gyro), f64::INFINITY))];
+    if let Some(scanned) = named.scanned {
+        let columns = scanned.columns(about, gyro).into_iter();
+        return columns
+            .map(|values| priced((values, f64::INFINITY)))
+            .collect();
     }
     let mut effects = candidates.effects.iter();
     let Some((candidate, _)) = effects.find(|(_, places)| *places == named.places) else {

@@ -1,7 +1,7 @@
 //! Parameters of findings, as named in the contract.
 
 use nalgebra::{DMatrix, DVector, Matrix3};
-use rlg_catalogue::entries::{self, STEP};
+use rlg_catalogue::entries::{self, STEP, UNLISTED};
 use rlg_findings::combinations::{Number, identifiable, written};
 use rlg_findings::result::ParameterEntry;
 use rlg_plan::CombinationPlan;
@@ -109,6 +109,13 @@ pub(crate) fn numbers(
             &said.registered.about.increments.navigation_from_start[0],
         ),
         None if kind == STEP => (vec!["size".to_string()], DMatrix::identity(1, 1)),
+        None if kind == UNLISTED => {
+            let names = match at.len() {
+                1 => vec!["coefficient".to_string()],
+                _ => ["sine", "cosine"].map(String::from).to_vec(),
+            };
+            (names, DMatrix::identity(at.len(), at.len()))
+        }
         None => {
             let effects = said.candidates.effects.iter();
             let names = effects

@@ -5,45 +5,48 @@ use std::borrow::Cow;
 
 use nalgebra::Vector3;
 use rlg_signal::axes::Triad;
-use rlg_signal::own_lines::{OwnLine, find};
+use rlg_signal::own_lines::{OwnLine, find, of_motion};
 
 use crate::about::Gyros;
 use crate::channels;
 use crate::gyro_times::{self, Late};
 use crate::observed::Observed;
+use crate::search::Scans;
 use crate::zeroing;
 
-/// Finds lines in the rows that are `seen`.
-///
-/// # Inputs
-/// `reference_rad`: the reference's increments on the gyros' rows.
-pub(crate) fn of(
-    observed: &Observed,
-    (reference_rad, seen): (&Triad, &[bool]),
-    plan: &OwnLinesPlan,
-) -> Vec<OwnLine> {
-    let Observed {
-        gyros,
-        samples,
-        streams,
-        ..
-    } = observed;
-    let Some(reference_hz) = channels::readings_hz(samples) else {
-        return Vec::new();
-    };
-    let of_gyros: Triad = [0, 1, 2].map(|axis| gyros.along(axis));
-    let others: Vec<&Triad> = std::iter::once(reference_rad)
-        .chain(&streams.force_m_s2)
-        .collect();
-    let clocks = (gyros.rate_hz, reference_hz);
-    find(&of_gyros, &others, seen, clocks, plan)
-}
-
 impl Observed<'_> {
-    /// Takes lines out of the gyros.
-    pub(crate) fn take_lines(&mut self, lines: Vec<OwnLine>) {
+    /// Takes lines that are found in the rows that are `seen` out of the gyros, and keeps the frequencies of the motion's.
+    ///
+    /// # Inputs
+    /// `reference_rad`: the reference's increments on the gyros' rows.
+    pub(crate) fn take_lines(
+        &mut self,
+        (reference_rad, seen): (&Triad, &[bool]),
+        plan: &OwnLinesPlan,
+    ) {
+        let Some(reference_hz) = channels::readings_hz(&self.samples) else {
+            return;
+        };
+        let of_gyros: Triad = [0, 1, 2].map(|axis| self.gyros.along(axis));
+        let others: Vec<&Triad> = std::iter::once(reference_rad)
+            .chain(&self.streams.force_m_s2)
+            .collect();
+        let clocks = (self.gyros.rate_hz, reference_hz);
+        let lines = find(&of_gyros, &others, seen, clocks, plan);
+        self.motion_hz = of_motion(&others, seen, clocks, plan);
         add(&mut self.gyros, &lines, -1.0);
         self.lines = lines;
+    }
+
+    /// Scans of the residual for effects outside the catalogue.
+    pub(crate) fn scans(&self) -> Scans<'_> {
+        let bin_hz = self.gyros.rate_hz / self.gyros.sensed_rad.len() as f64;
+        let [first, about] = self.line_bins;
+        Scans::All {
+            least_hz: first as f64 * bin_hz,
+            motion_hz: &self.motion_hz,
+            about_hz: about as f64 * bin_hz,
+        }
     }
 
     /// Gyros with the lines and the high passes that were found on them.

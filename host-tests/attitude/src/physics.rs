@@ -5,10 +5,10 @@ use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
 use rlg_catalogue::candidates::Variant;
-use rlg_catalogue::entries::{CATALOGUE, SLIP, STEP, coefficient_of};
+use rlg_catalogue::entries::{CATALOGUE, SLIP, STEP, UNLISTED, coefficient_of};
 use rlg_catalogue::entry::Entry;
 use rlg_catalogue::signals::{AXES, Inputs, Motions, Path};
-use rlg_catalogue::{Candidate, Pool, Signals};
+use rlg_catalogue::{Candidate, Expression, Pool, Signals};
 use rlg_diagnosis::rows::model_effects::event_row;
 use rlg_inference::Term;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -76,7 +76,11 @@ impl Gyro {
     }
 
     /// Sums terms on the gyros, each times its size, as increments in the case's axes \[rad by row\].
-    fn case_rad<'a>(&self, pool: &Pool, terms: impl Iterator<Item = (&'a Term, f64)>) -> Triad {
+    pub(crate) fn case_rad<'a>(
+        &self,
+        pool: &Pool,
+        terms: impl Iterator<Item = (&'a Term, f64)>,
+    ) -> Triad {
         let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
         for (term, size) in terms {
             let values = pool.columns[term.column].values(&self.signals);
@@ -134,6 +138,14 @@ impl Gyro {
         };
         let axis = AXES.iter().position(|name| name == axis)?;
         let signals = &self.signals;
+        if effect.kind == UNLISTED {
+            let expression = Expression::parse(effect.text("expression")?, signals)?;
+            let mut pool = Pool::default();
+            let one = pool.expression(axis, expression, 1.0, signals);
+            let size = effect.number("coefficient");
+            let terms = one.hypothesis.terms.iter();
+            return Some(self.case_rad(&pool, terms.map(|term| (term, size))));
+        }
         let row = event_row(effect, signals.start_s, signals.rate_hz, signals.rows);
         let size = effect.number("size");
         let mut sensed: Triad = std::array::from_fn(|_| vec![0.0; self.signals.rows]);
@@ -148,6 +160,11 @@ impl Gyro {
     /// Transforms a rate of one gyro \[rad/s\] to increments in the case's axes \[rad by row\].
     pub fn sensed_along(&self, axis: usize, rate_rad_s: f64) -> Vector3<f64> {
         self.case_from_sensed.column(axis) * (rate_rad_s * self.signals.period_s())
+    }
+
+    /// Components of a vector of the case along the gyros' axes.
+    pub(crate) fn on_gyros(&self, case: Vector3<f64>) -> Vector3<f64> {
+        self.signals.sensing_from_body * case
     }
 
     /// Physical effects observable with these channels, each whole.

@@ -1,6 +1,5 @@
 //! Results of all stages, from which findings and figures are formed.
 
-use nalgebra::Vector3;
 use rlg_catalogue::{Candidate, Pool};
 use rlg_plan::Plan;
 use rlg_signal::axes::Triad;
@@ -11,8 +10,8 @@ use crate::choice::{Candidates, Named};
 use crate::observed::Observed;
 use crate::physics::Gyro;
 use crate::registration::Registration;
+use crate::scanned::Step;
 use crate::search::Found;
-use crate::steps::Step;
 
 /// Data of few attitudes.
 pub(crate) struct Few {
@@ -51,12 +50,10 @@ impl Said<'_> {
     pub(crate) fn columns(&self, named: &Named, about: &About) -> Vec<Triad> {
         match self.candidate(named) {
             Some(candidate) => self.gyro.columns(self.pool, candidate, about),
-            None => {
-                let in_case = self.in_case_rad(named);
-                let row = |of: &Triad, row: usize| Vector3::from_fn(|axis, _| of[axis][row]);
-                let columns = in_case.iter().map(|one| about.carried(|k| row(one, k)));
-                columns.collect()
-            }
+            None => match named.scanned {
+                Some(scanned) => scanned.columns(about, self.gyro),
+                None => Vec::new(),
+            },
         }
     }
 
@@ -65,21 +62,16 @@ impl Said<'_> {
         if let Some(candidate) = self.candidate(named) {
             return self.gyro.in_case_rad(self.pool, candidate).collect();
         }
-        let step = named.step.map(|step| {
-            let mut case: Triad = std::array::from_fn(|_| vec![0.0; self.gyro.signals.rows]);
-            let sensed = self.gyro.sensed_along(step.axis, 1.0);
-            for (values, sensed) in case.iter_mut().zip(&sensed) {
-                values[step.row..].fill(*sensed);
-            }
-            case
-        });
-        step.into_iter().collect()
+        match named.scanned {
+            Some(scanned) => scanned.in_case_rad(self.gyro),
+            None => Vec::new(),
+        }
     }
 
     fn candidate(&self, named: &Named) -> Option<&Candidate> {
         let mut effects = self.candidates.effects.iter();
         let own = effects.find(|(_, places)| *places == named.places);
-        own.filter(|_| named.step.is_none())
+        own.filter(|_| named.scanned.is_none())
             .map(|(candidate, _)| candidate)
     }
 

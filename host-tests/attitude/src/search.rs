@@ -1,7 +1,9 @@
 //! Search for physical effects given the registration, and selection of the registration's groups.
 
+use std::cell::OnceCell;
+
 use rlg_catalogue::Pool;
-use rlg_catalogue::entries::{CATALOGUE, PULL, STEP};
+use rlg_catalogue::entries::{CATALOGUE, PULL};
 use rlg_diagnosis::self_test::Trials;
 use rlg_findings::result::Tested;
 use rlg_plan::{AttitudeNoisePlan, Plan};
@@ -14,13 +16,16 @@ use crate::blocks::{Blocks, Prior};
 use crate::choice::{Candidates, Choice, Named, chance, without};
 use crate::earth;
 use crate::equations::{Band, BandNoise};
+use crate::expression_scan::Vocabulary;
 use crate::fitting::priced;
 use crate::growth::Called;
+use crate::line_scan;
 use crate::noise::NoiseTerms;
 use crate::physics::Gyro;
 use crate::registration::{Registration, Steps};
+use crate::residual_scan::{Given, Sought};
 use crate::self_test::OnBlocks;
-use crate::steps::{self, Step};
+use crate::step_scan;
 
 /// Result of the search.
 pub struct Found {
@@ -76,6 +81,24 @@ pub struct Physics<'a> {
     pub pool: &'a Pool,
     /// Effects, with the indices of their parameters.
     pub candidates: &'a Candidates,
+    /// Scans for effects outside the catalogue.
+    pub scans: Scans<'a>,
+}
+
+/// Scans of the residual for effects outside the catalogue.
+#[derive(Clone, Copy)]
+pub enum Scans<'a> {
+    /// None: the kind is left out.
+    None,
+    /// Lines and expressions.
+    All {
+        /// Lowest frequency of a line: those of the motion are not known below \[Hz\].
+        least_hz: f64,
+        /// Lines of the motion, about which no line of a gyro is sought \[Hz\].
+        motion_hz: &'a [f64],
+        /// Half width \[Hz\].
+        about_hz: f64,
+    },
 }
 
 /// Gyros with a registration, and its linearisation point relative to the model.
@@ -139,6 +162,7 @@ pub(crate) fn search(of: Registered, physics: Physics, plan: &Plan, seed: u64) -
         gyro,
         pool,
         candidates,
+        scans,
     } = physics;
     let (registered, beyond) = (of.registration, of.beyond);
     let about = &registered.about;
@@ -146,28 +170,17 @@ pub(crate) fn search(of: Registered, physics: Physics, plan: &Plan, seed: u64) -
     let columns = effects.flat_map(|(candidate, _)| gyro.columns(pool, candidate, about));
     let basis = basis(registered, &plan.attitude.noise);
     let mut search = Search::new(of, &basis, candidates, columns, plan);
-    let mut set: Vec<usize> = (0..COUNT).collect();
-    let mut physics: Vec<Named> = Vec::new();
-    while physics.len() < plan.attitude.most_effects {
-        let (next, tried) = search.choice().next(&set, &physics);
-        search.tried += tried;
-        let next = next.or_else(|| {
-            let known: Vec<Step> = physics.iter().filter_map(|one| one.step).collect();
-            search.step(about, gyro, beyond, &set, &known)
-        });
-        let Some(named) = next else {
-            break;
-        };
-        set.extend(&named.places);
-        let is_filter = named.kind == PULL;
-        physics.push(named);
-        // An attitude computed from these gyros shares their errors: it is no independent evidence of further effects.
-        if is_filter {
-            break;
-        }
-    }
+    let residual = Residual {
+        about,
+        gyro,
+        beyond,
+        scans,
+        vocabulary: OnceCell::new(),
+        pool,
+    };
+    let (mut physics, set) = search.selected(&residual);
     let kinds: Vec<&'static str> = physics.iter().map(|one| one.kind).collect();
-    for named in physics.iter_mut().filter(|one| one.step.is_none()) {
+    for named in physics.iter_mut().filter(|one| !one.is_step()) {
         let beside = without(&set, &named.places);
         let statistic = search.blocks.sums.statistic(&beside, &named.places);
         let choice = search.choice();
@@ -272,33 +285,90 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Tests a step of a bias given a set, and appends its column to the blocks if it is accepted.
-    fn step(
+    /// Forward selection of effects, with backward elimination where a scan found one: a listed effect may have stood for it.
+    fn selected(&mut self, residual: &Residual) -> (Vec<Named>, Vec<usize>) {
+        let mut set: Vec<usize> = (0..COUNT).collect();
+        let mut physics: Vec<Named> = Vec::new();
+        let most = self.plan.attitude.most_effects;
+        // An elimination is followed by no second one of the same effect.
+        for _ in 0..2 * most {
+            if physics.len() == most {
+                break;
+            }
+            let (next, tried) = self.choice().next(&set, &physics);
+            self.tried += tried;
+            let next = next
+                .or_else(|| {
+                    let sought = step_scan::seek(residual.given(&self.blocks, &set, self.plan));
+                    self.accepted(sought, &set, &physics, residual.beyond)
+                })
+                .or_else(|| {
+                    let sought = residual.seek(&self.blocks, &set, self.candidates, self.plan);
+                    self.accepted(sought, &set, &physics, residual.beyond)
+                });
+            let Some(named) = next else {
+                break;
+            };
+            let is_filter = named.kind == PULL;
+            let is_scanned = named.scanned.is_some();
+            set.extend(&named.places);
+            physics.push(named);
+            // An attitude computed from these gyros shares their errors: it is no independent evidence of further effects.
+            if is_filter {
+                break;
+            }
+            if is_scanned {
+                self.eliminate(&mut physics, &mut set);
+            }
+        }
+        (physics, set)
+    }
+
+    /// Removes effects that the others make redundant; the last one stays.
+    fn eliminate(&self, physics: &mut Vec<Named>, set: &mut Vec<usize>) {
+        let mut place = 0;
+        while place + 1 < physics.len() {
+            let one = &physics[place];
+            let beside = without(set, &one.places);
+            if self.choice().stays(one, &beside) {
+                place += 1;
+            } else {
+                *set = beside;
+                physics.remove(place);
+                place = 0;
+            }
+        }
+    }
+
+    /// Accepts an effect of a scan given a set, and appends its columns to the blocks.
+    fn accepted(
         &mut self,
-        about: &About,
-        gyro: &Gyro,
-        beyond: &[f64; COUNT],
+        sought: Option<Sought>,
         set: &[usize],
-        known: &[Step],
+        known: &[Named],
+        beyond: &[f64; COUNT],
     ) -> Option<Named> {
+        let sought = sought?;
         let plan = &self.plan.attitude;
-        let sought = steps::seek(&self.blocks, about, gyro, beyond, set, &plan.blocks)?;
         let gain = sought.statistic.gain(sought.places, true, &plan.blocks);
         self.tried += sought.places;
-        if gain <= plan.least_gain || known.contains(&sought.step) {
+        let mut known = known.iter();
+        if gain <= plan.least_gain || known.any(|one| one.scanned == Some(sought.scanned)) {
             return None;
         }
-        let place = self.blocks.sums.parameters();
-        let blocks = self.blocks.with(std::iter::once(sought.column), beyond);
-        let predicted = blocks.sums.predicted(set, &[place]);
+        let first = self.blocks.sums.parameters();
+        let places: Vec<usize> = (first..first + sought.columns.len()).collect();
+        let blocks = self.blocks.with(sought.columns.into_iter(), beyond);
+        let predicted = blocks.sums.predicted(set, &places);
         if predicted.log_likelihood <= plan.least_predicted {
             return None;
         }
         self.blocks = blocks;
         Some(Named {
-            kind: STEP,
-            places: vec![place],
-            step: Some(sought.step),
+            kind: sought.scanned.kind(),
+            places,
+            scanned: Some(sought.scanned),
+            among: sought.places,
             statistic: sought.statistic,
             gain,
             share: predicted.share,
@@ -306,5 +376,58 @@ impl<'a> Search<'a> {
             alike: Vec::new(),
             behind: Vec::new(),
         })
+    }
+}
+
+/// Rows and signals that scans search in.
+struct Residual<'a> {
+    about: &'a About,
+    gyro: &'a Gyro,
+    beyond: &'a [f64; COUNT],
+    scans: Scans<'a>,
+    pool: &'a Pool,
+    vocabulary: OnceCell<Vocabulary>,
+}
+
+impl Residual<'_> {
+    fn given<'b>(&'b self, blocks: &'b Blocks<'b>, set: &'b [usize], plan: &'b Plan) -> Given<'b> {
+        Given {
+            blocks,
+            about: self.about,
+            gyro: self.gyro,
+            beyond: self.beyond,
+            set,
+            plan,
+        }
+    }
+
+    /// Finds the line or expression of larger gain in the residual of a set.
+    fn seek(
+        &self,
+        blocks: &Blocks,
+        set: &[usize],
+        listed: &Candidates,
+        plan: &Plan,
+    ) -> Option<Sought> {
+        let Scans::All {
+            least_hz,
+            motion_hz,
+            about_hz,
+        } = self.scans
+        else {
+            return None;
+        };
+        let given = self.given(blocks, set, plan);
+        let null = blocks.null(set, self.beyond);
+        let is_own = |hz: f64| motion_hz.iter().all(|of| (hz - of).abs() > about_hz);
+        let is_free = |hz: f64| hz >= least_hz && is_own(hz);
+        let line = line_scan::seek(given, &null, &is_free);
+        let vocabulary = self
+            .vocabulary
+            .get_or_init(|| Vocabulary::new(&given, self.pool, listed));
+        let expression = vocabulary.seek(given, &null);
+        let gain = |one: &Sought| one.statistic.gain(one.places, true, &plan.attitude.blocks);
+        let both = line.into_iter().chain(expression);
+        both.max_by(|a, b| gain(a).total_cmp(&gain(b)))
     }
 }

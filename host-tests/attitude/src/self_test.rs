@@ -2,7 +2,7 @@
 //!
 //! Whitened rows of noise are drawn with the scatter of each block, effects are added to the normal equations, and the
 //! search decides on these. Accepted effects are fitted in every trial. Not in the trials: the growth of the registration,
-//! and steps of a bias.
+//! steps of a bias, lines and expressions.
 
 use nalgebra::{DMatrix, DVector};
 use rand_chacha::ChaCha8Rng;

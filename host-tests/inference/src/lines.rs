@@ -11,6 +11,14 @@ pub struct Line {
     pub ratio: f64,
 }
 
+impl Line {
+    /// Gain in log likelihood over the neighbouring power, less the price of the search over `places`. The fitted noise is not
+    /// used: coloured noise is no line. The median of a pair is 2 ln 2.
+    pub fn surplus(&self, places: f64) -> f64 {
+        self.ratio * std::f64::consts::LN_2 - places.ln()
+    }
+}
+
 /// Finds the strongest line of a span.
 ///
 /// # Inputs

@@ -290,6 +290,12 @@ pub struct Projected {
 }
 
 impl Projected {
+    /// # Inputs
+    /// `free`, `score`: information and score given the members; `own`: information of each parameter alone.
+    pub fn new(free: DMatrix<f64>, score: DVector<f64>, own: DVector<f64>) -> Self {
+        Self { free, score, own }
+    }
+
     /// Information and score in parameters mapped to the hypothesis' by `sizes`, (its parameters × theirs).
     pub fn along(&self, sizes: &DMatrix<f64>) -> Self {
         let free = sizes.transpose() * &self.free * sizes;

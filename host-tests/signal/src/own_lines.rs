@@ -34,9 +34,6 @@ pub fn find(
     (rate_hz, reference_hz): (f64, f64),
     plan: &OwnLinesPlan,
 ) -> Vec<OwnLine> {
-    let rows = seen.len();
-    let shown = plan.of_reference_rate * reference_hz.min(rate_hz) / rate_hz;
-    let shown = (shown * rows as f64) as usize;
     let window = Window::new(seen);
     let mut others = others
         .iter()
@@ -44,16 +41,8 @@ pub fn find(
     let Some(reference) = others.next() else {
         return Vec::new();
     };
-    let blocks: Vec<Range<usize>> = (plan.first..shown)
-        .step_by(plan.block)
-        .map(|first| first..first + plan.block)
-        .take_while(|block| block.end <= shown)
-        .collect();
-    let lines_of = |spectra: &Spectra| -> Vec<Peak> {
-        let each = blocks.iter();
-        each.flat_map(|block| peaks(spectra, block, plan.shared))
-            .collect()
-    };
+    let blocks = blocks(seen.len(), (rate_hz, reference_hz), plan);
+    let lines_of = |spectra: &Spectra| lines_of(spectra, &blocks, plan);
     let mut excluded = products(lines_of(&reference), plan.strongest);
     excluded.extend(others.flat_map(|other| products(lines_of(&other), plan.strongest)));
     let mut search = Search {
@@ -83,6 +72,49 @@ pub fn find(
         }
     }
     search.lines
+}
+
+/// Frequencies of the lines of other channels \[Hz\]: what a gyro has there may be of the motion.
+///
+/// # Inputs
+/// As of [`find`].
+pub fn of_motion(
+    others: &[&Triad],
+    seen: &[bool],
+    (rate_hz, reference_hz): (f64, f64),
+    plan: &OwnLinesPlan,
+) -> Vec<f64> {
+    let rows = seen.len();
+    let blocks = blocks(rows, (rate_hz, reference_hz), plan);
+    let window = Window::new(seen);
+    let spectra = others
+        .iter()
+        .map(|other| other.each_ref().map(|axis| window.spectrum(axis)));
+    let peaks = spectra.flat_map(|spectra| lines_of(&spectra, &blocks, plan));
+    let hz = |peak: Peak| peak.bin as f64 * rate_hz / rows as f64;
+    peaks.map(hz).collect()
+}
+
+/// Blocks of the spectrum's bins that the reference shows.
+fn blocks(
+    rows: usize,
+    (rate_hz, reference_hz): (f64, f64),
+    plan: &OwnLinesPlan,
+) -> Vec<Range<usize>> {
+    let shown = plan.of_reference_rate * reference_hz.min(rate_hz) / rate_hz;
+    let shown = (shown * rows as f64) as usize;
+    (plan.first..shown)
+        .step_by(plan.block)
+        .map(|first| first..first + plan.block)
+        .take_while(|block| block.end <= shown)
+        .collect()
+}
+
+/// Lines of three channels.
+fn lines_of(spectra: &Spectra, blocks: &[Range<usize>], plan: &OwnLinesPlan) -> Vec<Peak> {
+    let each = blocks.iter();
+    each.flat_map(|block| peaks(spectra, block, plan.shared))
+        .collect()
 }
 
 struct Search<'a> {

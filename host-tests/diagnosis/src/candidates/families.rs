@@ -184,9 +184,7 @@ fn line(
     let Some(line) = strongest_line(&residual, rows, &begin.plan.inference.lines) else {
         return Vec::new();
     };
-    // Relative to the neighbouring power, not the fitted noise: coloured noise is no line. The median of a pair is 2 ln 2.
-    let local = line.ratio * std::f64::consts::LN_2 - (3.0 * rows as f64).ln();
-    if local < begin.least() {
+    if line.surplus(3.0 * rows as f64) < begin.least() {
         return Vec::new();
     }
     let about = lines_about(line.share * signals.rate_hz, gyro, signals);

@@ -139,7 +139,7 @@ pub(crate) fn worth(gain: &Gain, hypothesis: &Hypothesis) -> f64 {
 }
 
 /// Log evidence of a gain L by k `numbers` under a g-prior of their own size: L − k/2 (1 + ln(2L/k)).
-pub(crate) fn integrated(log_likelihood: f64, numbers: usize) -> f64 {
+pub fn integrated(log_likelihood: f64, numbers: usize) -> f64 {
     let count = numbers as f64;
     let each = (2.0 * log_likelihood / count).max(1.0);
     log_likelihood - 0.5 * count * (1.0 + each.ln())

@@ -131,7 +131,7 @@ impl Parameters {
 }
 
 /// Sentence on the effect missing from the model of a gyro that follows an expression.
-fn followed(axis: &str, expression: &str) -> String {
+pub fn followed(axis: &str, expression: &str) -> String {
     if expression == format!("time*alpha_{axis}") {
         format!(
             "Delay of the reference against gyro {axis} grows in time, by the coefficient in seconds per second: their clocks, or the rates of their tables, differ by that ratio."

@@ -5,6 +5,7 @@ mod accelerometers;
 mod at_rest;
 
 mod attitude;
+mod attitude_scans;
 
 mod bench_recordings;
 mod channels;

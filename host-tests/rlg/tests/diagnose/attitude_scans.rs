@@ -1,0 +1,139 @@
+//! Effects outside the catalogue beside attitudes: a line of one gyro, and an expression in the motion.
+
+use super::attitude::{instrument, made, put_beside, slews, still, take, told, tumble};
+use super::support::{WITHIN, kinds, names_nothing, number, sizes_are};
+use rlg::diagnose::result::Diagnosis;
+use rlg::recording::{Clock, Quantity, Recording, Table};
+use rlg::simulate::Simulation;
+
+const RATE_HZ: f64 = 400.0;
+
+fn scenario(effect: &str) -> String {
+    let motion = format!("{}{}{}", still(3.0), slews(), tumble(25.0));
+    format!("{}{motion}{effect}", instrument(RATE_HZ))
+}
+
+fn unlisted(axis: &str, coefficient: f64, expression: &str) -> String {
+    format!(
+        "[[effect]]\nkind = \"unlisted\"\nconcealed = true\naxis = \"{axis}\"\ncoefficient = {coefficient:e}\n\
+         expression = \"{expression}\"\n"
+    )
+}
+
+/// Attitudes on every `every`th row.
+fn dense(simulation: &Simulation, every: usize) -> Recording {
+    let mut recording = simulation.recording.clone();
+    take(&mut recording, &Quantity::ReferenceIncrement);
+    let mut channels = take(&mut recording, &Quantity::ReferenceAttitude);
+    for channel in &mut channels {
+        let shown = channel.values.iter().skip(every - 1).step_by(every);
+        channel.values = shown.copied().collect();
+    }
+    put_beside(&mut recording, channels, every, 0.0);
+    recording
+}
+
+/// Attitudes on every fourth row, one row early or late by turns of seven.
+fn jittered(simulation: &Simulation) -> Recording {
+    const EARLY: [usize; 7] = [1, 0, 2, 2, 1, 0, 1];
+    let mut recording = simulation.recording.clone();
+    take(&mut recording, &Quantity::ReferenceIncrement);
+    let mut channels = take(&mut recording, &Quantity::ReferenceAttitude);
+    let rows = recording.tables[0].rows;
+    let shown: Vec<usize> = (0..rows / 4 - 1)
+        .map(|stamp| 4 * stamp + 5 - EARLY[stamp % 7])
+        .collect();
+    for channel in &mut channels {
+        channel.values = shown.iter().map(|row| channel.values[*row]).collect();
+    }
+    let stamps = shown.iter().map(|row| (row + 1) as f64 / RATE_HZ);
+    recording.tables.push(Table {
+        file: "camera.csv".to_owned(),
+        clock: Clock::Stamped {
+            column: "t".to_owned(),
+            stamps_s: stamps.collect(),
+        },
+        rows: shown.len(),
+        channels,
+    });
+    recording
+}
+
+/// Recordings of 200 Hz, of 100 Hz, and of 100 Hz with jitter.
+fn stampings(simulation: &Simulation) -> [(Recording, &'static str); 3] {
+    [
+        (dense(simulation, 2), "200 Hz"),
+        (dense(simulation, 4), "100 Hz"),
+        (jittered(simulation), "jitter"),
+    ]
+}
+
+fn diagnosed(recording: &Recording, simulation: &Simulation, which: &str) -> Diagnosis {
+    let diagnosis = told(recording, simulation);
+    let summary = &diagnosis.summary;
+    assert_eq!(kinds(&diagnosis), ["unlisted"], "{which}: {summary:#?}");
+    diagnosis
+}
+
+/// A line of 1.4 °/h at 3.7 Hz: 12 standard deviations, where a peak of the spectrum alone is found from some 20 on.
+#[test]
+fn a_line_of_one_gyro_is_found_beside_attitudes() {
+    let (size, hz) = (7e-6, 3.73);
+    let simulation = made(&scenario(&unlisted("y", size, "sine(3.73)")), 31);
+    for (recording, which) in stampings(&simulation) {
+        let diagnosis = diagnosed(&recording, &simulation, which);
+        let line = &diagnosis.effects[0];
+        assert!(
+            line.expression
+                .as_ref()
+                .is_some_and(|text| text.starts_with("sine("))
+        );
+        let (found, std) = number(line, "y");
+        // The mean square of an amplitude holds its variance.
+        assert!(
+            (found - size).abs() < WITHIN * std,
+            "{which}: {found:e} ± {std:e}"
+        );
+        assert!(std < 0.2 * size, "{which}: {std:e}");
+        let (found, std) = number(line, "frequency_hz");
+        assert!(
+            (found - hz).abs() < WITHIN * std,
+            "{which}: {found} ± {std}"
+        );
+        assert!(std < 0.01, "{which}: {std}");
+        assert_eq!([number(line, "x").0, number(line, "z").0], [0.0; 2]);
+    }
+}
+
+#[test]
+fn an_expression_in_the_motion_is_found_beside_attitudes() {
+    // No effect of the catalogue is a product of three rates.
+    let size = 4e-4;
+    let simulation = made(
+        &scenario(&unlisted("z", size, "omega_x*omega_x*omega_y")),
+        32,
+    );
+    for (recording, which) in stampings(&simulation) {
+        let diagnosis = diagnosed(&recording, &simulation, which);
+        let found = &diagnosis.effects[0];
+        assert_eq!(
+            found.expression.as_deref(),
+            Some("omega_x*omega_x*omega_y"),
+            "{which}"
+        );
+        sizes_are(found, &[("coefficient", size)]);
+    }
+}
+
+#[test]
+fn dense_and_jittered_attitudes_without_an_effect_name_nothing() {
+    for seed in 33..35 {
+        let simulation = made(&scenario(""), seed);
+        for (recording, which) in stampings(&simulation) {
+            names_nothing(
+                &told(&recording, &simulation),
+                format!("{which}, seed {seed}"),
+            );
+        }
+    }
+}
