@@ -10,15 +10,15 @@ use rlg_signal::attitude_samples::has_attitude;
 use rlg_signal::channels::SAME_ROW;
 use rlg_signal::streams::Streams;
 
-use crate::alignment::Alignment;
-use crate::case_motion;
-use crate::channels;
-use crate::few_fit;
-use crate::findings;
-use crate::many_fit;
-use crate::observed::{Observed, observe};
-use crate::said::Said;
-use crate::zeroing;
+use crate::fits::many_fit;
+use crate::fits::report_inputs::Said;
+use crate::fits::sparse_fit;
+use crate::gyros::channels;
+use crate::gyros::zeroing;
+use crate::registration::observed::{Observed, observe};
+use crate::report::case_motion;
+use crate::report::findings;
+use crate::rows::alignment::Alignment;
 
 /// A diagnosis and the corrected motion.
 pub struct Diagnosed {
@@ -103,7 +103,7 @@ pub fn diagnose(
         observed.take_lines(reference, &settings.plan.signal.own_lines);
     }
     let fit = if observed.is_few {
-        few_fit::fit
+        sparse_fit::fit
     } else {
         many_fit::fit
     };

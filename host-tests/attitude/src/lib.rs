@@ -1,136 +1,43 @@
 //! Diagnosis of gyro errors against an attitude reference of any rate and any stamping.
 //!
-//! In the order of the data: `conventions` (body to navigation frame, w first) → `channels` (axes, signs and units agree) →
-//! `coarse` (global search for delay and rotation) → `gyro_motion` (attitude integrated from the gyros' increments, `dither`
-//! subtracted) → `increments` (rows of the likelihood, between stamps) → `growth` of the `registration` (forward selection
-//! of the parameters that align both instruments, always estimated; by the normal `equations` with estimated `noise`, whose
-//! level has a `modulation` in each of the `octaves`; columns from `conditioned` motion; `reference_faults` excluded) →
-//! `physics` (effects of the catalogue, transformed by the attitude; among them a reference that is pulled to the
-//! `vertical`) → `search` (the `choice` by `blocks` of rows, whitened by the `whitener`, through their `block_sums` alone;
-//! `scanned` effects of one gyro by a `residual_scan`: `step_scan`, `line_scan`, `expression_scan`; a `self_test`) → `held_out`, `promise` and `findings`. The gyros' motion less their errors is
-//! passed on (`case_motion`), to transport gravity to the accelerometers.
+//! In the order of the data, each folder importing from those above it:
+//! - `likelihood`: noise with a level in each of the octaves (`modulation`), normal equations, statistics of blocks
+//! - `rows`: the attitude integrated from the gyros' increments (`gyro_motion`, `dither` subtracted); `increments` between stamps,
+//!   linearised about an `alignment`, with columns from `conditioned` motion; whitened, in `blocks`
+//! - `reference`: its faults; `coarse` (global search for delay and rotation); its `vertical`
+//! - `gyros`: channels, effects of the catalogue as columns (`physics`), effects of one gyro (`scanned`)
+//! - `registration`: `conventions` (body to navigation frame, w first); data of a recording (`observed`); forward selection of the
+//!   parameters that align both instruments (`registration_search`), by `gauss_newton` passes
+//! - `selection`: effects and groups by blocks of rows, whitened, through their sums alone; scans of the residual for steps, lines and
+//!   expressions; the self-test
+//! - `fits`: many attitudes; few, whose noise is declared or has a prior (`sparse_attitudes`, in the place of registration and search)
+//! - `report`: `held_out`, `promise` and `findings`; the gyros' motion less their errors (`case_motion`), to transport gravity to the
+//!   accelerometers
 //!
-//! A reference of summed increments is accepted, too: sums are compared with sums, without rotation.
-//!
-//! For attitudes too few to estimate their noise, `few` computes the evidence of rows and columns under declared or prior
-//! noise, and `few_search` replaces registration and search (`few_fit`; `many_fit` for all others). For the registration alone, `align` omits the physics.
+//! A reference of summed increments is accepted, too: sums are compared with sums, without rotation. For the registration alone,
+//! `align` omits the physics.
 
-mod gyro_motion;
+mod likelihood;
 
-mod dither;
+mod rows;
 
-mod increments;
+mod reference;
 
-mod modulation;
-
-mod octaves;
-
-mod noise;
-
-mod equations;
-
-mod whitener;
-
-mod conditioned;
-
-mod reference_faults;
-
-mod outliers;
-
-mod reference_jumps;
-
-mod alignment;
-
-mod about;
-
-mod fitting;
-
-mod growth;
+mod gyros;
 
 mod registration;
 
-mod channels;
+mod selection;
 
-mod held;
+mod fits;
 
-mod failures;
-
-mod observed;
-
-mod vertical;
-
-mod cards;
-
-mod zeroing;
-
-mod gyro_times;
-
-mod own_lines;
-
-mod earth;
-
-mod coarse;
-
-pub mod conventions;
-
-mod settling;
-
-mod physics;
-
-mod block_sums;
-
-mod blocks;
-
-mod scanned;
-
-mod residual_scan;
-
-mod step_scan;
-
-mod line_scan;
-
-mod expression_scan;
-
-mod choice;
-
-mod self_test;
-
-mod search;
-
-mod late_gyros;
-
-mod rest;
-
-mod few;
-
-mod few_search;
-
-mod few_fit;
-
-mod many_fit;
-
-mod promise;
-
-mod reference_spans;
-
-mod said;
-
-mod held_out;
-
-mod case_motion;
-
-mod mount;
-
-mod line_entry;
-
-mod findings;
-
-mod numbers;
+mod report;
 
 mod diagnose;
 
 mod align;
 
 pub use align::align;
-pub use channels::beside_gyros;
 pub use diagnose::{Diagnosed, diagnose, serves};
+pub use gyros::channels::beside_gyros;
+pub use registration::conventions;

@@ -1,0 +1,211 @@
+//! Registration and physics of attitudes whose noise is estimated from their own residuals.
+
+use rlg_catalogue::entries::{PULL, UNLISTED};
+use rlg_diagnosis::Settings;
+use rlg_recording::error::InputError;
+
+use crate::fits::late_gyros;
+use crate::fits::report_inputs::Fitted;
+use crate::gyros::gyro_times;
+use crate::gyros::physics::Gyro;
+use crate::likelihood::equations::ParameterColumn;
+use crate::reference::coarse::Start;
+use crate::registration::gauss_newton::{self, Registration};
+use crate::registration::observed::Observed;
+use crate::registration::registration_search::{Grown, Growth};
+use crate::rows::alignment::Alignment;
+use crate::rows::linearised_rows::Gyros;
+use crate::selection::group_selection::{Candidates, Named};
+use crate::selection::search::{Found, Physics, Registered, Scans, called_for, search};
+
+/// Fits attitudes whose noise is estimated from their own residuals; once more where single gyros are late, after their rows are
+/// moved.
+pub(crate) fn fit(
+    settings: &Settings,
+    observed: &mut Observed,
+    of_model: &Alignment,
+    progress: &dyn Fn(&str),
+) -> Result<Option<Fitted>, InputError> {
+    /// Most moves: each leaves the square of what it is wrong by.
+    const MOVES: usize = 3;
+    let Some(mut fitted) = fit_many(settings, observed, of_model, progress)? else {
+        return Ok(None);
+    };
+    for _ in 0..MOVES {
+        let shown = settings.plan.attitude.late_gyro;
+        let Some(late) = late_gyros::of(&fitted.found, &fitted.registered, shown) else {
+            break;
+        };
+        progress("second pass with the rows of late gyros shifted");
+        let before = (observed.gyros.clone(), observed.late);
+        gyro_times::advance(&mut observed.gyros, late.values_s);
+        observed.late.add(&late);
+        let moved = fit_many(settings, observed, of_model, progress)?;
+        // By row: what looked like faults of the reference has fewer.
+        let by_row = |one: &Fitted| {
+            let registered = &one.registered;
+            registered.log_likelihood / registered.about.increments.rows() as f64
+        };
+        let least = by_row(&fitted);
+        match moved.filter(|moved| by_row(moved) > least) {
+            Some(moved) => fitted = moved,
+            // A filter, and no delay.
+            None => {
+                (observed.gyros, observed.late) = before;
+                break;
+            }
+        }
+    }
+    Ok(Some(fitted))
+}
+
+/// One fit of them.
+fn fit_many(
+    settings: &Settings,
+    observed: &mut Observed,
+    of_model: &Alignment,
+    progress: &dyn Fn(&str),
+) -> Result<Option<Fitted>, InputError> {
+    let start = Start::new(
+        &observed.gyros,
+        &observed.samples,
+        &observed.stamps.left_out,
+        of_model,
+    );
+    let grown = |observed: &Observed| grown(settings, observed, of_model, &start, progress);
+    let Some((mut registered, mut free)) = grown(observed) else {
+        return Ok(None);
+    };
+    let mut gyro = observed.gyro(&registered.about)?;
+    if !observed.is_without_known && observed.take_out(&gyro.known_rad(observed.model)) {
+        progress("second pass without the effects known");
+        let Some(again) = grown(observed) else {
+            return Ok(None);
+        };
+        (registered, free) = again;
+        gyro = observed.gyro(&registered.about)?;
+    }
+    observed.is_without_known = true;
+    let (pool, effects) = gyro.candidates(settings.left_out);
+    let candidates = Candidates::new(effects);
+    let mut plan = settings.plan;
+    let mut known = observed.model.effects.iter();
+    if known.any(|effect| effect.kind == PULL) {
+        // Computed from these gyros, the reference is no independent evidence of further effects.
+        plan.attitude.most_effects = 0;
+    }
+    let searched = |registered: Registration, gyro: &Gyro, observed: &Observed| {
+        progress("searching for physics");
+        let physics = Physics {
+            gyro,
+            pool: &pool,
+            candidates: &candidates,
+            scans: match settings.left_out.contains(&UNLISTED) {
+                true => Scans::None,
+                false => observed.scans(),
+            },
+        };
+        let search = |of: Registered| search(of, physics, &plan, settings.seed);
+        searched(&observed.gyros, registered, of_model, physics, search)
+    };
+    let mut found;
+    (registered, found) = searched(registered, &gyro, observed);
+    // Relinearise about the groups selected given physics: the remaining error is then within the linear range.
+    let now = found.groups();
+    if now != free {
+        let start = registered.alignment.with(&now, of_model);
+        let again = gauss_newton::settle(observed.records(), of_model, start, &now, true, progress);
+        if let Some(again) = again {
+            let rivals = std::mem::take(&mut registered.rivals);
+            registered = again.weighed(&observed.gyros, of_model);
+            registered.rivals = rivals;
+            gyro = observed.gyro(&registered.about)?;
+            (registered, found) = searched(registered, &gyro, observed);
+        }
+    }
+    Ok(Some(Fitted {
+        registered,
+        gyro,
+        pool,
+        candidates,
+        found,
+        few: None,
+    }))
+}
+
+/// Registers a record by forward selection of groups.
+fn grown(
+    settings: &Settings,
+    observed: &Observed,
+    of_model: &Alignment,
+    start: &Start,
+    progress: &dyn Fn(&str),
+) -> Option<Grown> {
+    let called_for = |registered: &Registration| {
+        let beyond = registered.alignment.beyond(of_model);
+        let of = Registered::new(&observed.gyros, registered, of_model, &beyond);
+        called_for(of, &settings.plan)
+    };
+    let growth = Growth {
+        of: observed.records(),
+        model: of_model,
+        start,
+        called_for: &called_for,
+        alike_within: settings.plan.attitude.alike_within,
+        progress,
+    };
+    growth.grow()
+}
+
+/// Searches for physical effects and, if any is found, again with the noise re-estimated given them, as it contained them.
+fn searched(
+    gyros: &Gyros,
+    mut registered: Registration,
+    of_model: &Alignment,
+    physics: Physics,
+    search: impl Fn(Registered) -> Found,
+) -> (Registration, Found) {
+    let beyond = registered.alignment.beyond(of_model);
+    let found = search(Registered::new(gyros, &registered, of_model, &beyond));
+    if found.physics.is_empty() {
+        return (registered, found);
+    }
+    let own = found.physics.iter();
+    let columns = own.flat_map(|named| named_columns(named, physics, &registered));
+    let columns = columns.collect();
+    registered = registered.weighed_beside(gyros, of_model, columns);
+    let found = search(Registered::new(gyros, &registered, of_model, &beyond));
+    (registered, found)
+}
+
+/// Columns of an accepted effect.
+fn named_columns(
+    named: &Named,
+    Physics {
+        gyro,
+        pool,
+        candidates,
+        ..
+    }: Physics,
+    registered: &Registration,
+) -> Vec<ParameterColumn> {
+    let about = &registered.about;
+    let priced = |(values, prior_std)| ParameterColumn {
+        values,
+        prior_std,
+        prior_mean: 0.0,
+    };
+    if let Some(scanned) = named.scanned {
+        let columns = scanned.columns(about, gyro).into_iter();
+        return columns
+            .map(|values| priced((values, f64::INFINITY)))
+            .collect();
+    }
+    let mut effects = candidates.effects.iter();
+    let Some((candidate, _)) = effects.find(|(_, places)| *places == named.places) else {
+        return Vec::new();
+    };
+    let values = gyro.columns(pool, candidate, about).into_iter().enumerate();
+    let std = |k: usize| candidate.hypothesis.bound(k).std;
+    values.map(|(k, values)| priced((values, std(k)))).collect()
+}

@@ -1,0 +1,207 @@
+//! Detection of faulty stamps of the reference before the search for physics: spikes, and rough stretches.
+
+use rlg_plan::{AttitudePlan, ReferenceFaultPlan};
+use rlg_signal::axes::Triad;
+
+use crate::rows::fitting::Fitting;
+use crate::rows::increments::{Increments, Stamps};
+use crate::rows::linearised_rows::About;
+
+/// Leaves out stamps far from a running median; true if there are any.
+pub fn spikes(about: &About, fitting: &Fitting, known: &mut Stamps, plan: &AttitudePlan) -> bool {
+    let plan = &plan.reference_faults;
+    let increments = &about.increments;
+    let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
+    let mut faulty = vec![false; error_rad[0].len()];
+    if increments.period_s < plan.slow_s {
+        out_of_median(&error_rad, increments.period_s, plan, &mut faulty);
+    }
+    known.leave_out(&increments.stamps, &faulty)
+}
+
+/// Leaves out stretches far rougher than others; true if there are any.
+pub fn rough_stretches(
+    about: &About,
+    fitting: &Fitting,
+    known: &mut Stamps,
+    plan: &AttitudePlan,
+) -> bool {
+    let plan = &plan.reference_faults;
+    let increments = &about.increments;
+    let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
+    let places = increments.places().iter();
+    let rate_rad_s: Vec<f64> = places
+        .map(|place| about.motion.rate_rad_s(*place).norm())
+        .collect();
+    let mut faulty = vec![false; error_rad[0].len()];
+    rough(
+        &error_rad,
+        &rate_rad_s,
+        (increments.period_s, plan),
+        &mut faulty,
+    );
+    known.leave_out(&increments.stamps, &faulty)
+}
+
+/// Attitude error at every stamp, the cumulative sum of the rows' residuals \[rad\].
+fn errors(increments: &Increments, left_rad: &Triad) -> Triad {
+    std::array::from_fn(|axis| {
+        let mut sum = 0.0;
+        let mut sums = vec![0.0];
+        for (row, grown) in left_rad[axis].iter().enumerate() {
+            if !increments.is_free(row) {
+                sum += grown;
+            }
+            sums.push(sum);
+        }
+        sums
+    })
+}
+
+fn out_of_median(error_rad: &Triad, period_s: f64, plan: &ReferenceFaultPlan, faulty: &mut [bool]) {
+    let width = ((plan.median_s / period_s).round() as usize).max(5) | 1;
+    let medians = error_rad
+        .each_ref()
+        .map(|values| running_median(values, width));
+    let away: Vec<f64> = (0..faulty.len())
+        .map(|stamp| {
+            let squares =
+                (0..3).map(|axis| (error_rad[axis][stamp] - medians[axis][stamp]).powi(2));
+            squares.sum::<f64>().sqrt()
+        })
+        .collect();
+    let whole = median(away.clone());
+    // The scale changes with the motion: the 80th percentile over four widths, of which a fifth may be faulty.
+    let sizes = away.chunks(4 * width).flat_map(|stretch| {
+        let scale = quantile(stretch.to_vec(), 0.8) + 0.25 * whole;
+        stretch.iter().map(move |away| away / scale)
+    });
+    let sizes: Vec<f64> = sizes.collect();
+    let reach = (plan.joined_s / period_s) as usize + 1;
+    join(&sizes, reach, plan, faulty);
+    join_back(&sizes, reach, plan, faulty);
+}
+
+/// Marks spikes, and stamps that still deviate within `reach` stamps of the last marked one: a reference recovers gradually
+/// from a fault.
+fn join(sizes: &[f64], reach: usize, plan: &ReferenceFaultPlan, faulty: &mut [bool]) {
+    let mut last: Option<usize> = None;
+    for stamp in 0..sizes.len() {
+        let is_near = last.is_some_and(|last| stamp - last <= reach);
+        if sizes[stamp] > plan.spike || (is_near && sizes[stamp] > plan.shoulder) {
+            let from = last.filter(|_| is_near).unwrap_or(stamp);
+            faulty[from..=stamp].fill(true);
+            last = Some(stamp);
+        }
+    }
+}
+
+/// Joins faulty stamps before a spike, from the end.
+fn join_back(sizes: &[f64], reach: usize, plan: &ReferenceFaultPlan, faulty: &mut [bool]) {
+    let backwards: Vec<f64> = sizes.iter().rev().copied().collect();
+    faulty.reverse();
+    join(&backwards, reach, plan, faulty);
+    faulty.reverse();
+}
+
+/// Marks stretches rougher than the median of all and than that of similar motion: an error that grows with the rate is no
+/// fault.
+fn rough(
+    error_rad: &Triad,
+    rate_rad_s: &[f64],
+    (period_s, plan): (f64, &ReferenceFaultPlan),
+    faulty: &mut [bool],
+) {
+    let length = ((plan.stretch_s / period_s) as usize).max(8);
+    let stamps = faulty.len();
+    let count = stamps / length;
+    if count < plan.least_stretches {
+        return;
+    }
+    let range = |stretch: usize| match stretch + 1 == count {
+        true => stretch * length..stamps,
+        false => stretch * length..(stretch + 1) * length,
+    };
+    let sizes: Vec<(f64, f64)> = (0..count)
+        .map(|stretch| {
+            let used: Vec<usize> = range(stretch).filter(|stamp| !faulty[*stamp]).collect();
+            let square: f64 = error_rad.iter().map(|values| scatter(values, &used)).sum();
+            let rates = used.iter().map(|stamp| rate_rad_s[*stamp].powi(2));
+            let rate = rates.sum::<f64>() / used.len().max(1) as f64;
+            (square.sqrt(), rate.sqrt())
+        })
+        .collect();
+    let typical = median(sizes.iter().map(|(size, _)| *size).collect());
+    for (stretch, (size, rate)) in sizes.iter().enumerate() {
+        let least_rate = plan.similar_rate * rate;
+        let alike = sizes.iter().filter(|(_, other)| *other >= least_rate);
+        let of_alike = median(alike.map(|(size, _)| *size).collect());
+        if *size > plan.rough * typical && *size > plan.rough * of_alike {
+            faulty[range(stretch)].fill(true);
+        }
+    }
+}
+
+/// Mean square about two levels, separated at the best change point: a jump is no roughness.
+fn scatter(values: &[f64], used: &[usize]) -> f64 {
+    let own: Vec<f64> = used.iter().map(|stamp| values[*stamp]).collect();
+    let count = own.len() as f64;
+    let sum: f64 = own.iter().sum();
+    let mean = sum / count.max(1.0);
+    let whole: f64 = own.iter().map(|value| (value - mean).powi(2)).sum();
+    let mut before = 0.0;
+    let explained = own.iter().enumerate().map(|(k, value)| {
+        before += value - mean;
+        let share = (k + 1) as f64 / count;
+        match share < 1.0 {
+            true => before * before / (count * share * (1.0 - share)),
+            false => 0.0,
+        }
+    });
+    let explained = explained.fold(0.0, f64::max);
+    (whole - explained).max(0.0) / count.max(1.0)
+}
+
+fn median(values: Vec<f64>) -> f64 {
+    quantile(values, 0.5)
+}
+
+fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
+    if values.is_empty() {
+        return 0.0;
+    }
+    let place = (share * values.len() as f64) as usize;
+    *values.select_nth_unstable_by(place, f64::total_cmp).1
+}
+
+fn running_median(values: &[f64], width: usize) -> Vec<f64> {
+    let half = width / 2;
+    (0..values.len())
+        .map(|place| {
+            let from = place.saturating_sub(half);
+            median(values[from..(place + half + 1).min(values.len())].to_vec())
+        })
+        .collect()
+}
+
+#[cfg(test)]
+mod tests {
+    use rlg_plan::ReferenceFaultPlan;
+
+    use super::{join, join_back};
+
+    #[test]
+    fn what_still_stands_out_beside_a_spike_belongs_to_it_and_nothing_further_away() {
+        let mut sizes = vec![1.0; 40];
+        // A shoulder before, the spike, quiet stamps, a shoulder after; another shoulder out of reach.
+        for (stamp, size) in [(8, 5.0), (10, 20.0), (13, 6.0), (30, 6.0)] {
+            sizes[stamp] = size;
+        }
+        let mut faulty = vec![false; sizes.len()];
+        let plan = ReferenceFaultPlan::default();
+        join(&sizes, 4, &plan, &mut faulty);
+        join_back(&sizes, 4, &plan, &mut faulty);
+        let found: Vec<usize> = (0..sizes.len()).filter(|stamp| faulty[*stamp]).collect();
+        assert_eq!(found, (8..=13).collect::<Vec<_>>());
+    }
+}

@@ -1,0 +1,437 @@
+//! Registration: alignment of two instruments before the search for physics.
+//!
+//! Twenty parameters in groups, by forward selection from none, each linearised about its last value until convergence.
+
+use rlg_plan::{AttitudeOutlierPlan, RegistrationPlan};
+use rlg_signal::attitude_samples::SlowSample;
+use rlg_signal::axes::{Triad, add_triad};
+
+use crate::likelihood::equations::ParameterColumn;
+use crate::likelihood::noise::Levels;
+use crate::reference::reference_faults;
+use crate::reference::reference_jumps::{self, Jump};
+use crate::rows::alignment::{Alignment, COUNT, Free, places};
+use crate::rows::fitting::{Fitting, priced};
+use crate::rows::increments::Stamps;
+use crate::rows::linearised_rows::{About, Gyros};
+
+/// A converged registration.
+pub struct Registration {
+    /// Linearisation point.
+    pub alignment: Alignment,
+    /// Levels of the noise terms.
+    pub levels: Levels,
+    /// Rows about the alignment.
+    pub about: About,
+    /// Flags of the stamps.
+    pub known: Stamps,
+    /// Detected jumps of the reference.
+    pub jumps: Vec<Jump>,
+    /// Profile log likelihood, at the estimates.
+    pub log_likelihood: f64,
+    /// Pairs of a selected group and a group not distinguishable from it in its place.
+    pub rivals: Vec<(&'static str, &'static str)>,
+    /// Standard deviation of the delay \[s\].
+    delay_std_s: f64,
+    /// Smoothing variances given the delay \[s²\], and their standard deviations.
+    smoothing_s2: [(f64, f64); 3],
+    /// Errors of single stamps in excess of the noise, subtracted from the rows \[rad\].
+    pub corrected_rad: Triad,
+}
+
+/// Most passes.
+const PASSES: usize = 10;
+
+/// Passes with the reduced noise model, so that a bad start is not fitted as correlated noise.
+const PLAIN_PASSES: usize = 2;
+
+/// Largest step at convergence, in standard deviations.
+const SETTLED: f64 = 0.1;
+
+/// Gyros, attitudes, and the flags of those left out or known to have jumped.
+#[derive(Clone, Copy)]
+pub(crate) struct Records<'a> {
+    pub(crate) gyros: &'a Gyros,
+    pub(crate) samples: &'a [SlowSample],
+    pub(crate) stamps: &'a Stamps,
+}
+
+/// Linearisation point of rows, and the model's alignment, on which the priors are centred.
+#[derive(Clone, Copy)]
+pub(crate) struct Point<'a> {
+    pub(crate) of_model: &'a Alignment,
+    pub(crate) alignment: &'a Alignment,
+}
+
+/// Parameters and noise of a fit.
+pub(crate) struct FitOptions<'a> {
+    /// Column indices of the estimated parameters.
+    pub(crate) kept: &'a [usize],
+    /// True for the reduced noise model.
+    pub(crate) is_plain: bool,
+    /// Levels of the noise to start at.
+    pub(crate) levels: Option<Levels>,
+}
+
+/// Forms rows about an alignment, and fits the columns of the `kept` indices to them.
+pub(crate) fn fitted(
+    Records {
+        gyros,
+        samples,
+        stamps,
+    }: Records,
+    Point {
+        of_model,
+        alignment,
+    }: Point,
+    options: FitOptions,
+) -> Option<(About, Fitting)> {
+    let about = About::new(gyros, samples, stamps, alignment)?;
+    let all = priced(about.columns(gyros.rate_hz), alignment, of_model);
+    let own = all.into_iter().enumerate();
+    let own = own.filter(|(place, _)| options.kept.contains(place));
+    let columns = own.map(|(_, column)| column).collect();
+    let noise = &gyros.plan.noise;
+    let fitting = Fitting::new(
+        &about.increments,
+        columns,
+        options.is_plain,
+        options.levels,
+        noise,
+    );
+    Some((about, fitting))
+}
+
+impl Registration {
+    /// Builds the registration of rows too few for estimates of their noise and faults.
+    pub(crate) fn of_few(
+        alignment: Alignment,
+        about: About,
+        walk_rad_sqrt_s: f64,
+        angle_rad: f64,
+        known: Stamps,
+    ) -> Self {
+        Self {
+            levels: Levels::of_all(vec![
+                walk_rad_sqrt_s.powi(2) * about.increments.period_s,
+                angle_rad.powi(2),
+            ]),
+            alignment,
+            known,
+            jumps: Vec::new(),
+            log_likelihood: 0.0,
+            rivals: Vec::new(),
+            delay_std_s: f64::INFINITY,
+            smoothing_s2: [(0.0, f64::INFINITY); 3],
+            corrected_rad: none_corrected(&about),
+            about,
+        }
+    }
+
+    /// Re-estimates the noise given all columns, for tests of further groups: effects not yet selected are no noise.
+    pub(crate) fn weighed(self, gyros: &Gyros, model: &Alignment) -> Self {
+        self.weighed_beside(gyros, model, Vec::new())
+    }
+
+    /// Re-estimates the noise given all columns and physical effects.
+    pub(crate) fn weighed_beside(
+        self,
+        gyros: &Gyros,
+        model: &Alignment,
+        physics: Vec<ParameterColumn>,
+    ) -> Self {
+        let about = &self.about;
+        let mut columns = priced(about.columns(gyros.rate_hz), &self.alignment, model);
+        columns.extend(physics);
+        let mut rows_rad = about.increments.rows_rad.clone();
+        add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
+        let (levels, noise) = (Some(self.levels), &gyros.plan.noise);
+        let mut fitting = Fitting::new(&about.increments, columns, false, levels, noise);
+        fitting.fit_to(&rows_rad);
+        // Alternates the levels of the terms and of the record's pieces.
+        for _ in 0..2 {
+            fitting.modulate(&about.increments.times_s);
+        }
+        Self {
+            levels: fitting.fit.levels,
+            ..self
+        }
+    }
+
+    /// True if no time constant of a low pass is significantly negative.
+    pub(crate) fn is_possible(&self, plan: &RegistrationPlan) -> bool {
+        let mut each = (0..3).map(|axis| (axis, self.smoothing_s2[axis].1));
+        self.alignment.low_pass_s.is_none_or(|time_s| {
+            each.all(|(axis, std)| time_s[axis] > -plan.low_pass_negative * std)
+        })
+    }
+
+    /// True if the gyros are late, and not less smooth than the reference.
+    pub(crate) fn may_be_low_pass(&self, model: &Alignment, plan: &RegistrationPlan) -> bool {
+        let seen = plan.low_pass_seen;
+        let mut smoothing = self.smoothing_s2.iter();
+        let is_of_reference = smoothing.any(|(variance, std)| -variance > seen * std);
+        // A low pass is late, too: a filter that would need an opposite delay is no low pass.
+        let is_late = model.delay_s - self.alignment.delay_s > seen * self.delay_std_s;
+        self.alignment.low_pass_s.is_none() && is_late && !is_of_reference
+    }
+}
+
+/// Gauss-Newton passes until the alignment converges. A step that lowers the likelihood is shortened (backtracking line
+/// search): the rows are not linear over it.
+///
+/// # Inputs
+/// `has_faults`: detect faults of the reference.
+pub(crate) fn settle(
+    of: Records,
+    of_model: &Alignment,
+    start: Alignment,
+    free: &Free,
+    has_faults: bool,
+    progress: &dyn Fn(&str),
+) -> Option<Registration> {
+    let kept = places_of(free);
+    let mut walk = Walk::new(start);
+    let mut levels: Option<Levels> = None;
+    let mut pass = 0;
+    loop {
+        progress("aligning the reference");
+        let is_plain = pass < PLAIN_PASSES;
+        if pass == PLAIN_PASSES {
+            levels = None;
+        }
+        let alignment = walk.alignment.clone();
+        let options = FitOptions {
+            kept: &kept,
+            is_plain,
+            levels: levels.take(),
+        };
+        let point = Point {
+            of_model,
+            alignment: &alignment,
+        };
+        let mut rows = FittedRows::new(of, point, options)?;
+        let linear_about: Vec<usize> = (0..kept.len())
+            .filter(|at| is_moved(kept[*at], &alignment))
+            .collect();
+        if walk.is_too_far(rows.fitting.here(&linear_about), is_plain) {
+            if walk.is_stuck() {
+                pass = PASSES - 1;
+            }
+            levels = Some(rows.fitting.fit.levels);
+            continue;
+        }
+        if has_faults && pass > 0 {
+            rows.leave_out_faults(of, point, &kept, is_plain)?;
+        }
+        if pass > 0 {
+            rows.shrink_outliers(&of.gyros.plan.outliers);
+        }
+        let fit = &rows.fitting.fit;
+        let steps = Steps::new(&kept, &fit.estimate, &fit.std);
+        pass += 1;
+        if (pass > PLAIN_PASSES + 1 && steps.largest() < SETTLED) || pass == PASSES {
+            return Some(rows.registration(alignment, &steps));
+        }
+        walk.step(steps.estimate);
+        // Nor are the residuals of a bad start fitted as modulated noise.
+        levels = Some(match is_plain {
+            true => rows.fitting.fit.levels,
+            false => rows.fitting.levels_along(&rows.about.increments.times_s),
+        });
+    }
+}
+
+/// Rows about an alignment with their fit.
+struct FittedRows {
+    about: About,
+    fitting: Fitting,
+    /// Flags of the stamps: faults are detected anew in each pass, as far from convergence a gyro error resembles a fault of
+    /// the reference.
+    known: Stamps,
+    /// Errors of single stamps in excess of the noise \[rad\].
+    corrected_rad: Triad,
+}
+
+impl FittedRows {
+    fn new(of: Records, point: Point, options: FitOptions) -> Option<Self> {
+        let (about, fitting) = fitted(of, point, options)?;
+        Some(Self {
+            corrected_rad: none_corrected(&about),
+            about,
+            fitting,
+            known: of.stamps.clone(),
+        })
+    }
+
+    /// Leaves out stamps with faults of the reference, and fits again after each kind of fault.
+    fn leave_out_faults(
+        &mut self,
+        of: Records,
+        point: Point,
+        kept: &[usize],
+        is_plain: bool,
+    ) -> Option<()> {
+        let searches = [
+            reference_faults::spikes,
+            reference_faults::rough_stretches,
+            reference_jumps::find,
+        ];
+        for search in searches {
+            if search(&self.about, &self.fitting, &mut self.known, &of.gyros.plan) {
+                let options = FitOptions {
+                    kept,
+                    is_plain,
+                    levels: Some(self.fitting.fit.levels.clone()),
+                };
+                let stamps = &self.known;
+                (self.about, self.fitting) = fitted(Records { stamps, ..of }, point, options)?;
+            }
+        }
+        self.corrected_rad = none_corrected(&self.about);
+        Some(())
+    }
+
+    /// Subtracts errors of single stamps in excess of the noise, and fits again.
+    fn shrink_outliers(&mut self, plan: &AttitudeOutlierPlan) {
+        for _ in 0..2 {
+            let increments = &self.about.increments;
+            self.fitting
+                .shrink_outliers(increments, &mut self.corrected_rad, plan);
+        }
+    }
+
+    fn registration(self, alignment: Alignment, steps: &Steps) -> Registration {
+        let fit = &self.fitting.fit;
+        Registration {
+            log_likelihood: fit.explained,
+            smoothing_s2: steps.smoothing_s2(),
+            delay_std_s: steps.std[places("reference_delay").start],
+            rivals: Vec::new(),
+            alignment,
+            levels: fit.levels.clone(),
+            jumps: reference_jumps::sizes(&self.about, &self.fitting, &self.known),
+            about: self.about,
+            known: self.known,
+            corrected_rad: self.corrected_rad,
+        }
+    }
+}
+
+/// Zero corrections of all rows \[rad\].
+fn none_corrected(about: &About) -> Triad {
+    std::array::from_fn(|_| vec![0.0; about.increments.rows()])
+}
+
+/// Column indices of groups, in ascending order.
+pub(crate) fn places_of(free: &Free) -> Vec<usize> {
+    let mut kept: Vec<usize> = free.iter().flat_map(|kind| places(kind)).collect();
+    kept.sort_unstable();
+    kept
+}
+
+/// True if a parameter has a value in the alignment; smoothing variance and Earth rate have theirs in their columns alone.
+fn is_moved(place: usize, alignment: &Alignment) -> bool {
+    let is_of = |kind: &str| places(kind).contains(&place);
+    let is_smoothing = is_of("gyro_bandwidth") && alignment.low_pass_s.is_none();
+    !is_smoothing && !is_of("earth_rate")
+}
+
+/// Gauss-Newton iterates of an alignment, with backtracking.
+struct Walk {
+    alignment: Alignment,
+    /// Start of the last step, and its estimates.
+    last: Option<(Alignment, [f64; COUNT])>,
+    /// Share of the last step that was made.
+    share: f64,
+    /// Log likelihood per coefficient at the start of the last step, and true if its noise model was the reduced one.
+    before: Option<(f64, bool)>,
+}
+
+impl Walk {
+    fn new(alignment: Alignment) -> Self {
+        Self {
+            alignment,
+            last: None,
+            share: 1.0,
+            before: None,
+        }
+    }
+
+    /// Shortens the last step if it lowered the likelihood; true if it did.
+    fn is_too_far(&mut self, (here, count): (f64, f64), is_plain: bool) -> bool {
+        /// Tolerated loss in log likelihood, by stamps at the ends of the record.
+        const NEARLY: f64 = 5.0;
+        /// Factor of a shortened step.
+        const SHORTER: f64 = 0.4;
+        let is_less = |before: f64| here < before - NEARLY / count;
+        let is_alike = self.before.filter(|(_, plain)| *plain == is_plain);
+        let is_less = is_alike.is_some_and(|(before, _)| is_less(before));
+        if let (true, false, Some((from, by))) = (is_less, self.is_stuck(), &self.last) {
+            self.share *= SHORTER;
+            self.alignment = from.moved(&by.map(|by| self.share * by));
+            return true;
+        }
+        self.before = Some((here, is_plain));
+        false
+    }
+
+    /// True if no part of the last step increases the likelihood.
+    fn is_stuck(&self) -> bool {
+        const LEAST: f64 = 0.03;
+        self.share < LEAST
+    }
+
+    fn step(&mut self, by: [f64; COUNT]) {
+        let moved = self.alignment.moved(&by);
+        self.last = Some((std::mem::replace(&mut self.alignment, moved), by));
+        self.share = 1.0;
+    }
+}
+
+/// Steps of all parameters, 0 for the fixed ones.
+pub(crate) struct Steps {
+    /// Step by column index.
+    pub(crate) estimate: [f64; COUNT],
+    std: [f64; COUNT],
+}
+
+impl Steps {
+    /// # Inputs
+    /// `kept`: indices of the estimated parameters, with their estimates and standard deviations.
+    pub(crate) fn new(kept: &[usize], estimate: &[f64], std: &[f64]) -> Self {
+        let mut steps = Self {
+            estimate: [0.0; COUNT],
+            std: [f64::INFINITY; COUNT],
+        };
+        for (place, (estimate, std)) in kept.iter().zip(estimate.iter().zip(std)) {
+            steps.estimate[*place] = *estimate;
+            steps.std[*place] = *std;
+        }
+        steps
+    }
+
+    /// Largest step of the parameters of the linearisation point \[σ\].
+    pub(crate) fn largest(&self) -> f64 {
+        let is_linear = |k: &usize| {
+            let kinds = ["reference_clock_rate", "earth_rate", "gyro_bandwidth"];
+            kinds.iter().any(|kind| places(kind).contains(k))
+        };
+        let moved = (0..COUNT).filter(|k| !is_linear(k));
+        moved
+            .map(|k| self.estimate[k].abs() / self.std[k])
+            .fold(0.0, f64::max)
+    }
+
+    /// True if the alignment reached is within some standard deviations of another.
+    pub(crate) fn lead_to(&self, led: &Alignment, place: &Alignment, within: f64) -> bool {
+        let away = led.beyond(place);
+        let mut each = away.iter().zip(&self.std);
+        each.all(|(away, std)| away.abs() <= within * std)
+    }
+
+    fn smoothing_s2(&self) -> [(f64, f64); 3] {
+        let first = places("gyro_bandwidth").start;
+        std::array::from_fn(|axis| (self.estimate[first + axis], self.std[first + axis]))
+    }
+}

@@ -1,0 +1,341 @@
+//! Validation figures on held-out stamps, and data of the report's plots.
+
+use std::borrow::Cow;
+
+use nalgebra::{DMatrix, DVector, Vector3};
+use rlg_diagnosis::residual::relative_residual::{self, Rows};
+use rlg_diagnosis::tiles::pictures::Pictures;
+use rlg_findings::result::{FiguresEntry, ResidualEntry};
+use rlg_findings::sentences::DEG_H;
+use rlg_plan::{AttitudeHeldOutPlan, AttitudeNoisePlan, CoherencePlan, InStepPlan};
+use rlg_signal::axes::{Triad, add};
+use rlg_signal::in_step::{self, Block, InStep};
+use rlg_signal::transforms::mean_periodogram;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
+
+use crate::fits::report_inputs::Said;
+use crate::likelihood::equations::Band;
+use crate::likelihood::noise::{Levels, NoiseTerms};
+use crate::rows::alignment::Alignment;
+use crate::rows::gyro_motion::Place;
+use crate::rows::increments::Stamps;
+use crate::rows::linearised_rows::About;
+
+/// Validation figures before and after the diagnosis.
+pub(crate) struct HeldOut {
+    pub(crate) span_s: [f64; 2],
+    pub(crate) band_hz: [f64; 2],
+    pub(crate) before: [FiguresEntry; 3],
+    pub(crate) after: [FiguresEntry; 3],
+    /// Residual power relative to the noise model, mean of all axes \[1\].
+    pub(crate) power_after: f64,
+    /// Part of the residual of all sound stamps proportional to the motion; `None` if not significant.
+    pub(crate) in_step: Option<InStep>,
+    /// Residual relative to the motion over all sound stamps.
+    pub(crate) residual: Option<ResidualEntry>,
+    pub(crate) pictures: Pictures,
+}
+
+impl HeldOut {
+    /// Returns one sentence on the drift before and after.
+    pub(crate) fn sentence(&self, plan: &AttitudeHeldOutPlan) -> String {
+        let of = |figures: &[FiguresEntry; 3]| {
+            let each: Vec<String> = figures
+                .iter()
+                .map(|one| format!("{:.2}", one.drift_rad_s * DEG_H))
+                .collect();
+            each.join(", ")
+        };
+        let size = |figures: &[FiguresEntry; 3]| -> f64 {
+            figures.iter().map(|one| one.drift_rad_s.powi(2)).sum()
+        };
+        let std = self.after.each_ref().map(|one| one.drift_std_rad_s * DEG_H);
+        let moved = match size(&self.after) / size(&self.before) {
+            ratio if ratio < plan.same_drift[0] => "falls",
+            ratio if ratio > plan.same_drift[1] => "rises",
+            _ => "stays",
+        };
+        let drift = format!(
+            "Held-out time: drift of gyros x, y, z {moved} from {} to {} °/h (± {:.2}, {:.2}, {:.2}).",
+            of(&self.before),
+            of(&self.after),
+            std[0],
+            std[1],
+            std[2]
+        );
+        match self.level(plan) {
+            Some(level) => format!("{drift} {level}"),
+            None => drift,
+        }
+    }
+
+    /// Level of the noise on held-out time, where it is another than on the fitted.
+    fn level(&self, plan: &AttitudeHeldOutPlan) -> Option<String> {
+        let power = self.power_after;
+        let words = match power {
+            power if power < plan.same_level[0] => "quieter",
+            power if power > plan.same_level[1] => "louder",
+            _ => return None,
+        };
+        Some(format!(
+            "It is {words} than the fitted time, with {power:.3} of the noise's mean power: the noise is not stationary, and the fit weights rows by its level in time."
+        ))
+    }
+}
+
+/// Residuals of the held-out stamps, or of all, about an alignment.
+struct Residual {
+    about: About,
+    /// Residual in the navigation frame \[rad by row\].
+    left_rad: Triad,
+}
+
+fn residual(
+    said: &Said,
+    known: &Stamps,
+    alignment: &Alignment,
+    with_effects: bool,
+) -> Option<Residual> {
+    let observed = said.observed;
+    let gyros = match with_effects {
+        true => Cow::Borrowed(&observed.gyros),
+        false => observed.gyros_as_read(),
+    };
+    let about = About::new(&gyros, &observed.samples, known, alignment)?;
+    let mut left_rad = about.increments.rows_rad.clone();
+    if with_effects {
+        let mut columns = about.columns(observed.gyros.rate_hz);
+        for named in &said.found.physics {
+            columns.extend(said.columns(named, &about));
+        }
+        // Columns follow the order of all parameters; unnamed ones are at the model's values.
+        let found = said.found;
+        for (column, place) in columns.iter().zip(&found.set) {
+            let named = found.named_set.iter().position(|one| one == place);
+            let total = named.map_or(0.0, |at| found.of_named.values[at]);
+            let size = total - said.beyond.get(*place).copied().unwrap_or(0.0);
+            for (left, values) in left_rad.iter_mut().zip(column) {
+                add(left, values, -size);
+            }
+        }
+    }
+    about.increments.silence_free(&mut left_rad, |_| true);
+    Some(Residual { about, left_rad })
+}
+
+/// Computes the figures; `None` if too few stamps are held out.
+pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
+    let plan = &said.plan.attitude;
+    let known = &said.registered.known;
+    let is_tested = &said.observed.tested;
+    let with = |left_out: Vec<bool>| Stamps {
+        left_out,
+        jumped: known.jumped.clone(),
+    };
+    let tested = with(is_tested.iter().map(|tested| !tested).collect());
+    // All stamps except known and detected faults.
+    let pairs = known.left_out.iter().zip(is_tested);
+    let sound = with(
+        pairs
+            .map(|(left_out, tested)| *left_out && !tested)
+            .collect(),
+    );
+    let now = &said.registered.alignment;
+    let before = residual(said, &tested, said.of_model, false)?;
+    let after = residual(said, &tested, now, true)?;
+    if after.about.increments.rows() < plan.held_out.least_rows {
+        return None;
+    }
+    let levels = &said.registered.levels;
+    let fitted_period_s = said.registered.about.increments.period_s;
+    let figures = |one: &Residual| figures(one, (levels, fitted_period_s), &plan.noise);
+    let (before_figures, _) = figures(&before);
+    let (after_figures, power_after) = figures(&after);
+    let times = &after.about.increments.times_s;
+    let period_s = after.about.increments.period_s;
+    let all_before = residual(said, &sound, said.of_model, false)?;
+    let all_after = residual(said, &sound, now, true)?;
+    let span_s = [times[0], times[times.len() - 1]];
+    let plan = &said.plan.signal;
+    let left = blocks(&all_after, &plan.in_step);
+    Some(HeldOut {
+        span_s,
+        band_hz: [0.0, 0.5 / period_s],
+        before: before_figures,
+        after: after_figures,
+        power_after,
+        in_step: in_step::in_step(&left, &plan.in_step),
+        residual: residual_entry(&all_after, &left, &plan.coherence),
+        pictures: pictures(said, &all_before, &all_after, span_s),
+    })
+}
+
+/// Powers of residual and motion, by blocks of time.
+fn blocks(one: &Residual, plan: &InStepPlan) -> Vec<Block> {
+    let increments = &one.about.increments;
+    let is_used = |row: usize| !increments.is_free(row);
+    in_step::blocks(
+        &one.left_rad,
+        &turned_rad(one),
+        is_used,
+        increments.period_s,
+        plan,
+    )
+}
+
+/// Residual relative to the motion, in the axes of the gyros.
+fn residual_entry(one: &Residual, blocks: &[Block], plan: &CoherencePlan) -> Option<ResidualEntry> {
+    let increments = &one.about.increments;
+    let rows = Rows {
+        residual_rad: &body_rows(one),
+        motion_rad: &turned_rad(one),
+        is_used: &|row| !increments.is_free(row),
+        period_s: increments.period_s,
+    };
+    relative_residual::entry(&rows, blocks, plan)
+}
+
+/// Turn between stamps, of the motion without noise common to the residual \[rad\].
+fn turned_rad(one: &Residual) -> Triad {
+    one.about.conditioned_rad.each_ref().map(|motion_rad| {
+        let begun = |place: &Place| place.share * motion_rad.get(place.row).unwrap_or(&0.0);
+        let pairs = one.about.increments.places().windows(2);
+        pairs
+            .map(|pair| {
+                let whole_rows: f64 = motion_rad[pair[0].row..pair[1].row].iter().sum();
+                whole_rows - begun(&pair[0]) + begun(&pair[1])
+            })
+            .collect()
+    })
+}
+
+fn body_rows(one: &Residual) -> Triad {
+    let mut rows = Triad::default();
+    for row in 0..one.about.increments.rows() {
+        let value = Vector3::from_fn(|axis, _| one.left_rad[axis][row]);
+        // An excess of the gyros appears in the reference's error with opposite sign.
+        let body = -one.about.increments.in_body(&one.about.motion, row, value);
+        for axis in 0..3 {
+            rows[axis].push(body[axis]);
+        }
+    }
+    rows
+}
+
+/// # Inputs
+/// `levels`, `period_s`: noise levels and period of the fitted rows.
+fn figures(
+    one: &Residual,
+    (levels, period_s): (&Levels, f64),
+    plan: &AttitudeNoisePlan,
+) -> ([FiguresEntry; 3], f64) {
+    let increments = &one.about.increments;
+    let rows = increments.rows();
+    let band = Band::new(rows, period_s, &plan.band);
+    let terms = NoiseTerms::new(rows, period_s, band.cut, false, plan);
+    let powers = [0, 1, 2].map(|axis| terms.of_coefficients(levels.of(axis)));
+    let body = body_rows(one);
+    let lasts_s = rows as f64 * increments.period_s;
+    // The mean over the record has the noise power of its lowest frequencies.
+    let drift_std = |axis: usize| (powers[axis][1.min(rows - 1)] * rows as f64).sqrt() / lasts_s;
+    let count = (band.cut.max(increments.free.len() + 2) - 1 - increments.free.len()) as f64;
+    let ratios = [0, 1, 2].map(|axis: usize| {
+        let power = power_beside_free(
+            &band,
+            (&one.left_rad[axis], &powers[axis]),
+            &increments.free,
+        );
+        power / count
+    });
+    let entry = |axis: usize| FiguresEntry {
+        drift_rad_s: body[axis].iter().sum::<f64>() / lasts_s,
+        drift_std_rad_s: drift_std(axis),
+        normalised_power: ratios[axis],
+        normalised_power_all: ratios[axis],
+        white_p_value: ChiSquared::new(count).map_or(1.0, |law| law.sf(ratios[axis] * count)),
+    };
+    (
+        [entry(0), entry(1), entry(2)],
+        ratios.iter().sum::<f64>() / 3.0,
+    )
+}
+
+/// Power of rows over that of their noise, summed over the coefficients beyond the mean, with the free rows at their best: an
+/// angle that is differenced keeps that of its two ends, which silence does not take away.
+fn power_beside_free(band: &Band, (rows, powers): (&[f64], &[f64]), free: &[usize]) -> f64 {
+    let white = |spectrum: Vec<f64>| -> DVector<f64> {
+        let pairs = spectrum.into_iter().zip(powers).skip(1);
+        let each: Vec<f64> = pairs.map(|(value, power)| value / power.sqrt()).collect();
+        each.into()
+    };
+    let values = white(band.spectrum(rows));
+    let columns: Vec<DVector<f64>> = free.iter().map(|row| white(band.of_row(*row))).collect();
+    let gram = DMatrix::from_fn(free.len(), free.len(), |a, b| columns[a].dot(&columns[b]));
+    let moments = DVector::from_fn(free.len(), |a, _| columns[a].dot(&values));
+    let explained = moments.dot(&(rlg_inference::linear::pseudo_inverse(&gram) * &moments));
+    values.norm_squared() - explained
+}
+
+fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 2]) -> Pictures {
+    /// Most points of a plot.
+    const POINTS: usize = 2000;
+    let times = &after.about.increments.times_s;
+    let rows = after
+        .about
+        .increments
+        .rows()
+        .min(before.about.increments.rows());
+    let each = rows.div_ceil(POINTS).max(1);
+    let (body_before, body_after) = (body_rows(before), body_rows(after));
+    let angles = |body: &Triad| {
+        body.each_ref().map(|values| {
+            let mut sum = 0.0;
+            let sums = values.iter().take(rows).map(|value| {
+                sum += value;
+                sum
+            });
+            sums.step_by(each).collect::<Vec<f64>>()
+        })
+    };
+    let period_s = after.about.increments.period_s;
+    let piece = (rows / 4).clamp(2, 2048) & !1;
+    // One-sided density of a rate from the power of increments by row.
+    let density = 2.0 / period_s;
+    let spectrum = |body: &Triad| {
+        body.each_ref().map(|values| {
+            let power = mean_periodogram(values, piece);
+            power[1..]
+                .iter()
+                .map(|power| power * density)
+                .collect::<Vec<f64>>()
+        })
+    };
+    let frequency_hz: Vec<f64> = (1..=piece / 2)
+        .map(|bin| bin as f64 / (piece as f64 * period_s))
+        .collect();
+    let fitted_period_s = said.registered.about.increments.period_s;
+    let plan = &said.plan.attitude.noise;
+    let terms = NoiseTerms::new(piece, fitted_period_s, piece, false, plan);
+    let noise = [0, 1, 2].map(|axis| {
+        let powers = terms.of_coefficients(said.registered.levels.of(axis));
+        let bins = 0..frequency_hz.len();
+        bins.map(|bin| density * powers[(2 * (bin + 1)).min(piece - 1)])
+            .collect()
+    });
+    let streams = &said.observed.streams;
+    Pictures {
+        time_s: times[1..=rows].iter().step_by(each).copied().collect(),
+        angle_before_rad: angles(&body_before),
+        angle_after_rad: angles(&body_after),
+        power_before: spectrum(&body_before),
+        power_after: spectrum(&body_after),
+        power_noise: noise,
+        frequency_hz,
+        tiles_before: Vec::new(),
+        tiles_after: Vec::new(),
+        significance: said.plan.judgement.tiles.significance,
+        held_out_s: vec![held_out_s],
+        rate_hz: streams.rate_hz,
+        start_s: streams.start_s,
+    }
+}
