@@ -253,7 +253,7 @@ pub(crate) fn sentence(experiment: &ExperimentEntry) -> String {
     let each: Vec<String> = each.collect();
     let every_s = experiment.attitude_every_s.unwrap_or_default();
     format!(
-        "Promised: {}, with attitudes as good as here read every {every_s:.2} s during the motion (those before and after it cannot tell), separates them {}.",
+        "Predicted: {}, with attitudes as accurate as here every {every_s:.2} s during the motion (those before and after it do not contribute), separates them {}.",
         experiment.programme,
         each.join("; ")
     )

@@ -95,7 +95,7 @@ pub fn diagnose_also<T>(
         )?;
         let also = also(&data, &found);
         let mut together = Together::of_one(found);
-        progress("trying the search on this recording");
+        progress("self-test on this recording");
         let tested = together.self_test(None, plan, seed);
         together.release();
         progress("writing the findings");
@@ -109,6 +109,6 @@ pub fn diagnose_also<T>(
     confirmed.set.shown_anyway = shown_anyway;
     let share = confirmed.share(&mut together, &data, 0);
     let mut outcome = findings::outcome(together.of(&data, 0), &share, faults, seed, plan);
-    outcome.diagnosis.tell(tested);
+    outcome.diagnosis.add_self_test(tested);
     Ok(Some((outcome, also)))
 }

@@ -115,7 +115,7 @@ pub fn diagnose_under(
     // The tables of a recording given away are freed here; the rows are in the streams.
     drop(recording);
     let mut outcome = diagnose_streams(settings, aligned.streams, of, progress)?;
-    outcome.diagnosis.say_first(aligned.restored);
+    outcome.diagnosis.prepend(aligned.restored);
     Ok(outcome)
 }
 
@@ -168,7 +168,8 @@ pub fn diagnose_streams(
 ) -> Result<Outcome, InputError> {
     let DeclaredModel { model, file } = of;
     let name = streams.piece.recording.clone();
-    let put_right = match channel_correction::put_right(settings, &mut streams, model, file) {
+    let correction = match channel_correction::correct_channels(settings, &mut streams, model, file)
+    {
         Err(Stopped::Apart(why, _)) => {
             return Ok(channel_correction::of_two_motions(
                 &name,
@@ -188,8 +189,8 @@ pub fn diagnose_streams(
     let Some(mut outcome) = found else {
         return Ok(unusable(&name, settings, TOO_FEW_ROWS, model));
     };
-    if let Some(put_right) = put_right {
-        put_right.report(&mut outcome);
+    if let Some(correction) = correction {
+        correction.report(&mut outcome);
     }
     outcome
         .diagnosis

@@ -139,7 +139,7 @@ fn maps(diagnosis: &Diagnosis, pictures: &Pictures) -> Markup {
                 (map::legend(pictures))
                 div.pair {
                     @for (axis, after) in shown {
-                        @let what = if after { "what was found taken out" } else { "as recorded" };
+                        @let what = if after { "effects found removed" } else { "as recorded" };
                         @let title = format!("Gyro {}, {what}", AXES[axis]);
                         (chart::drawn(&map::id(axis, after), &title, &map::map(pictures, axis, after)))
                     }

@@ -35,7 +35,7 @@ pub fn diagnose(
     let Some(first) = look(settings, streams, faults, of, true, progress)? else {
         return Ok(None);
     };
-    progress("searching the same rows shuffled");
+    progress("permutation control");
     let recorder = Recorder {
         rows: rows::search(streams, of.model, &first.left_rad, &first.parted, settings),
         control: control::of_shuffled(&first, streams.rate_hz, &settings.plan, settings.seed),

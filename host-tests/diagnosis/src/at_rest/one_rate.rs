@@ -135,7 +135,7 @@ pub(super) fn look(
     let share = confirmed.share(&mut together, &data, 0);
     let of = together.of(&data, 0);
     let mut outcome = findings::outcome(of, &share, faults, settings.seed, plan);
-    outcome.diagnosis.tell(tested);
+    outcome.diagnosis.add_self_test(tested);
     // Sums of rows determine the noise less well than the recorded rows.
     let diagnosis = &mut outcome.diagnosis;
     let (others, effects) = std::mem::take(&mut diagnosis.effects)

@@ -119,7 +119,7 @@ pub(crate) fn behind_walk(walk_rad_sqrt_s: [f64; 3], data: &Data) -> Option<Stri
     let all: Vec<String> = (0..3).filter_map(of_gyro).collect();
     (!all.is_empty()).then(|| {
         format!(
-            " Were it lock-in, N = Omega_L / sqrt(S Omega_D) with the dithers' peak rates makes the thresholds {}.",
+            " If caused by lock-in, N = Omega_L / sqrt(S Omega_D) with the dithers' peak rates gives thresholds of {}.",
             all.join(", ")
         )
     })

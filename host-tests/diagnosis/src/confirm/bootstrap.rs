@@ -21,7 +21,7 @@ use rlg_signal::streams::{Triad, add, add_triad, each_axis};
 
 /// Parametric bootstrap of the recording under the hypothesis that an effect is absent.
 #[derive(Debug, Clone, Copy, PartialEq, Default)]
-pub struct Reenactment {
+pub struct Bootstrap {
     /// Number of bootstrap draws.
     pub draws: usize,
     /// Sum over the draws of the squared size of the absent effect \[σ²\].
@@ -30,7 +30,7 @@ pub struct Reenactment {
     rank: usize,
 }
 
-impl Reenactment {
+impl Bootstrap {
     /// Zero draws for each member of a fit.
     fn of_each(fit: &Fit) -> Vec<Self> {
         let each = fit.ranks.iter().map(|&rank| Self {
@@ -76,20 +76,20 @@ pub struct Named {
     /// Log-likelihood ratio of the effect.
     pub log_likelihood_ratio: f64,
     /// Loss in log-likelihood ratio at which the name falls.
-    pub to_spare: f64,
+    pub margin: f64,
 }
 
 impl Named {
     /// Inflation at which the name falls.
     fn critical_inflation(&self) -> f64 {
-        let kept = (self.log_likelihood_ratio - self.to_spare).max(f64::MIN_POSITIVE);
+        let kept = (self.log_likelihood_ratio - self.margin).max(f64::MIN_POSITIVE);
         self.log_likelihood_ratio / kept
     }
 
     /// True if the bootstrap's inflation takes the effect's name.
-    pub fn falls(&self, shown: &Reenactment, plan: &Plan) -> bool {
+    pub fn falls(&self, shown: &Bootstrap, plan: &Plan) -> bool {
         let left = shown.deflated(self.log_likelihood_ratio, plan);
-        self.log_likelihood_ratio - left >= self.to_spare
+        self.log_likelihood_ratio - left >= self.margin
     }
 }
 
@@ -101,14 +101,14 @@ impl Named {
 ///
 /// # Inputs
 /// `fit`: of members of `together`; `named`: of each member, in their order.
-pub(crate) fn reenact(
+pub(crate) fn bootstrap(
     each: &[Data],
     together: &Together,
     fit: &Fit,
     named: &[Named],
     plan: &Plan,
-) -> Vec<Reenactment> {
-    let mut shown = Reenactment::of_each(fit);
+) -> Vec<Bootstrap> {
+    let mut shown = Bootstrap::of_each(fit);
     if shown.is_empty() {
         return shown;
     }
@@ -139,12 +139,12 @@ pub(crate) fn reenact(
 /// # Inputs
 /// `named`: of each member, in their order; `play`: squared sizes of the members in `open` in a draw \[σ²\].
 fn repeat(
-    all: &mut [Reenactment],
+    all: &mut [Bootstrap],
     named: &[Named],
     plan: &Plan,
     play: impl Fn(usize, &[usize]) -> Vec<f64>,
 ) {
-    let is_open = |one: &Reenactment, named: &Named| {
+    let is_open = |one: &Bootstrap, named: &Named| {
         let critical = named.critical_inflation();
         critical > 1.0 && !one.excludes(critical, plan)
     };

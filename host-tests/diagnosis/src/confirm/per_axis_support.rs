@@ -10,7 +10,7 @@ use rlg_plan::Plan;
 ///
 /// # Inputs
 /// `set`: each member's hypothesis over records that are three to a recording, with its candidate; `fit`: of that set.
-pub(crate) fn told(
+pub(crate) fn supported(
     data: &impl Likelihood,
     set: &[(&Hypothesis, &Candidate)],
     fit: &Fit,
@@ -38,12 +38,16 @@ pub(crate) fn told(
         );
         let value = candidate.base[0] + fit.estimate[fit.blocks[place].start];
         let first = each.blocks[place].start;
-        let told = [0, 1, 2].map(|gyro: usize| {
+        let supported = [0, 1, 2].map(|gyro: usize| {
             let acts = apart.terms.iter().any(|term| term.parameter == gyro);
             let at = first + gyro;
             acts && 0.5 * value * value > within * each.covariance[(at, at)]
         });
-        if told == [false; 3] { [true; 3] } else { told }
+        if supported == [false; 3] {
+            [true; 3]
+        } else {
+            supported
+        }
     };
     (0..set.len()).map(of_member).collect()
 }

@@ -10,7 +10,7 @@ pub(crate) const RECORDS: usize = 3;
 
 /// Relation of the records of one search.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
-pub(crate) enum Kin {
+pub(crate) enum Grouping {
     /// Recordings of one unit.
     Recordings,
     /// Stretches of one recording and sums over all of it: all effects but events are common.
@@ -113,7 +113,11 @@ fn on_own_records(hypothesis: &Hypothesis, recording: usize) -> Hypothesis {
 ///
 /// # Inputs
 /// `candidates`: of each recording, over its own columns.
-pub(crate) fn spelt_out(candidates: &[&[Candidate]], kin: Kin, plan: &SeveralPlan) -> Vec<Shared> {
+pub(crate) fn spelt_out(
+    candidates: &[&[Candidate]],
+    grouping: Grouping,
+    plan: &SeveralPlan,
+) -> Vec<Shared> {
     let mut groups: Vec<Vec<Option<usize>>> = Vec::new();
     for (recording, own) in candidates.iter().enumerate() {
         for (place, one) in own.iter().enumerate() {
@@ -135,7 +139,7 @@ pub(crate) fn spelt_out(candidates: &[&[Candidate]], kin: Kin, plan: &SeveralPla
     let mut all = Vec::new();
     for group in &groups {
         let having: Vec<usize> = (0..group.len()).filter(|&k| group[k].is_some()).collect();
-        if kin == Kin::Stretches && having.len() > 1 {
+        if grouping == Grouping::Stretches && having.len() > 1 {
             let sharing = match has_one_base(candidates, group) {
                 true => Sharing::Common,
                 false => Sharing::Apart,
@@ -335,7 +339,7 @@ mod tests {
     use rlg_inference::{Hypothesis, Term};
     use rlg_plan::SeveralPlan;
 
-    use super::{Kin, Sharing, spelt_out};
+    use super::{Grouping, Sharing, spelt_out};
 
     /// One parameter on each of some gyros, columns as the gyros.
     fn candidate(kind: &'static str, variant: Variant, gyros: &[usize]) -> Candidate {
@@ -365,7 +369,7 @@ mod tests {
         let first = [candidate("gyro_scale", Variant::Whole, &[0, 1])];
         let second = [candidate("gyro_scale", Variant::Whole, &[1, 2])];
         let plan = SeveralPlan::default();
-        let all = spelt_out(&[&first, &second], Kin::Recordings, &plan);
+        let all = spelt_out(&[&first, &second], Grouping::Recordings, &plan);
         let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
         let only = [Sharing::Only(0), Sharing::Only(1)];
         assert_eq!(
@@ -405,8 +409,8 @@ mod tests {
             Variant::Event { axis: 0, row: 7 },
             &[0],
         )];
-        for kin in [Kin::Recordings, Kin::Stretches] {
-            let all = spelt_out(&[&step, &step], kin, &SeveralPlan::default());
+        for grouping in [Grouping::Recordings, Grouping::Stretches] {
+            let all = spelt_out(&[&step, &step], grouping, &SeveralPlan::default());
             let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
             assert_eq!(sharings, [Sharing::Only(0), Sharing::Only(1)]);
         }
@@ -418,7 +422,7 @@ mod tests {
             candidate("gyro_scale", Variant::Whole, &[0, 1, 2]),
             candidate("gyro_bias_step", Variant::Event { axis: 0, row: 7 }, &[0]),
         ];
-        let all = spelt_out(&[&both], Kin::Recordings, &SeveralPlan::default());
+        let all = spelt_out(&[&both], Grouping::Recordings, &SeveralPlan::default());
         let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
         assert_eq!(sharings, [Sharing::Common, Sharing::Only(0)]);
     }
@@ -426,7 +430,11 @@ mod tests {
     #[test]
     fn what_acts_in_a_stretch_of_a_recording_acts_in_all_of_it() {
         let scale = [candidate("gyro_scale", Variant::Whole, &[0, 1, 2])];
-        let all = spelt_out(&[&scale, &scale], Kin::Stretches, &SeveralPlan::default());
+        let all = spelt_out(
+            &[&scale, &scale],
+            Grouping::Stretches,
+            &SeveralPlan::default(),
+        );
         let sharings: Vec<Sharing> = all.iter().map(|one| one.sharing).collect();
         assert_eq!(sharings, [Sharing::Common]);
         let own_price = scale[0].hypothesis.price;

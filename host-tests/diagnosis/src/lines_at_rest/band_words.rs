@@ -54,7 +54,7 @@ fn entry(band: &Band) -> EffectEntry {
         ..unlisted(
             format!("S_i(f) += A_i^2 (w/2) / (pi ((f - {hz:.5})^2 + (w/2)^2)), w = {width_hz:.5}"),
             format!(
-                "Noise in a band at {hz:.4} Hz, {width_hz:.4} Hz wide at half its power, {x:.2}, {y:.2}, {z:.2} °/h root mean square on x, y, z. It keeps no phase: a resonance of the mount or of the unit that something excites, or a tone whose frequency is not held."
+                "Band of noise at {hz:.4} Hz, {width_hz:.4} Hz wide at half power, {x:.2}, {y:.2}, {z:.2} °/h root mean square on x, y, z. No constant phase: an excited resonance of the mount or of the unit, or a tone of unstable frequency."
             ),
         )
     }

@@ -75,7 +75,7 @@ fn entry(line: &Line, lines: &[Line], clock: Clock) -> EffectEntry {
                 format!("omega_i += A_i sin(2 pi {hz:.5} t + phase_i)"),
                 format!("sine({hz:.5})"),
                 format!(
-                    "A steady line at {hz:.4} Hz, {on_gyros} A vibration, a converter's tone, or the image of something faster than half the row rate, such as a dither: one row rate does not tell which.{wanders}"
+                    "Spectral line at {hz:.4} Hz, {on_gyros} Vibration, a converter's tone, or an alias from above half the row rate, such as a dither's: not distinguishable at one row rate.{wanders}"
                 ),
             )
         }
@@ -92,7 +92,7 @@ fn entry(line: &Line, lines: &[Line], clock: Clock) -> EffectEntry {
                 format!("omega_i += Re(C_i {written})"),
                 written,
                 format!(
-                    "A steady line at {hz:.4} Hz, {on_gyros} It stands at {}, folded at the row rate: a product or harmonic of those lines, and its phase follows theirs.",
+                    "Spectral line at {hz:.4} Hz, {on_gyros} Alias of {} at the row rate: a product or harmonic of those lines, with their phase.",
                     words(orders, lines)
                 ),
             )

@@ -21,7 +21,7 @@ use super::cut::{Cut, Long};
 use crate::alignment::case_motion::{Motion, estimate, signals};
 use crate::confirm::sums::Summed;
 use crate::iteration::state::{left_behind_known, take_out_hidden, without_known};
-use crate::rows::channel_correction::PutRight;
+use crate::rows::channel_correction::ChannelCorrection;
 use crate::rows::data::{Data, bridged};
 use crate::rows::noise_levels::first_levels;
 use crate::several::search::Shown;
@@ -36,7 +36,7 @@ pub(super) struct About<'a> {
     /// Position of each chunk; its attitude is carried on here.
     pub(super) origin: Origin,
     /// Corrections of axes and units.
-    pub(super) turned: Option<&'a PutRight>,
+    pub(super) turned: Option<&'a ChannelCorrection>,
     /// Rows of the stretches.
     pub(super) stretches: &'a [Range<usize>],
 }

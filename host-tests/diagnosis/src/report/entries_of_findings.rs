@@ -7,7 +7,7 @@ use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::STEP;
 use rlg_catalogue::signals::AXES;
 use rlg_findings::result::{EffectEntry, EvidenceEntry, ParameterEntry};
-use rlg_findings::updated_model::say_choice;
+use rlg_findings::updated_model::set_choice;
 use rlg_inference::Fit;
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::streams::Streams;
@@ -59,10 +59,10 @@ pub(crate) fn entry(one: &Finding, fit: &Fit, of: Searched) -> EffectEntry {
     let label = if alike.is_empty() { "named" } else { "class" };
     if one.or_drift {
         what_was_left_out.push_str(
-            " A drifting gyro explains it as well: a longer record, or a second cycle of what drives it, would decide.",
+            " Not distinguishable from gyro drift: a longer record, or a second cycle of its cause, would decide.",
         );
     }
-    what_was_left_out.push_str(&of_the_others(one.told));
+    what_was_left_out.push_str(&of_the_others(one.supported));
     let tail = ChiSquared::new(one.rank.max(1) as f64).map_or(1.0, |law| law.sf(one.squared_size));
     EffectEntry {
         kind: one.candidate.kind.to_string(),
@@ -81,8 +81,8 @@ pub(crate) fn entry(one: &Finding, fit: &Fit, of: Searched) -> EffectEntry {
             label,
             confirmed_gain: one.confirmed_gain,
             share: one.share,
-            reenactments: one.reenactment.draws,
-            inflation: one.reenactment.inflation(),
+            reenactments: one.bootstrap.draws,
+            inflation: one.bootstrap.inflation(),
         }),
     }
 }
@@ -134,11 +134,11 @@ impl Parameters {
 fn followed(axis: &str, expression: &str) -> String {
     if expression == format!("time*alpha_{axis}") {
         format!(
-            "The reference is late against gyro {axis} by a time that grows, by the coefficient in seconds a second: their clocks, or the rates of their tables, part by that share."
+            "Delay of the reference against gyro {axis} grows in time, by the coefficient in seconds per second: their clocks, or the rates of their tables, differ by that ratio."
         )
     } else {
         format!(
-            "Gyro {axis} follows {expression}, which is no effect of the catalogue: an expression in measured channels, found by search."
+            "Gyro {axis} follows {expression}, outside the catalogue: an expression in measured channels, found by search."
         )
     }
 }
@@ -188,6 +188,6 @@ pub(crate) fn effect_of(one: &Finding, fit: &Fit, of: Searched) -> ModelEffect {
         kind: one.candidate.kind.to_string(),
         parameters,
     };
-    say_choice(&mut effect, choice);
+    set_choice(&mut effect, choice);
     effect
 }

@@ -15,7 +15,7 @@ use crate::report::finding::card;
 pub(crate) fn in_words(own: &str, entry: &ExperimentEntry, open: &[&str]) -> String {
     let mut sentence = capital(&entry.programme);
     if entry.repeats > 1 {
-        sentence += &format!(", all of it {} times", entry.repeats);
+        sentence += &format!(", {} times in all", entry.repeats);
     }
     sentence += &if entry.separations.is_empty() {
         known_in_words(&entry.precisions)
@@ -29,7 +29,7 @@ pub(crate) fn in_words(own: &str, entry: &ExperimentEntry, open: &[&str]) -> Str
         };
         let others: Vec<String> = open.iter().map(|kind| plain(kind)).collect();
         sentence += &format!(
-            " It leaves {} and {} alike: {experiment}",
+            " It does not distinguish {} from {}: {experiment}",
             plain(own),
             others.join(", ")
         );
@@ -46,7 +46,7 @@ fn known_in_words(precisions: &[PrecisionEntry]) -> String {
     let worst = alike.max_by(by_promise);
     worst.map_or_else(String::new, |worst| {
         format!(
-            ": read together with this recording it knows every number to {:.1e} {} (here {:.1e}).",
+            ". Predicted with this recording: σ of every parameter at most {:.1e} {} (here {:.1e}).",
             worst.promised_std, worst.unit, worst.here_std
         )
     })
@@ -78,7 +78,7 @@ fn apart_in_words(own: &str, separations: &[SeparationEntry]) -> String {
     });
     let told: Vec<String> = told.collect();
     format!(
-        ": read together with this recording it tells {} from {}, whichever is true.",
+        ". Predicted with this recording: separates {} from {}, under either hypothesis.",
         plain(own),
         told.join(", ")
     )

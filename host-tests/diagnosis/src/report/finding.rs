@@ -17,7 +17,7 @@ use rlg_signal::streams::{Triad, each_axis};
 
 use super::by_regime;
 use crate::confirm::Share;
-use crate::confirm::bootstrap::Reenactment;
+use crate::confirm::bootstrap::Bootstrap;
 use crate::confirm::whitened::Whitener;
 use crate::rows::data::Data;
 use crate::search::structure::{Found, Searched, effect_rad};
@@ -33,7 +33,7 @@ pub(crate) struct Finding<'a> {
     pub(crate) squared_size: f64,
     pub(crate) rank: usize,
     /// Gyros whose own data determine its parameter, where all share one.
-    pub(crate) told: [bool; 3],
+    pub(crate) supported: [bool; 3],
     /// Recording in which it acts, of several; `None` if in all.
     pub(crate) recording: Option<&'a str>,
     /// Kinds not distinguishable from it in the recording.
@@ -42,7 +42,7 @@ pub(crate) struct Finding<'a> {
     pub(crate) or_drift: bool,
     pub(crate) cost_without: f64,
     pub(crate) confirmed_gain: f64,
-    pub(crate) reenactment: Reenactment,
+    pub(crate) bootstrap: Bootstrap,
     /// Standard deviation of its instant \[rows\], where it has one.
     pub(crate) instant_std_rows: Option<f64>,
     /// Share of the residual's power explained by it, given the others \[1\].
@@ -119,12 +119,12 @@ fn finding<'a>(
             2.0 * (found.fit.log_likelihood - without.log_likelihood).max(0.0)
         },
         rank: fit.ranks[place],
-        told: confirmed.told[place],
+        supported: confirmed.supported[place],
         alike: alike.into_iter().map(str::to_string).collect(),
         or_drift: judged.cost_against_drift < plan.judgement.drift_within,
         cost_without: judged.cost_without,
         confirmed_gain: confirmed.predictions[member].gain,
-        reenactment: confirmed.reenactments[place],
+        bootstrap: confirmed.reenactments[place],
         instant_std_rows: confirmed.instant_std_rows[place],
         share: of_power,
         is_slight: of_power < plan.judgement.practical_share && !turns(effect_rad, &fit.levels),
@@ -147,14 +147,16 @@ pub(crate) struct Number {
 }
 
 /// Sentence on the gyros whose data do not determine a shared parameter; empty if none.
-pub(crate) fn of_the_others(told: [bool; 3]) -> String {
-    let others = (0..3).filter(|&axis| !told[axis]).map(|axis| AXES[axis]);
+pub(crate) fn of_the_others(supported: [bool; 3]) -> String {
+    let others = (0..3)
+        .filter(|&axis| !supported[axis])
+        .map(|axis| AXES[axis]);
     let others: Vec<&str> = others.collect();
     match others[..] {
         [] => String::new(),
-        [one] => format!(" Gyro {one} moves too little to show whether it does so, too."),
+        [one] => format!(" Not determined for gyro {one}: too little motion."),
         _ => format!(
-            " Gyros {} move too little to show whether they do so, too.",
+            " Not determined for gyros {}: too little motion.",
             others.join(" and ")
         ),
     }
@@ -229,7 +231,7 @@ fn estimated(one: &Finding, fit: &Fit) -> (Vec<Number>, DMatrix<f64>) {
         ))
     .then(|| {
         (0..3)
-            .filter(|&axis| one.told[axis])
+            .filter(|&axis| one.supported[axis])
             .map(|axis| (AXES[axis].to_string(), 0))
     });
     let names: Vec<(String, usize)> = match shared {

@@ -267,7 +267,7 @@ impl<'a> Results<'a> {
             plan: Vec::new(),
         };
         if let Some(found) = in_step(&blocks, &self.plan.signal.in_step) {
-            diagnosis.is_left(vec![absolute::in_step(
+            diagnosis.mark_unexplained(vec![absolute::in_step(
                 found.share,
                 found.moving_over_still,
             )]);

@@ -25,7 +25,7 @@ use crate::search::structure::{Found, Searched};
 
 /// Sentence for a recording without findings.
 pub const NONE_NEEDED: &str =
-    "None needed for this recording; a motion that excites what is not excluded would show more.";
+    "None needed for this recording; motion that excites the effects not excluded would test them.";
 
 /// Next experiment.
 pub(crate) struct Next {

@@ -68,8 +68,8 @@ pub fn entries(
     let with_effect = lines.iter().flat_map(|line| {
         let entry = line_words::entries(&[of(line, rows)], clock, model).pop()?;
         let side = match line.is_hidden {
-            true => "The motion hides which of the gyros and the reference has it.",
-            false => "The reference does not have it.",
+            true => "Gyro and reference not distinguishable below the motion.",
+            false => "Absent from the reference.",
         };
         let entry = EffectEntry {
             what_was_left_out: format!("{} {side}", entry.what_was_left_out),

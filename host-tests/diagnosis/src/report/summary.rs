@@ -8,6 +8,7 @@ use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries;
 use rlg_catalogue::signals::AXES;
 use rlg_findings::result::{RunnerUp, Verdict};
+use rlg_findings::sentences::REJECTED;
 use rlg_inference::{Drift, Fit};
 use rlg_signal::streams::Streams;
 
@@ -36,7 +37,7 @@ pub(crate) fn summary(
     lines.extend(ordered.into_iter().map(|one| found_line(one, fit, signals)));
     for &place in &confirmed.unconfirmed {
         lines.push(format!(
-            "Not named: {}: it does not hold in every stretch of the rows.",
+            "{REJECTED}{}: fails blocked cross-validation.",
             kind_of(place)
         ));
     }
@@ -44,12 +45,12 @@ pub(crate) fn summary(
     let fallen = fallen.map(|&place| kind_of(place));
     for kind in confirmed.shown_anyway.iter().copied().chain(fallen) {
         lines.push(format!(
-            "Not named: {kind}: the recording re-enacted without it shows as much of it."
+            "{REJECTED}{kind}: a parametric bootstrap without it reproduces it."
         ));
     }
     for &place in &confirmed.impossible {
         lines.push(format!(
-            "Not named: {}: its size would be one that no unit can have.",
+            "{REJECTED}{}: estimate outside physical bounds.",
             kind_of(place)
         ));
     }
@@ -85,7 +86,7 @@ fn found_line(one: &Finding, fit: &Fit, signals: &Signals) -> String {
         .collect();
     let kind = match one.candidate.variant {
         Variant::Expression { axis, expression } => format!(
-            "gyro {} follows {}, which no effect of the catalogue does",
+            "gyro {} follows {}, outside the catalogue",
             AXES[axis],
             expression.text(signals)
         ),
@@ -99,7 +100,7 @@ fn found_line(one: &Finding, fit: &Fit, signals: &Signals) -> String {
     };
     let size = if one.is_slight {
         format!(
-            "; {:.1e} of the residual's power, and no gyro turns further by it than by its noise",
+            "; {:.1e} of the residual's power, below the angle noise of every gyro",
             one.share
         )
     } else {
@@ -107,7 +108,7 @@ fn found_line(one: &Finding, fit: &Fit, signals: &Signals) -> String {
     };
     let place = one.recording.map(|name| format!(" in {name}"));
     format!(
-        "Found{}: {kind}{alike}: {}; gains {:.1} in log score in blocks of rows that the others predict{size}.",
+        "Found{}: {kind}{alike}: {}; gains {:.1} in cross-validated log score{size}.",
         place.unwrap_or_default(),
         numbers.join(", "),
         one.confirmed_gain
@@ -120,7 +121,7 @@ pub(crate) fn unlike_noise(gyro: usize, misfits: &[Misfit], rate_hz: f64) -> Opt
     let most = of_gyro.max_by(|a, b| a.ratio.total_cmp(&b.ratio))?;
     let [from, to] = most.band.map(|share| share * rate_hz);
     Some(format!(
-        "Not explained: what is left of gyro {} is not like its noise; between {from:.2} and {to:.2} Hz it has {:.2} times the power that fits the rest.",
+        "Not explained: residual of gyro {} inconsistent with the fitted spectrum; between {from:.2} and {to:.2} Hz it has {:.2} times its power.",
         AXES[gyro], most.ratio
     ))
 }
@@ -149,8 +150,8 @@ pub(crate) fn not_excluded(found: &Found, streams: &Streams) -> Vec<String> {
     let tried: BTreeSet<&str> = found.candidates.iter().map(|one| one.kind).collect();
     let reason = |kind: &str| {
         let unseen = match streams.at_rest {
-            Some(_) => "needs motion, and the unit stood still",
-            None => "the motion does not stand out of the reference's noise",
+            Some(_) => "needs motion; the unit was at rest",
+            None => "motion below the reference's noise: not observable",
         };
         no_channel(kind, streams).unwrap_or(unseen)
     };

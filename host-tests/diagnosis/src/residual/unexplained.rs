@@ -23,7 +23,7 @@ fn stretch(location: &Location, streams: &Streams) -> EffectEntry {
     unlisted(
         String::new(),
         format!(
-            "Gyro {axis} differs from its model between {start_s:.1} and {end_s:.1} s at {:.1} to {:.1} Hz, and no effect of the catalogue explains it.",
+            "Residual of gyro {axis} between {start_s:.1} and {end_s:.1} s at {:.1} to {:.1} Hz: not explained by any effect of the catalogue.",
             location.band_hz.0,
             location.band_hz.1.min(0.5 * streams.rate_hz),
         ),
@@ -44,7 +44,7 @@ fn at_rest(left: &[Location], axis: usize, streams: &Streams) -> Option<EffectEn
         ..unlisted(
             String::new(),
             format!(
-                "Gyro {} shows more than its noise in {} places between {:.1} and {:.1} s, {low_hz:.0} to {:.0} Hz, and nothing measured explains it: located only.",
+                "Residual of gyro {} exceeds its noise in {} places between {:.1} and {:.1} s, {low_hz:.0} to {:.0} Hz: not explained by any measured channel, located only.",
                 AXES[axis],
                 here.len(),
                 streams.begin_s(first),

@@ -1,7 +1,7 @@
 //! Brings gyros and reference to the same axes, signs and units before the analysis.
 //!
 //! Enters: the aligned channels. Leaves: an error with one sentence, or the reference rotated into the gyros' axes and its
-//! report ([`PutRight`]). The measurement and the decision are rlg-signal's; here are the correction and the effects of the
+//! report ([`ChannelCorrection`]). The measurement and the decision are rlg-signal's; here are the correction and the effects of the
 //! model that describe it.
 
 use std::collections::BTreeMap;
@@ -24,7 +24,7 @@ use crate::outcome::Outcome;
 use crate::settings::Settings;
 
 /// Applied corrections.
-pub struct PutRight {
+pub struct ChannelCorrection {
     /// Crossing of each channel that the gyros follow.
     crossings: Vec<(Lead, Crossing)>,
     plan: ChannelCausePlan,
@@ -42,7 +42,7 @@ pub enum Stopped {
 /// Outcome of gyros and a reference with different motions, for the reason `why`.
 pub fn of_two_motions(recording: &str, seed: u64, why: &str, model: &Model) -> Outcome {
     let mut outcome = Outcome::unusable(recording, seed, why, model);
-    outcome.diagnosis.next_experiment = "The reference that was recorded with these gyros, on one clock: a file of another run, or another unit's, shows another motion.".to_string();
+    outcome.diagnosis.next_experiment = "Use the reference recorded with these gyros, on one clock: a file of another run or unit contains another motion.".to_string();
     outcome
 }
 
@@ -61,12 +61,12 @@ impl From<Stopped> for InputError {
 ///
 /// # Errors
 /// See [`Stopped`]. Nothing stops if the settings take the channels anyway.
-pub fn put_right(
+pub fn correct_channels(
     settings: &Settings,
     streams: &mut Streams,
     model: &Model,
     model_file: &Path,
-) -> Result<Option<PutRight>, Stopped> {
+) -> Result<Option<ChannelCorrection>, Stopped> {
     let plan = settings.plan.judgement.channels;
     let crossings =
         crossings(streams, model, &settings.plan.signal, settings.anyway).map_err(|found| {
@@ -85,15 +85,15 @@ pub fn put_right(
     if !is_registration && !settings.anyway {
         let problem = refusal(&crossings, &streams.piece.recording, streams.rate_hz, &plan);
         return Err(Stopped::Refused(InputError::new(model_file, problem).expected(
-            "each gyro to read once what the reference says of its own axis; --anyway puts it right and reports it",
+            "each gyro to read 1 times the reference on its own axis; --anyway corrects the channels and reports it",
         )));
     }
-    let found = PutRight { crossings, plan };
+    let found = ChannelCorrection { crossings, plan };
     found.apply(streams);
     Ok(Some(found))
 }
 
-impl PutRight {
+impl ChannelCorrection {
     /// Rotates the channels that the gyros follow into the gyros' axes.
     pub fn apply(&self, streams: &mut Streams) {
         for (lead, crossing) in &self.crossings {

@@ -19,16 +19,16 @@ pub fn apart(found: &Apart, plan: &ChannelCausePlan) -> String {
     let most_here = plan.here_over_there * found.by_chance;
     let elsewhere = match found.by_chance >= plan.other_piece && found.share < most_here {
         true => format!(
-            "; it follows them where its stamps are put {:.2} s later: do the two begin at different times?",
+            "; with its stamps {:.2} s later it follows them: do the two begin at different times?",
             found.at_lag_s
         ),
         false => format!(
-            ", and {:.0} % is what lags beyond any delay give by chance",
+            "; lags beyond any delay give {:.0} % by chance",
             100.0 * found.by_chance
         ),
     };
     format!(
-        "the gyros and the reference do not show the same motion: at no delay up to half a second does the reference explain more than {:.0} % of the gyros' power{elsewhere}",
+        "gyros and reference measure different motions: at delays up to half a second the reference explains at most {:.0} % of the gyros' power{elsewhere}",
         100.0 * found.share,
     )
 }
@@ -95,10 +95,10 @@ pub fn sentence(lead: Lead, crossing: &Crossing, plan: &ChannelCausePlan) -> Str
     let what = said(lead, crossing, f64::NAN, plan);
     let done = match (crossing.is_registration(), lead) {
         (true, _) => {
-            "this is how the unit is mounted, and the reference was turned into the gyros' axes"
+            "taken as the mount of the unit: the reference was rotated into the gyros' axes"
         }
-        (false, Lead::Reference) => "the reference was put right by this before anything else",
-        (false, Lead::Pickoff) => "the pickoffs were put right by this before anything else",
+        (false, Lead::Reference) => "the reference was corrected before the diagnosis",
+        (false, Lead::Pickoff) => "the pickoffs were corrected before the diagnosis",
     };
     let mut what = what;
     if let Some(first) = what.get_mut(..1) {
@@ -122,7 +122,7 @@ fn said(lead: Lead, crossing: &Crossing, rate_hz: f64, plan: &ChannelCausePlan) 
         .collect();
     if crossing.is_turned() && !still.is_empty() {
         let of = still.join(" and ");
-        parts.push(format!("about {of} {} says nothing of it", name(lead)));
+        parts.push(format!("about {of} not measured"));
     }
     parts.join("; ")
 }
@@ -144,14 +144,14 @@ fn axes(lead: Lead, crossing: &Crossing) -> String {
         let turn = nalgebra::Rotation3::from_matrix_unchecked(crossing.axes);
         let said = match (crossing.is_improper(), turn.axis_angle()) {
             (false, Some((axis, angle_rad))) => format!(
-                "the gyros' axes are turned against {lead_name}'s by {:.1}\u{b0} about ({:.3}, {:.3}, {:.3})",
+                "the gyros' axes are rotated against {lead_name}'s by {:.1}\u{b0} about ({:.3}, {:.3}, {:.3})",
                 angle_rad.to_degrees(),
                 axis.x,
                 axis.y,
                 axis.z
             ),
             _ => format!(
-                "no rotation turns {lead_name}'s axes into the gyros': one of them is reversed"
+                "no rotation maps {lead_name}'s axes to the gyros': one of them is reversed"
             ),
         };
         return said;
@@ -167,7 +167,7 @@ fn axes(lead: Lead, crossing: &Crossing) -> String {
             .map(|gyro| {
                 let axis = order[gyro].0;
                 format!(
-                    "gyro {} reads {:.3} times what {lead_name} says of {}",
+                    "gyro {} reads {:.3} times {lead_name} on {}",
                     AXES[gyro],
                     crossing.measured.map[(gyro, axis)],
                     AXES[axis]
@@ -245,7 +245,7 @@ pub fn refusal(
         .map(|(lead, crossing)| said(*lead, crossing, rate_hz, plan))
         .collect();
     format!(
-        "does not say the same axes as recording {recording}: {}; most likely {}",
+        "disagrees on the axes with recording {recording}: {}; most likely {}",
         each.join("; "),
         advice(crossings)
     )

@@ -52,13 +52,12 @@ pub fn sentence(streams: &Streams, alike: &[&Fault]) -> String {
             let wrapped = alike.iter().filter(|fault| fault.detail == Detail::Wrapped);
             let wrapped: usize = wrapped.map(|fault| fault.rows.len()).sum();
             let how = match (wrapped, rows) {
-                (0, _) => "saturated: it stands at the end of its range".to_string(),
+                (0, _) => "saturated at the end of the range".to_string(),
                 (wrapped, rows) if wrapped == rows => {
-                    "wrapped: its range overflowed, and it reads the other end with the wrong sign"
-                        .to_string()
+                    "wrapped: the range overflowed, with the opposite sign".to_string()
                 }
                 _ => format!(
-                    "saturated, {wrapped} of them wrapped: the range overflowed, and it reads the other end with the wrong sign"
+                    "saturated, {wrapped} of them wrapped: the range overflowed, with the opposite sign"
                 ),
             };
             format!(
@@ -106,7 +105,7 @@ fn held(streams: &Streams, alike: &[&Fault], rows_per_reading: f64) -> String {
     // The remaining rows are as long as a sample.
     let recorded_hz = streams.rate_hz * rows_per_reading;
     format!(
-        "Data: each reading of {} stands for {} rows (mean age {} rows, {:.1} ms): only rows with a new reading were compared, {:.4} a second.",
+        "Data: each sample of {} is held for {} rows (mean age {} rows, {:.1} ms): only rows with a new sample were compared, {:.4} per second.",
         names.join(", "),
         rounded(rows_per_reading),
         rounded(age_rows),

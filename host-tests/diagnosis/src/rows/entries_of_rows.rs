@@ -44,7 +44,7 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
     let rows_of = data_words::rows_of(streams, fault);
     let said = match fault.detail {
         Detail::None => format!(
-            "The data of {} cannot be used between {start_s:.4} and {end_s:.4} s; those rows were left out of everything else.",
+            "Data of {} not usable between {start_s:.4} and {end_s:.4} s; those rows were excluded.",
             rows_of.unwrap_or(&fault.channel)
         ),
         _ => data_words::sentence(streams, &[fault]),

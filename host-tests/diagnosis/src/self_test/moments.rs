@@ -41,7 +41,7 @@ pub fn self_test_on(
     seed: u64,
 ) -> Option<Tested> {
     let trials = Trials::new(data, set, rows, plan)?;
-    Some(trials.told(seed, &plan.judgement.self_test))
+    Some(trials.tested(seed, &plan.judgement.self_test))
 }
 
 /// Row of the catalogue as a hypothesis on the records.

@@ -73,7 +73,7 @@ pub fn diagnose_also<T>(
             },
             progress,
         )?;
-        progress("trying the search on these recordings");
+        progress("self-test on these recordings");
         let tested_on = together.self_test(None, plan, seed);
         progress("confirming the findings");
         together.release();
@@ -102,7 +102,7 @@ pub fn diagnose_also<T>(
         Beside::HeldOut(held_out),
         settings,
     );
-    outcome.diagnosis.tell(tested_on);
+    outcome.diagnosis.add_self_test(tested_on);
     Ok(Some((outcome, together.found.iter().map(also).collect())))
 }
 
