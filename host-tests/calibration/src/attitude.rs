@@ -151,7 +151,7 @@ impl AttitudeRecord {
             seconds: chains.iter().map(Chain::rows).sum::<usize>() as f64 * period_s,
             degrees: 3.0 * chains.iter().map(Chain::steps).sum::<usize>() as f64,
             rate_hz: self.streams.rate_hz,
-            acceleration_rad_s2: greatest(&self.signals.independent.acceleration_rad_s2),
+            acceleration_rad_s2: greatest(&self.signals.independent),
         }
     }
 

@@ -94,7 +94,7 @@ pub fn record_information(
                 seconds: observed_rows(&fitted) as f64 / rate_hz,
                 degrees: own.iter().map(of_gyro).sum(),
                 rate_hz,
-                acceleration_rad_s2: greatest(&signals.independent.acceleration_rad_s2),
+                acceleration_rad_s2: greatest(&signals.independent),
             });
         }
         pass += 1;

@@ -1,9 +1,9 @@
 //! Information of one recording on its unknowns, for any type of reference.
 
+use rlg_catalogue::signals::CaseMotion;
 use rlg_inference::{Information, NoiseLevels};
 use rlg_recording::error::InputError;
 use rlg_recording::{MANIFEST, Recording};
-use rlg_signal::axes::Triad;
 
 /// Least duration of usable rows \[s\]; below it not even the noise is estimable.
 pub const LEAST_S: f64 = 2.0;
@@ -35,10 +35,11 @@ pub fn too_short(recording: &Recording, seconds: f64) -> InputError {
     .expected(format!("at least {LEAST_S} s"))
 }
 
-/// Largest absolute value on each axis.
-pub fn greatest(triad: &Triad) -> [f64; 3] {
-    triad.each_ref().map(|values| {
-        let sizes = values.iter().map(|value| value.abs());
+/// Largest angular acceleration on each axis \[rad/s²\].
+pub fn greatest(motion: &CaseMotion) -> [f64; 3] {
+    [0, 1, 2].map(|axis| {
+        let values = motion.acceleration_rad_s2(axis).iter();
+        let sizes = values.map(|value| value.abs());
         sizes.fold(0.0, f64::max)
     })
 }

@@ -9,6 +9,7 @@
 //! the start; `time` \[s since the start\], `decay(s)`, `sine(f)`, `cosine(f)` (f in Hz), `window(a,b)` (1 between a
 //! and b s).
 
+use std::borrow::Cow;
 use std::fmt::Write as _;
 
 use rlg_signal::derivatives::{Spectrum, row_means};
@@ -112,22 +113,28 @@ impl Channel {
     }
 
     /// Computes the values at row middles; `None` if the channel is not measured.
-    fn values(self, signals: &Signals, motion: &CaseMotion) -> Option<Vec<f64>> {
-        let measured = |triad: &Option<crate::signals::Triad>, axis: usize| {
-            triad.as_ref().map(|triad| triad[axis].clone())
+    fn values<'a>(self, signals: &'a Signals, motion: &'a CaseMotion) -> Option<Cow<'a, [f64]>> {
+        let measured = |triad: &'a Option<crate::signals::Triad>, axis: usize| {
+            triad.as_ref().map(|triad| Cow::Borrowed(&triad[axis][..]))
         };
         match self {
-            Self::Rate(axis) => Some(motion.rate_rad_s[axis].clone()),
-            Self::Acceleration(axis) => Some(motion.acceleration_rad_s2[axis].clone()),
+            Self::Rate(axis) => Some(motion.rate_rad_s(axis).into()),
+            Self::Acceleration(axis) => Some(motion.acceleration_rad_s2(axis).into()),
             Self::Force(axis) => measured(&signals.force_m_s2, axis),
             Self::Warming(axis) => measured(&signals.warming_k, axis),
-            Self::WarmingRate(axis) => measured(&signals.warming_k, axis)
-                .map(|warming| Spectrum::new(&warming, signals.rate_hz).mean_derivative(1)),
+            Self::WarmingRate(axis) => measured(&signals.warming_k, axis).map(|warming| {
+                Spectrum::new(&warming, signals.rate_hz)
+                    .mean_derivative(1)
+                    .into()
+            }),
             Self::Field(axis) => measured(&signals.magnetic_t, axis),
             Self::DitherRate(axis) => measured(&signals.dither_rad, axis)
                 .map(|turned| turned.iter().map(|angle| angle * signals.rate_hz).collect()),
             Self::DitherAngle(axis) => measured(&signals.pickoff_rad, axis),
-            Self::Other(place) => signals.others.get(place).map(|(_, values)| values.clone()),
+            Self::Other(place) => signals
+                .others
+                .get(place)
+                .map(|(_, values)| (&values[..]).into()),
         }
     }
 
@@ -238,17 +245,17 @@ impl Factor {
         }
     }
 
-    fn values(self, signals: &Signals, motion: &CaseMotion) -> Option<Vec<f64>> {
-        let at = |law: &dyn Fn(f64) -> f64| -> Vec<f64> {
+    fn values<'a>(self, signals: &'a Signals, motion: &'a CaseMotion) -> Option<Cow<'a, [f64]>> {
+        let at = |law: &dyn Fn(f64) -> f64| -> Cow<'a, [f64]> {
             (0..signals.rows)
                 .map(|row| law(signals.elapsed_s + (row as f64 + 0.5) * signals.period_s()))
                 .collect()
         };
-        let product = |of: Product| -> Option<Vec<f64>> {
+        let product = |of: Product| -> Option<Cow<'a, [f64]>> {
             let mut channels = of.into_iter().flatten();
             let mut values = channels.next()?.values(signals, motion)?;
             for channel in channels {
-                multiply(&mut values, &channel.values(signals, motion)?);
+                multiply(values.to_mut(), &channel.values(signals, motion)?);
             }
             Some(values)
         };
@@ -260,18 +267,20 @@ impl Factor {
                 .map(|values| values.iter().map(|value| value.abs()).collect()),
             Self::Side(channel) => channel
                 .values(signals, motion)
-                .map(|values| side(&values, hysteresis)),
+                .map(|values| side(&values, hysteresis).into()),
             Self::Way(channel) => channel
                 .values(signals, motion)
-                .map(|values| way(&values, hysteresis)),
+                .map(|values| way(&values, hysteresis).into()),
             Self::Deviation(channel) => channel.values(signals, motion).map(|values| {
                 let mean = mean(&values);
                 values.iter().map(|value| value - mean).collect()
             }),
             Self::Lag(of, constant_s) => {
-                product(of).map(|values| lagged(&values, constant_s * signals.rate_hz))
+                product(of).map(|values| lagged(&values, constant_s * signals.rate_hz).into())
             }
-            Self::Integral(of) => product(of).map(|values| integrated(&values, signals.rate_hz)),
+            Self::Integral(of) => {
+                product(of).map(|values| integrated(&values, signals.rate_hz).into())
+            }
             Self::Time => Some(at(&|time_s| time_s)),
             Self::Decay(constant_s) => Some(at(&|time_s| (-time_s / constant_s).exp())),
             Self::Sine(hz) => Some(at(&|time_s| (std::f64::consts::TAU * hz * time_s).sin())),

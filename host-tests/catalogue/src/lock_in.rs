@@ -6,7 +6,7 @@
 //! cycle is random: each pass through rest leaves an error of up to half a pulse either way. A dither turns these
 //! errors into an angle random walk.
 
-use crate::signals::{CaseMotion, Signals, Triad};
+use crate::signals::{CaseMotion, Signals};
 
 /// Lost angle or its derivative.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -46,10 +46,12 @@ impl Threshold {
         motion: &CaseMotion,
     ) -> Vec<f64> {
         let period_s = signals.period_s();
+        let rates_rad_s = [0, 1, 2].map(|axis| motion.rate_rad_s(axis));
+        let changes_rad_s2 = [0, 1, 2].map(|axis| motion.acceleration_rad_s2(axis));
         (0..signals.rows)
             .map(|row| {
-                let rate = along(&motion.rate_rad_s, gyro, row, signals);
-                let change = along(&motion.acceleration_rad_s2, gyro, row, signals) * period_s;
+                let rate = along(rates_rad_s, gyro, row, signals);
+                let change = along(changes_rad_s2, gyro, row, signals) * period_s;
                 self.mean(rate, change, part) * period_s
             })
             .collect()
@@ -57,7 +59,8 @@ impl Threshold {
 
     /// Rows in which a gyro enters its dead band: each leaves an angle error of up to half a pulse either way.
     pub fn stops(self, gyro: usize, signals: &Signals) -> Vec<usize> {
-        let rate = |row: usize| along(&signals.independent.rate_rad_s, gyro, row, signals);
+        let rates_rad_s = [0, 1, 2].map(|axis| signals.independent.rate_rad_s(axis));
+        let rate = |row: usize| along(rates_rad_s, gyro, row, signals);
         let is_stop = |&row: &usize| {
             let (before, now) = (rate(row - 1), rate(row));
             before.abs() > self.rad_s && (now.abs() <= self.rad_s || now * before < 0.0)
@@ -106,7 +109,7 @@ impl Threshold {
 }
 
 /// Component of a triad along a gyro's sensing axis in the middle of a row.
-fn along(triad: &Triad, gyro: usize, row: usize, signals: &Signals) -> f64 {
+fn along(triad: [&[f64]; 3], gyro: usize, row: usize, signals: &Signals) -> f64 {
     (0..3)
         .map(|axis| signals.sensing_from_body[(gyro, axis)] * triad[axis][row])
         .sum()

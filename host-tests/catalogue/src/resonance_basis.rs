@@ -1,5 +1,7 @@
 //! Resonances as linear combinations of few responses, and the columns of such a basis.
 
+use std::cell::Cell;
+
 use nalgebra::{DMatrix, DVector};
 use rayon::prelude::*;
 use realfft::num_complex::Complex64;
@@ -68,7 +70,7 @@ impl Basis {
             .collect();
         let mut power = vec![0.0; TABULATED];
         for &axis in axes {
-            let of_axis = signals.independent.spectra[axis].binned_power(&hz);
+            let of_axis = signals.independent.spectrum(axis).binned_power(&hz);
             for (sum, power) in power.iter_mut().zip(of_axis) {
                 *sum += power;
             }
@@ -147,18 +149,23 @@ impl Basis {
         self.responses.len()
     }
 
-    /// Response of a direction at a frequency \[Hz\], interpolated between tabulated ones.
-    fn at(&self, direction: usize, hz: f64) -> Complex64 {
+    /// Response of a direction at frequencies \[Hz\] that ascend, interpolated between tabulated ones.
+    fn along(&self, direction: usize) -> impl Fn(f64) -> Complex64 {
         let response = &self.responses[direction];
-        let after = self.hz.partition_point(|other| *other <= hz);
-        if after == 0 {
-            return Complex64::new(response[0].re, 0.0);
+        let reached = Cell::new(0);
+        move |hz: f64| {
+            let further = self.hz[reached.get()..].iter();
+            let after = reached.get() + further.take_while(|other| **other <= hz).count();
+            reached.set(after);
+            if after == 0 {
+                return Complex64::new(response[0].re, 0.0);
+            }
+            if after == self.hz.len() {
+                return response[after - 1];
+            }
+            let share = (hz - self.hz[after - 1]) / (self.hz[after] - self.hz[after - 1]);
+            response[after - 1] * (1.0 - share) + response[after] * share
         }
-        if after == self.hz.len() {
-            return response[after - 1];
-        }
-        let share = (hz - self.hz[after - 1]) / (self.hz[after] - self.hz[after - 1]);
-        response[after - 1] * (1.0 - share) + response[after] * share
     }
 }
 
@@ -207,8 +214,11 @@ impl Columns for MountColumns<'_> {
 
     fn column(&self, place: usize) -> Vec<f64> {
         let period = self.signals.period_s();
-        let mut values =
-            self.signals.independent.spectra[self.axis].through(|hz| self.basis.at(place, hz));
+        let mut values = self
+            .signals
+            .independent
+            .spectrum(self.axis)
+            .through(self.basis.along(place));
         values.iter_mut().for_each(|value| *value *= period);
         values
     }
@@ -284,12 +294,13 @@ impl Columns for SuspensionColumns<'_> {
         let (_, senses) = tilt(self.gyro, about);
         // Products of two other axes are free of the gyro's own noise.
         let motion = &self.signals.likeliest;
-        let acceleration = motion.spectra[about]
-            .middle_derivative_behind(1, |hz| self.basis.at(place % directions, hz));
+        let acceleration = motion
+            .spectrum(about)
+            .middle_derivative_behind(1, self.basis.along(place % directions));
         let period = self.signals.period_s();
         let products: Vec<f64> = acceleration
             .iter()
-            .zip(&motion.rate_rad_s[senses])
+            .zip(motion.rate_rad_s(senses))
             .map(|(a, b)| a * b * period)
             .collect();
         row_means(&products)

@@ -4,6 +4,7 @@ use std::f64::consts::TAU;
 use std::ops::Range;
 
 use realfft::num_complex::Complex64;
+use rlg_inference::sums::sums;
 use rlg_signal::axes::add;
 use rlg_signal::derivatives::{Spectrum, row_means};
 
@@ -73,6 +74,19 @@ impl Sensed {
         }
     }
 
+    /// Computes sums over blocks of `each` rows; rows behind the last whole block are dropped.
+    pub fn sums(self, signals: &Signals, each: usize) -> Vec<f64> {
+        // Increments of a wave add up to one over the block.
+        if let Column::Wave(axis, order, is_cosine) = self.column {
+            let motion = match self.of {
+                Estimate::Independent => &signals.independent,
+                Estimate::Likeliest | Estimate::Measured => &signals.likeliest,
+            };
+            return Regressors::of(signals, motion).wave(axis, order, is_cosine, each);
+        }
+        sums(&self.values(signals), each)
+    }
+
     /// Part of a linear effect that the shrinkage gate removes, to be subtracted from the residual; `None` for other
     /// columns. The reference's noise after a filter is retained: with a different noise spectrum in every set, noise
     /// would decide between sets.
@@ -128,14 +142,14 @@ impl<'a> Regressors<'a> {
 
     /// Law of the rate about an axis, times T.
     fn of_rate(self, axis: usize, law: impl Fn(f64) -> f64) -> Vec<f64> {
-        let rates = self.motion.rate_rad_s[axis].iter();
+        let rates = self.motion.rate_rad_s(axis).iter();
         let at_middles: Vec<f64> = rates.map(|rate| law(*rate)).collect();
         self.means(&at_middles)
     }
 
     /// Product of an acceleration and the rate about an axis, times T.
     fn times_rate(self, acceleration: &[f64], axis: usize) -> Vec<f64> {
-        self.means(&product(acceleration, &self.motion.rate_rad_s[axis]))
+        self.means(&product(acceleration, self.motion.rate_rad_s(axis)))
     }
 
     fn derivative(self, spectrum: &Spectrum, order: i32) -> Vec<f64> {
@@ -163,18 +177,26 @@ impl<'a> Regressors<'a> {
 
     /// Increments about an axis after a linear system \[rad\].
     fn increments_behind(self, axis: usize, response: impl Fn(f64) -> Complex64) -> Vec<f64> {
-        self.motion.spectra[axis].through(|hz| response(hz) * self.period_s)
+        self.motion
+            .spectrum(axis)
+            .through(|hz| response(hz) * self.period_s)
     }
 
     /// Sensed increments of a gyro after a linear system \[rad\], without the factor 1/(1 − s_i).
     fn sensed_behind(self, gyro: usize, response: impl Fn(f64) -> Complex64) -> Vec<f64> {
+        let along = |axis: usize| {
+            let along = self.signals.sensing_from_body[(gyro, axis)];
+            (self.motion.spectrum(axis), along)
+        };
+        Spectrum::sum_through(&[0, 1, 2].map(along), |hz| response(hz) * self.period_s)
+    }
+
+    /// Sensed increments of a gyro \[rad\], without the factor 1/(1 − s_i).
+    fn sensed(self, gyro: usize) -> Vec<f64> {
         let mut sum = self.zeros();
         for axis in 0..3 {
             let along = self.signals.sensing_from_body[(gyro, axis)];
-            if along != 0.0 {
-                let part = self.increments_behind(axis, |hz| response(hz) * along);
-                add(&mut sum, &part, 1.0);
-            }
+            add(&mut sum, &self.motion.case_rad[axis], along);
         }
         sum
     }
@@ -190,13 +212,13 @@ impl<'a> Regressors<'a> {
         })
     }
 
-    /// Increments of the cosine or sine of an order times the table's angle about an axis.
-    fn wave(self, axis: usize, order: u32, is_cosine: bool) -> Vec<f64> {
+    /// Increments of the cosine or sine of an order times the table's angle about an axis, over blocks of `each` rows.
+    fn wave(self, axis: usize, order: u32, is_cosine: bool, each: usize) -> Vec<f64> {
         let (signals, case_rad) = (self.signals, &self.motion.case_rad[axis]);
         let reference_rad = signals.path.before(axis, case_rad, signals.rate_hz);
         let mut angle = 0.0;
-        let angles = reference_rad.iter().map(|increment| {
-            angle += increment;
+        let angles = reference_rad.chunks_exact(each).map(|block| {
+            block.iter().for_each(|increment| angle += increment);
             angle
         });
         increments_of(angles, 0.0, |angle| {
@@ -285,22 +307,22 @@ impl Column {
             period_s,
         } = of;
         let (force, warming) = (&signals.force_m_s2, &signals.warming_k);
-        let (case, alpha) = (&motion.case_rad, &motion.acceleration_rad_s2);
+        let (case, alpha) = (&motion.case_rad, |axis| motion.acceleration_rad_s2(axis));
         match self {
             Self::Constant => vec![period_s; signals.rows],
             Self::Increment(axis) => case[axis].clone(),
-            Self::Delay(axis) => of.derivative(&motion.spectra[axis], 1),
-            Self::Jerk(axis) => of.derivative(&motion.spectra[axis], 2),
+            Self::Delay(axis) => of.derivative(motion.spectrum(axis), 1),
+            Self::Jerk(axis) => of.derivative(motion.spectrum(axis), 2),
             Self::Magnitude(axis) => of.of_rate(axis, f64::abs),
             Self::Square(axis) => of.of_rate(axis, |rate| rate * rate),
             Self::Cube(axis) => of.of_rate(axis, |rate| rate.powi(3)),
-            Self::Flexure(about, senses) => of.times_rate(&alpha[about], senses),
+            Self::Flexure(about, senses) => of.times_rate(alpha(about), senses),
             Self::CubicFlexure(about, senses) => {
-                let cubes: Vec<f64> = alpha[about].iter().map(|alpha| alpha.powi(3)).collect();
+                let cubes: Vec<f64> = alpha(about).iter().map(|alpha| alpha.powi(3)).collect();
                 of.times_rate(&cubes, senses)
             }
             Self::ResonantFlexure(about, senses, resonance, part) => {
-                let spectrum = &motion.spectra[about];
+                let spectrum = motion.spectrum(about);
                 let suspension = |hz| resonance.suspension(hz, part);
                 of.times_rate(&spectrum.middle_derivative_behind(1, suspension), senses)
             }
@@ -341,14 +363,14 @@ impl Column {
                 low_pass.beyond(hz, part) / on_path.map_or(Complex64::ONE, |one| one.whole(hz))
             }),
             Self::HighPass(gyro, high_pass, part) => {
-                let sensed_rad = of.sensed_behind(gyro, |_| Complex64::ONE);
+                let sensed_rad = of.sensed(gyro);
                 high_pass.beyond(&sensed_rad, period_s, part)
             }
             Self::Late(gyro, delay_s) => of.sensed_behind(gyro, |hz| 1.0 - late(-delay_s, hz)),
             Self::LockIn(gyro, threshold, part) => {
                 threshold.increments(gyro, part, signals, motion)
             }
-            Self::Wave(axis, order, is_cosine) => of.wave(axis, order, is_cosine),
+            Self::Wave(axis, order, is_cosine) => of.wave(axis, order, is_cosine, 1),
             Self::Expression(expression) => {
                 let values = expression.values(signals, motion);
                 values.unwrap_or_else(|| of.zeros())

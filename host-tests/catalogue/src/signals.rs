@@ -1,7 +1,7 @@
 //! Measured inputs on the gyros' rows, and the motion derived from them.
 
 use std::borrow::Cow;
-use std::sync::Arc;
+use std::sync::{Arc, OnceLock};
 
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use realfft::num_complex::Complex64;
@@ -52,32 +52,57 @@ pub struct Path {
     pub low_pass: [Option<LowPass>; 3],
 }
 
-/// Motion of the case after the path, and its derivatives.
+/// Motion of the case after the path, and its derivatives, each computed when it is first asked for.
 pub struct CaseMotion {
     /// Increments \[rad\].
     pub case_rad: Triad,
-    /// Rate at row middles \[rad/s\].
-    pub rate_rad_s: Triad,
-    /// Angular acceleration at row middles \[rad/s²\].
-    pub acceleration_rad_s2: Triad,
-    /// Spectra of the mean rates, for further derivatives.
-    pub spectra: [Spectrum; 3],
+    rate_hz: f64,
+    derived: [Derived; 3],
+}
+
+/// Spectrum and derivatives on one axis.
+#[derive(Default)]
+struct Derived {
+    spectrum: OnceLock<Spectrum>,
+    rate_rad_s: OnceLock<Vec<f64>>,
+    acceleration_rad_s2: OnceLock<Vec<f64>>,
 }
 
 impl CaseMotion {
     /// # Inputs
     /// `case_rad`: increments after the path \[rad\].
     pub fn new(case_rad: Triad, rate_hz: f64) -> Self {
-        let spectra: [Spectrum; 3] = std::array::from_fn(|axis| {
-            let rates: Vec<f64> = case_rad[axis].iter().map(|angle| angle * rate_hz).collect();
-            Spectrum::new(&rates, rate_hz)
-        });
         Self {
-            rate_rad_s: std::array::from_fn(|axis| spectra[axis].middle_derivative(0)),
-            acceleration_rad_s2: std::array::from_fn(|axis| spectra[axis].middle_derivative(1)),
             case_rad,
-            spectra,
+            rate_hz,
+            derived: Default::default(),
         }
+    }
+
+    /// Rate about an axis at row middles \[rad/s\].
+    pub fn rate_rad_s(&self, axis: usize) -> &[f64] {
+        let of = || self.spectrum(axis).middle_derivative(0);
+        self.derived[axis].rate_rad_s.get_or_init(of)
+    }
+
+    /// Angular acceleration about an axis at row middles \[rad/s²\].
+    pub fn acceleration_rad_s2(&self, axis: usize) -> &[f64] {
+        let of = || self.spectrum(axis).middle_derivative(1);
+        self.derived[axis].acceleration_rad_s2.get_or_init(of)
+    }
+
+    /// Spectrum of the mean rate about an axis, for further derivatives.
+    pub fn spectrum(&self, axis: usize) -> &Spectrum {
+        self.derived[axis].spectrum.get_or_init(|| {
+            let angles = self.case_rad[axis].iter();
+            let rates: Vec<f64> = angles.map(|angle| angle * self.rate_hz).collect();
+            Spectrum::new(&rates, self.rate_hz)
+        })
+    }
+
+    /// Frees spectra and derivatives until they are asked for again.
+    pub fn release(&mut self) {
+        self.derived = Default::default();
     }
 }
 
@@ -179,9 +204,11 @@ pub struct Signals {
     pub shared: Matrix3<f64>,
     /// Thresholds of the effects.
     pub plan: CataloguePlan,
-    /// Rotation from the start frame to the body frame in the middle of each row; single precision, as the columns in
-    /// the sums.
-    attitude: Vec<UnitQuaternion<f32>>,
+    /// Attitude at the first row: body frame to start frame.
+    start_from_body: UnitQuaternion<f64>,
+    /// Rotation from the start frame to the body frame in the middle of each row, once it is asked for; single precision, as
+    /// the columns in the sums.
+    attitude: OnceLock<Vec<UnitQuaternion<f32>>>,
 }
 
 impl Signals {
@@ -215,12 +242,10 @@ impl Signals {
             force_m_s2: inputs.force_m_s2.cloned(),
             magnetic_t: inputs.magnetic_t.cloned(),
             off_vertical: inputs.off_vertical.cloned(),
-            attitude: attitude(
-                &independent.case_rad,
-                inputs
-                    .origin
-                    .map_or_else(UnitQuaternion::identity, |origin| origin.start_from_body),
-            ),
+            start_from_body: inputs
+                .origin
+                .map_or_else(UnitQuaternion::identity, |origin| origin.start_from_body),
+            attitude: OnceLock::new(),
             rate_hz,
             rows: measured_rad[0].len(),
             measured_rad,
@@ -266,6 +291,13 @@ impl Signals {
         )
     }
 
+    /// Frees what is derived from the motions until it is asked for again.
+    pub fn release(&mut self) {
+        self.independent.release();
+        self.likeliest.release();
+        self.attitude.take();
+    }
+
     /// Computes the sensed increments of a gyro from the measured reference \[rad\], after the mount about each axis
     /// and without the scale factor 1/(1 − s_i).
     pub fn measured_along_rad(&self, gyro: usize) -> Vec<f64> {
@@ -290,7 +322,10 @@ impl Signals {
     /// Computes the component along body `axis` of a unit vector fixed in space that lay along body axis `at_start` at
     /// the start.
     pub fn space_vector(&self, at_start: usize, axis: usize) -> Vec<f64> {
-        self.attitude
+        let attitude = self
+            .attitude
+            .get_or_init(|| attitude(&self.independent.case_rad, self.start_from_body));
+        attitude
             .iter()
             .map(|body_from_start| (body_from_start * Vector3::ith(at_start, 1.0))[axis].into())
             .collect()

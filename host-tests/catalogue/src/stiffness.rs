@@ -19,7 +19,7 @@ const CUBIC: &str = "axis_flexure_cubic";
 /// Largest K about each axis \[s²\]; infinite without motion.
 fn largest_s2(signals: &Signals) -> [f64; 3] {
     std::array::from_fn(|axis| {
-        let median_hz = signals.independent.spectra[axis].median_hz(1);
+        let median_hz = signals.independent.spectrum(axis).median_hz(1);
         (TAU * median_hz).powi(-2)
     })
 }
@@ -30,7 +30,7 @@ pub(crate) fn largest(kind: &str, signals: &Signals) -> Option<[f64; 3]> {
         STATIC => Some(largest_s2(signals)),
         // A sine of amplitude A, mean square A²/2, makes a spring of Q α³ equivalent to one of K = (3/4) Q A².
         CUBIC => Some(std::array::from_fn(|axis| {
-            let acceleration = &signals.independent.acceleration_rad_s2[axis];
+            let acceleration = signals.independent.acceleration_rad_s2(axis);
             let squares: f64 = acceleration.iter().map(|one| one * one).sum();
             let mean_square = squares / acceleration.len() as f64;
             largest_s2(signals)[axis] / (1.5 * mean_square)

@@ -4,7 +4,7 @@
 //! the reordered real values, by `realfft`. O(n log n) at any length, and half the work of a complex transform.
 
 use std::f64::consts::PI;
-use std::sync::{Arc, Mutex, PoisonError};
+use std::sync::{Arc, Mutex, PoisonError, Weak};
 
 use realfft::num_complex::Complex64;
 use realfft::{RealFftPlanner, RealToComplex};
@@ -16,6 +16,9 @@ use crate::work::count_transform;
 pub struct Dct {
     plan: Arc<Plan>,
 }
+
+/// Plans in use.
+static PLANS: Mutex<Vec<Weak<Plan>>> = Mutex::new(Vec::new());
 
 struct Plan {
     rows: usize,
@@ -35,8 +38,21 @@ struct Buffers {
 }
 
 impl Dct {
-    /// Plans transforms of `rows` values.
+    /// Plans transforms of `rows` values, or shares a plan in use: its turns cost as much as several transforms.
     pub fn new(rows: usize) -> Self {
+        // A plan is whole or absent: a panic leaves no partial one.
+        let mut plans = PLANS.lock().unwrap_or_else(PoisonError::into_inner);
+        plans.retain(|held| held.strong_count() > 0);
+        let mut known = plans.iter().filter_map(Weak::upgrade);
+        if let Some(plan) = known.find(|plan| plan.rows == rows) {
+            return Self { plan };
+        }
+        let fresh = Self::planned(rows);
+        plans.push(Arc::downgrade(&fresh.plan));
+        fresh
+    }
+
+    fn planned(rows: usize) -> Self {
         let turns = (0..=rows / 2).map(|k| {
             let angle = -PI * k as f64 / (2 * rows) as f64;
             Complex64::from_polar(1.0, angle)

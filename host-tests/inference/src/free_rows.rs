@@ -107,9 +107,12 @@ impl FreeRows {
                 let groups = spectra.chunks(SIDE_BY_SIDE);
                 let score = groups.flat_map(|group| scores(group, values, weights));
                 let sizes = &self.inverse * DVector::from_iterator(spectra.len(), score);
-                for (shape, size) in spectra.iter().zip(sizes.iter()) {
-                    for (value, part) in values.iter_mut().zip(shape) {
-                        *value -= size * f64::from(*part);
+                // A block of values stays in the cache for all shapes.
+                for (block, values) in values.chunks_mut(BLOCK).enumerate() {
+                    for (shape, size) in spectra.iter().zip(sizes.iter()) {
+                        for (value, part) in values.iter_mut().zip(&shape[block * BLOCK..]) {
+                            *value -= size * f64::from(*part);
+                        }
                     }
                 }
             }
@@ -128,21 +131,22 @@ impl FreeRows {
         }
     }
 
-    /// Leverage: share of each coefficient's power removed, the diagonal of E (EᵀS⁻¹E)⁻¹ Eᵀ S⁻¹.
-    pub fn leverage(&self, weights: &[f64], dct: &Dct) -> Vec<f64> {
-        let mut squares = match &self.shapes {
-            Shapes::Spectra(spectra) => (0..weights.len())
-                .map(|k| {
-                    let at = spectra.iter().map(|shape| f64::from(shape[k]));
-                    let at = DVector::from_iterator(spectra.len(), at);
-                    at.dot(&(&self.inverse * &at))
-                })
-                .collect(),
-            Shapes::Rows(numbers) => self.squares_of_rows(numbers, weights.len(), dct),
-        };
-        let pairs = squares.iter_mut().zip(weights);
-        pairs.for_each(|(square, weight)| *square *= weight);
-        squares
+    /// Leverage: share of a coefficient's power removed, the diagonal of E (EᵀS⁻¹E)⁻¹ Eᵀ S⁻¹.
+    ///
+    /// # Returns
+    /// The share of coefficient k.
+    pub fn leverage<'a>(&'a self, weights: &'a [f64], dct: &Dct) -> Box<dyn Fn(usize) -> f64 + 'a> {
+        match &self.shapes {
+            Shapes::Spectra(spectra) => Box::new(|k| {
+                let at = spectra.iter().map(|shape| f64::from(shape[k]));
+                let at = DVector::from_iterator(spectra.len(), at);
+                at.dot(&(&self.inverse * &at)) * weights[k]
+            }),
+            Shapes::Rows(numbers) => {
+                let squares = self.squares_of_rows(numbers, weights.len(), dct);
+                Box::new(move |k| squares[k] * weights[k])
+            }
+        }
     }
 
     /// Diagonal of E (EᵀS⁻¹E)⁻¹ Eᵀ: impulses by one cosine sum over their distances, boxes by a transform each.
@@ -252,6 +256,9 @@ fn cosine_sums(h: &[f64]) -> Vec<f64> {
 /// Number of shapes summed in parallel: each sum is unchanged to the last bit, and additions do not wait for one another.
 const SIDE_BY_SIDE: usize = 4;
 
+/// Values of a block of a subtraction.
+const BLOCK: usize = 2048;
+
 /// EᵀS⁻¹ y of at most `SIDE_BY_SIDE` shapes.
 fn scores(group: &[Vec<f32>], values: &[f64], weights: &[f64]) -> Vec<f64> {
     match group.len() {
@@ -280,12 +287,13 @@ fn scores_of<const N: usize>(group: &[Vec<f32>], values: &[f64], weights: &[f64]
 fn gram(spectra: &[Vec<f32>], weights: &[f64]) -> DMatrix<f64> {
     let count = spectra.len();
     let mut gram = DMatrix::zeros(count, count);
-    for a in 0..count {
-        for b in 0..=a {
-            let products = spectra[a].iter().zip(&spectra[b]).zip(weights);
-            let sum: f64 = products
-                .map(|((a, b), weight)| f64::from(*a) * f64::from(*b) * weight)
-                .sum();
+    for (a, one) in spectra.iter().enumerate() {
+        let one: Vec<f64> = one.iter().map(|value| f64::from(*value)).collect();
+        let groups = spectra[..=a].chunks(SIDE_BY_SIDE);
+        for (b, sum) in groups
+            .flat_map(|group| scores(group, &one, weights))
+            .enumerate()
+        {
             gram[(a, b)] = sum;
             gram[(b, a)] = sum;
         }
@@ -338,7 +346,10 @@ mod tests {
         for (a, b) in one.iter().zip(&other) {
             assert!((a - b).abs() < 1e-4, "{a} {b}");
         }
-        let shares = [&by_spectra, &by_rows].map(|free| free.leverage(&weights, &dct));
+        let shares = [&by_spectra, &by_rows].map(|free| -> Vec<f64> {
+            let leverage = free.leverage(&weights, &dct);
+            (0..ROWS).map(leverage).collect()
+        });
         for (a, b) in shares[0].iter().zip(&shares[1]) {
             assert!((a - b).abs() < 1e-4, "{a} {b}");
         }

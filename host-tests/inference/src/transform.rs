@@ -52,7 +52,8 @@ impl Transform {
             let spectrum_of = |one: &FreeNumber| gaps::spectrum(one, rows);
             let of_gaps = FreeRows::new(free_in(span), spectrum_of, of_span, &plan);
             let taken = of_gaps.leverage(of_span, &plan);
-            basis.take_out(first..first + rows, |k| taken[k - first]);
+            basis.take_out(first..first + rows, |k| taken(k - first));
+            drop(taken);
             first += rows;
             free.push(of_gaps);
             dct.push(plan);

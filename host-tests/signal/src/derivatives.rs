@@ -4,7 +4,7 @@
 //! reflected and tapered for a periodic record.
 
 use std::f64::consts::{PI, TAU};
-use std::sync::Arc;
+use std::sync::{Arc, Mutex, OnceLock, PoisonError, Weak};
 
 use realfft::num_complex::Complex64;
 use realfft::{ComplexToReal, RealToComplex};
@@ -17,10 +17,44 @@ pub struct Spectrum {
     inverse: Arc<dyn ComplexToReal<f64>>,
     /// Kept alive, so that the plan is shared with the next record of this length.
     _forward: Arc<dyn RealToComplex<f64>>,
+    /// Attenuation of each frequency in a row's mean, none below [`LEAST_SINC`].
+    means: OnceLock<Arc<[f64]>>,
     rows: usize,
     padded: usize,
     pad: usize,
     rate_hz: f64,
+}
+
+/// Attenuations in use, by number of frequencies and row rate.
+static MEANS: Mutex<Vec<(usize, f64, Weak<[f64]>)>> = Mutex::new(Vec::new());
+
+/// Attenuation of each frequency in a row's mean; a sine of each costs as much as a transform, so that they are shared while
+/// in use.
+fn attenuations(padded: usize, rate_hz: f64) -> Arc<[f64]> {
+    let mut known = MEANS.lock().unwrap_or_else(PoisonError::into_inner);
+    known.retain(|(.., held)| held.strong_count() > 0);
+    let same = |one: &&(usize, f64, Weak<[f64]>)| (one.0, one.1) == (padded, rate_hz);
+    if let Some(held) = known
+        .iter()
+        .find(same)
+        .and_then(|(.., held)| held.upgrade())
+    {
+        return held;
+    }
+    let fresh: Arc<[f64]> = (0..=padded / 2)
+        .map(|k| {
+            let hz = k as f64 / padded as f64 * rate_hz;
+            let angle = PI * hz / rate_hz;
+            let sinc = if angle == 0.0 {
+                1.0
+            } else {
+                angle.sin() / angle
+            };
+            sinc.max(LEAST_SINC)
+        })
+        .collect();
+    known.push((padded, rate_hz, Arc::downgrade(&fresh)));
+    fresh
 }
 
 /// Padding rows on either side.
@@ -50,6 +84,7 @@ impl Spectrum {
             .expect("lengths as planned");
         Self {
             values: spectrum,
+            means: OnceLock::new(),
             inverse: transforms::inverse(padded),
             _forward: forward,
             rows,
@@ -64,12 +99,33 @@ impl Spectrum {
     /// # Inputs
     /// `response`: frequency response at a frequency \[Hz\] from 0 to half the row rate.
     pub fn through(&self, response: impl Fn(f64) -> Complex64) -> Vec<f64> {
-        let mut spectrum: Vec<Complex64> = self
-            .values
-            .iter()
-            .enumerate()
-            .map(|(k, value)| value * response(self.frequency_hz(k)))
-            .collect();
+        let filtered = self.values.iter().enumerate();
+        self.rows_of(
+            filtered
+                .map(|(k, value)| value * response(self.frequency_hz(k)))
+                .collect(),
+        )
+    }
+
+    /// Filters a weighted sum of records of one length by a linear system.
+    ///
+    /// # Inputs
+    /// `records`: each with its weight; `response`: as of [`Spectrum::through`].
+    ///
+    /// # Panics
+    /// There is no record, or one has other rows.
+    pub fn sum_through(records: &[(&Self, f64)], response: impl Fn(f64) -> Complex64) -> Vec<f64> {
+        let (first, _) = records[0];
+        let filtered = (0..first.values.len()).map(|k| {
+            let each = records
+                .iter()
+                .map(|(record, weight)| record.values[k] * *weight);
+            each.sum::<Complex64>() * response(first.frequency_hz(k))
+        });
+        first.rows_of(filtered.collect())
+    }
+
+    fn rows_of(&self, mut spectrum: Vec<Complex64>) -> Vec<f64> {
         spectrum[0].im = 0.0;
         let last = spectrum.len() - 1;
         spectrum[last].im = 0.0;
@@ -100,15 +156,17 @@ impl Spectrum {
         order: i32,
         response: impl Fn(f64) -> Complex64,
     ) -> Vec<f64> {
-        self.through(|hz| {
-            let angle = PI * hz / self.rate_hz;
-            let sinc = if angle == 0.0 {
-                1.0
-            } else {
-                angle.sin() / angle
-            };
-            response(hz) * Complex64::new(0.0, TAU * hz).powi(order) / sinc.max(LEAST_SINC)
-        })
+        let means = self
+            .means
+            .get_or_init(|| attenuations(self.padded, self.rate_hz));
+        let both = self.values.iter().zip(means.iter()).enumerate();
+        self.rows_of(
+            both.map(|(k, (value, mean))| {
+                let hz = self.frequency_hz(k);
+                value * (response(hz) * Complex64::new(0.0, TAU * hz).powi(order) / mean)
+            })
+            .collect(),
+        )
     }
 
     /// Delays the record by `delay_s`.
@@ -167,16 +225,27 @@ pub fn row_means(at_middles: &[f64]) -> Vec<f64> {
         SIXTH,
     ];
     let last = at_middles.len().saturating_sub(1);
-    (0..at_middles.len())
-        .map(|row| {
-            let further = WEIGHTS.iter().enumerate().skip(1);
-            let pairs = further.map(|(away, weight)| {
-                let before = at_middles[row.saturating_sub(away)];
-                weight * (before + at_middles[(row + away).min(last)])
-            });
-            WEIGHTS[0] * at_middles[row] + pairs.sum::<f64>()
-        })
-        .collect()
+    let pair = |row: usize, away: usize| {
+        let before = at_middles[row.saturating_sub(away)];
+        WEIGHTS[away] * (before + at_middles[(row + away).min(last)])
+    };
+    let mean = |row: usize| {
+        let pairs = pair(row, 1) + pair(row, 2) + pair(row, 3);
+        WEIGHTS[0] * at_middles[row] + pairs
+    };
+    let inside = at_middles.windows(7).map(|near| {
+        let pairs = WEIGHTS[1] * (near[2] + near[4])
+            + WEIGHTS[2] * (near[1] + near[5])
+            + WEIGHTS[3] * (near[0] + near[6]);
+        WEIGHTS[0] * near[3] + pairs
+    });
+    let rows = at_middles.len();
+    let edge = 3.min(rows);
+    let mut means = Vec::with_capacity(rows);
+    means.extend((0..edge).map(mean));
+    means.extend(inside);
+    means.extend((means.len()..rows).map(mean));
+    means
 }
 
 #[cfg(test)]

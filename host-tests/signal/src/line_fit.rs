@@ -2,7 +2,9 @@
 
 use std::f64::consts::TAU;
 use std::ops::Range;
+use std::sync::Arc;
 
+use realfft::RealToComplex;
 use realfft::num_complex::Complex64;
 
 use crate::axes::Triad;
@@ -56,6 +58,7 @@ pub(crate) fn median(values: &[f64]) -> f64 {
 /// Hann's window over the rows that are seen.
 pub(crate) struct Window {
     weights: Vec<f64>,
+    fourier: Arc<dyn RealToComplex<f64>>,
 }
 
 impl Window {
@@ -67,12 +70,13 @@ impl Window {
         };
         Self {
             weights: seen.iter().enumerate().map(weight).collect(),
+            fourier: transforms::forward(seen.len()),
         }
     }
 
     /// Spectrum without the mean of the rows that are seen: a gross bias would leak through the rows that are not.
     pub(crate) fn spectrum(&self, values: &[f64]) -> Vec<Complex64> {
-        let fourier = transforms::forward(values.len());
+        let fourier = &self.fourier;
         let mut record = fourier.make_input_vec();
         let weighed = values.iter().zip(&self.weights);
         let sum: f64 = weighed.map(|(value, weight)| value * weight).sum();

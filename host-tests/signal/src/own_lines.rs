@@ -12,6 +12,7 @@
 //! A line that nonlinearity makes of the motion stands at a sum or a difference of the motion's own lines: there none is sought.
 
 use rlg_plan::OwnLinesPlan;
+use std::borrow::Cow;
 use std::ops::Range;
 
 use nalgebra::{Matrix3, Vector3};
@@ -129,11 +130,11 @@ struct Search<'a> {
 impl Search<'_> {
     /// Spectra of the gyros without the lines, but for the one at a place.
     fn spectra_beside(&self, place: Option<usize>) -> Spectra {
-        let mut gyros_rad = self.gyros_rad.clone();
+        let mut gyros_rad = Cow::Borrowed(self.gyros_rad);
         let lines = self.lines.iter().enumerate();
         for (_, line) in lines.filter(|(own, _)| Some(*own) != place) {
             let rows_rad = line.rows_rad(gyros_rad[0].len(), self.rate_hz);
-            for (gyro, own) in gyros_rad.iter_mut().zip(&rows_rad) {
+            for (gyro, own) in gyros_rad.to_mut().iter_mut().zip(&rows_rad) {
                 add(gyro, own, -1.0);
             }
         }

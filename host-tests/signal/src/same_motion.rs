@@ -107,6 +107,8 @@ pub fn apart(
         .collect();
     let [gyros, reference] = [gyros_rad, reference_rad]
         .map(|of| [0, 1, 2].map(|axis: usize| block_sums(&of[axis], block)));
+    // Held: a plan in use is shared.
+    let _plan = transforms::forward(rows);
     let spectra = Spectra {
         gyros: gyros.each_ref().map(|sums| spectrum(sums, &is_seen)),
         reference: reference.each_ref().map(|sums| spectrum(sums, &is_seen)),
@@ -131,10 +133,12 @@ pub fn apart(
         count,
         step_s: rows as f64 * period_s / count as f64,
     };
-    let (share, likelihood) = spectra.explained(&octaves, scale, lags, plan);
+    let _plan = transforms::inverse(count);
+    let (share, over_all) = spectra.share(&octaves, scale, lags, plan);
     if share.within >= plan.explained {
         return None;
     }
+    let likelihood = spectra.likelihood(&octaves, over_all, (scale, lags), plan);
     let coherence = coherence((&gyros, &reference), &is_seen, period_s, plan);
     let exceeds_chance = coherence.within > coherence.beyond
         && share.within > plan.share_over_chance * share.beyond
@@ -214,6 +218,7 @@ fn coherence(
     };
     let power = |of: &[Vec<f64>; 3]| -> f64 { of.iter().flatten().map(|sum| sum * sum).sum() };
     let over = lags.count as f64 * (power(&gyros) * power(&reference)).sqrt();
+    let _plan = transforms::forward(lags.count);
     let [gyros, reference] = [gyros, reference].map(|of| of.each_ref().map(transform));
     let by_lag = correlations(lags.count, |gyro, axis, spectrum| {
         let both = gyros[gyro].iter().zip(&reference[axis]);
@@ -394,17 +399,18 @@ impl Spectra {
         })
     }
 
-    /// Computes share and log-likelihood by line of the maps of all octaves.
+    /// Computes the share of the gyros' power that a map of each octave explains, and the correlation over all octaves at
+    /// every lag.
     ///
     /// # Inputs
     /// `scale`: ratio of the powers of gyros and reference, over all quarters in motion.
-    fn explained(
+    fn share(
         &self,
         octaves: &[Vec<Quarter>],
         scale: f64,
         lags: Lags,
         plan: &SameMotionPlan,
-    ) -> (Best, Best) {
+    ) -> (Best, Vec<Matrix3<f64>>) {
         let quarters = octaves.iter().map(Vec::len).sum::<usize>() as f64;
         let mut share = vec![0.0; lags.count];
         let mut over_all = vec![Matrix3::zeros(); lags.count];
@@ -421,6 +427,20 @@ impl Spectra {
                 share[lag] += (0..3).map(of_gyro).sum::<f64>() / quarters;
             }
         }
+        (lags.best(&share, f64::INFINITY, plan), over_all)
+    }
+
+    /// Computes the log-likelihood by line of one orthogonal map for all octaves.
+    ///
+    /// # Inputs
+    /// `over_all`: correlation over all octaves at every lag.
+    fn likelihood(
+        &self,
+        octaves: &[Vec<Quarter>],
+        mut over_all: Vec<Matrix3<f64>>,
+        (scale, lags): (f64, Lags),
+        plan: &SameMotionPlan,
+    ) -> Best {
         for map in &mut over_all {
             let parts = map.svd(true, true);
             *map = match (parts.u, parts.v_t) {
@@ -441,8 +461,7 @@ impl Spectra {
                 likelihood[lag] -= lines * (-(1.0 - plan.least_left) * explained).ln_1p();
             }
         }
-        let best = |values: &[f64]| lags.best(values, f64::INFINITY, plan);
-        (best(&share), best(&likelihood))
+        lags.best(&likelihood, f64::INFINITY, plan)
     }
 
     /// Inverse power of the reference's axes in an octave, with a ridge.

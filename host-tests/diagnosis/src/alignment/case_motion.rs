@@ -104,6 +104,7 @@ pub fn estimate_from(
         plan,
     };
     let axes = each_axis(|axis| estimator.on_axis(axis));
+    estimator.dct.release();
     drop(estimator);
     let is_moving = std::array::from_fn(|axis| {
         let shrunk = &axes[axis].shrunk;

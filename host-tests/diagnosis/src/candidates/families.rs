@@ -35,22 +35,26 @@ pub(crate) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
     let levels = &fits[0].levels;
     let all = tests(pass, fits, &|_| true);
     let plan = &begin.plan.rates.families;
-    found.extend(mount(&all, signals, is_moving, levels, plan));
-    let longest_s = begin.plan.rates.coarse.longest_low_pass_s;
-    found.extend(low_pass(&all, signals, is_moving, longest_s));
+    if !tried_filters(pass, fits) {
+        found.extend(mount(&all, signals, is_moving, levels, plan));
+        let longest_s = begin.plan.rates.coarse.longest_low_pass_s;
+        found.extend(low_pass(&all, signals, is_moving, longest_s));
+    }
     if begin.seeks(HIGH_PASS) {
         found.extend(high_pass(&all, signals, is_moving));
     }
-    drop(all);
     let unbent = |kind: &str| !LIKE_A_MODE.contains(&kind);
+    let mut members = fits.iter().flat_map(|fit| &fit.members);
+    let of_unbent = if members.all(|&place| unbent(pass.candidates[place].kind)) {
+        all
+    } else {
+        drop(all);
+        tests(pass, fits, &unbent)
+    };
     if begin.seeks(MODE) {
-        found.extend(suspension(
-            &tests(pass, fits, &unbent),
-            signals,
-            levels,
-            plan,
-        ));
+        found.extend(suspension(&of_unbent, signals, levels, plan));
     }
+    drop(of_unbent);
     if ![HARMONIC, LOCK_IN, UNLISTED]
         .iter()
         .any(|kind| begin.seeks(kind))
@@ -82,11 +86,23 @@ pub(crate) fn strongest(pass: &Pass, fits: &[&Fit], begin: &Begin) -> Vec<Alone>
         .collect()
 }
 
+/// True if [`strongest_filters`] of this pass has tried mounts and low passes given the same fit: it would try the same again.
+fn tried_filters(pass: &Pass, fits: &[&Fit]) -> bool {
+    let is_the_same = |fit: &Fit| {
+        let tried = pass.tried_filters.as_ref();
+        fit.members.is_empty() && tried.is_some_and(|levels| *levels == fit.levels)
+    };
+    fits.iter().all(|fit| is_the_same(fit))
+}
+
 /// Selects the strongest soft mount and the strongest low passes, given a fit.
 pub(crate) fn strongest_filters(pass: &Pass, fit: &Fit, begin: &Begin) -> Vec<Alone> {
-    let tests = tests(pass, &[fit], &|_| true);
     let motion = &pass.motion;
     let (signals, is_moving) = (&motion.signals, motion.is_moving);
+    if is_moving == [false; 3] {
+        return Vec::new();
+    }
+    let tests = tests(pass, &[fit], &|_| true);
     let plan = &begin.plan.rates;
     let found = mount(&tests, signals, is_moving, &fit.levels, &plan.families).into_iter();
     let longest_s = plan.coarse.longest_low_pass_s;

@@ -69,12 +69,9 @@ impl Coarse {
         pool: &Pool,
         signals: &Signals,
     ) -> Vec<Vec<f64>> {
-        let columns = PoolColumns {
+        let columns = SumsOf {
             columns: &pool.columns,
             signals,
-        };
-        let columns = Summed {
-            columns: &columns,
             each: self.each,
         };
         let most = |hypothesis: &Hypothesis, gains: &[Gain]| {
@@ -89,6 +86,23 @@ impl Coarse {
                 each.map(|(one, gains)| most(one, gains)).collect()
             })
             .collect()
+    }
+}
+
+/// Columns of a pool, summed over `each` rows.
+struct SumsOf<'a> {
+    columns: &'a [Sensed],
+    signals: &'a Signals,
+    each: usize,
+}
+
+impl Columns for SumsOf<'_> {
+    fn count(&self) -> usize {
+        self.columns.len()
+    }
+
+    fn column(&self, place: usize) -> Vec<f64> {
+        self.columns[place].sums(self.signals, self.each)
     }
 }
 

@@ -81,8 +81,9 @@ impl Together {
 
     /// Frees the spectra of the columns, most of the memory, once the set is final.
     pub(crate) fn release(&mut self) {
-        self.found
-            .iter_mut()
-            .for_each(|own| own.equations.truncate(0));
+        for own in &mut self.found {
+            own.equations.truncate(0);
+            own.motion.signals.release();
+        }
     }
 }

@@ -43,6 +43,8 @@ pub(crate) struct Pass {
     pub(crate) candidates: Vec<Candidate>,
     pub(crate) equations: NormalEquations,
     pub(crate) drift: DriftPrior,
+    /// Noise of a fit without members under which mounts and filters were tried.
+    pub(crate) tried_filters: Option<Vec<NoiseLevels>>,
     pub(crate) lattice: Lattice,
     /// Rows at which another kind of motion begins, the first and the end included.
     pub(crate) cuts: Vec<usize>,

@@ -125,6 +125,7 @@ impl Pass {
             candidates,
             equations,
             drift: drift_prior(&data.model.gyro),
+            tried_filters: None,
             lattice: data.lattice,
             cuts: data.cuts.clone(),
             is_at_rest: data.streams.at_rest.is_some(),

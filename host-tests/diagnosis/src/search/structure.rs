@@ -183,6 +183,7 @@ impl Pass {
             (search.run(start, 1), search.fit(&[], None))
         });
         let filters = self.adopt(&strongest_filters(self, &empty, begin));
+        self.tried_filters = Some(empty.levels.clone());
         let best = self.searching(seen, begin, |search| {
             let alone = filters.iter().map(|&place| search.fit(&[place], None));
             best_of(alone.collect(), fit)
