@@ -20,6 +20,8 @@ pub mod faults;
 
 pub mod numbers;
 
+pub mod output_format;
+
 pub(crate) mod code_sum;
 
 pub mod stages;

@@ -98,7 +98,8 @@
 //! # Health, time and identity
 //! The bank's frames bring slow channels and the time since a pulse per second beside each sample: [`slow_channels`] has
 //! their limits and status bits, [`pulse_clock`] the time of each frame, and [`SlowTerms`] prepares in the main loop what
-//! terms make of temperatures. The parameter block may name its unit ([`Identity`]); another unit refuses it.
+//! terms make of temperatures. The parameter block may name its unit ([`Identity`]); another unit refuses it. A built-in test puts
+//! its results ([`SelfTest`]) into frames; `store/flash_check.rs` compares the running image with its check sum.
 //!
 //! # Stability
 //! [`Term`] is open: firmware may add terms of its own. Its methods have defaults but for `new`, and new ones will have
@@ -150,19 +151,19 @@ pub mod service;
 #[cfg(feature = "monitor")]
 pub use chain::dither_monitor::{self, DitherMonitor};
 pub use chain::{
-    Chain, ChainState, design_parameters, faults, health_limits, identity, numbers, parameters,
-    sample, stages, terms, triad,
+    Chain, ChainState, design_parameters, faults, health_limits, identity, numbers, output_format,
+    parameters, sample, stages, terms, triad,
 };
 #[cfg(feature = "slots")]
 pub use store::{
-    image, image_journal, image_layout, image_slots, image_state, image_upload, parameter_block,
-    parameter_slots, upload,
+    flash_check, image, image_journal, image_layout, image_slots, image_state, image_upload,
+    parameter_block, parameter_slots, upload,
 };
 #[cfg(feature = "bank")]
 pub use unit::{bank_bus, counter_bank};
 pub use unit::{
-    clock_start, health, processor, pulse_clock, raw_period, sample_source, slow_channels,
-    telemetry_frame, trace,
+    clock_start, health, processor, pulse_clock, raw_period, sample_source, self_test,
+    slow_channels, telemetry_frame, trace,
 };
 #[cfg(all(feature = "wire", feature = "bank"))]
 pub use wire::bank_record;
@@ -179,12 +180,14 @@ pub use health::{Health, HealthItem};
 pub use health_limits::HealthLimits;
 pub use identity::{Identity, UnitNumber};
 pub use numbers::{F32, Fixed, NumberSystem};
+pub use output_format::OutputFormat;
 #[cfg(feature = "slots")]
 pub use parameter_block::{BlockError, PARAMETER_BLOCK_BYTES};
 pub use parameters::{AccelerometerParameters, FlexureResponse, ParameterError, Parameters};
 pub use processor::{BootReport, Processor, Timing};
 pub use pulse_clock::FrameTime;
 pub use sample::{FrameError, OutputFrame, Sample, SampleIncrement};
+pub use self_test::SelfTest;
 pub use slow_channels::{BankService, SlowFilter, SlowMailbox};
 #[cfg(feature = "wire")]
 pub use telemetry::{Decoder, TELEMETRY_BYTES, TelemetryError};

@@ -6,7 +6,7 @@
 //!
 //! | outcome | is | detail |
 //! |---|---|---|
-//! | 0 | done | of `store` the generation in force from the next start on, of `begin` and `data` the bytes received, of `state` the board's word ([`board_state`](crate::board_state)) |
+//! | 0 | done | of `store` the generation in force from the next start on, of `begin` and `data` the bytes received, of `state` the board's word ([`board_state`](crate::board_state)), of `self_test` its results ([`self_test`](crate::unit::self_test)) |
 //! | 1 | the unit is running | 0 |
 //! | 2 | no upload has begun | 0 |
 //! | 3 | bytes out of order | bytes received |
@@ -140,8 +140,8 @@ fn of_parameter(error: &ParameterError) -> (u8, u32) {
     }
 }
 
-/// Answers a request to a sampling unit; the flag is true if the unit is to stop. The detail of `image_state` is the
-/// caller's.
+/// Answers a request to a sampling unit; the flag is true if the unit is to stop. The details of `state`, `image_state` and
+/// `self_test` are the caller's.
 pub fn while_sampling(request: &Request, terms: TermKinds) -> (Answer, bool) {
     answer_while_sampling(request, terms, false)
 }
@@ -153,7 +153,7 @@ pub fn while_on_trial(request: &Request, terms: TermKinds) -> Answer {
 
 fn answer_while_sampling(request: &Request, terms: TermKinds, on_trial: bool) -> (Answer, bool) {
     let (outcome, stop) = match RequestKind::from_number(request.kind) {
-        Some(RequestKind::State | RequestKind::ImageState) => (DONE, false),
+        Some(RequestKind::State | RequestKind::ImageState | RequestKind::SelfTest) => (DONE, false),
         Some(RequestKind::Stop) if on_trial => (images::ON_TRIAL, false),
         Some(RequestKind::Stop) => (DONE, true),
         Some(_) => (RUNNING, false),
@@ -203,18 +203,19 @@ impl<F: NorFlash, B: Build> Service<F, B> {
         self.slots
     }
 
-    /// Carries out a request. `supply_suffices` is called before flash is written.
+    /// Carries out a request. `supply_suffices` is called before flash is written. The details of `state` and `self_test` are
+    /// the caller's, and the test of `run_self_test`, which is that of the next start.
     pub fn answer(&mut self, request: &Request, supply_suffices: impl FnOnce() -> bool) -> Reply {
         let mut restart = false;
         let done = match RequestKind::from_number(request.kind) {
-            Some(RequestKind::State | RequestKind::Stop) => Ok(0),
+            Some(RequestKind::State | RequestKind::Stop | RequestKind::SelfTest) => Ok(0),
             Some(RequestKind::Begin) => self.upload.begin(request.word).map(|()| 0),
             Some(RequestKind::Data) => {
                 let put = self.upload.put(request.word, request.bytes());
                 put.map(|()| u32::from(request.word) + u32::from(request.count))
             }
             Some(RequestKind::Store) => self.upload.store(&mut self.slots, supply_suffices()),
-            Some(RequestKind::Restart) => {
+            Some(RequestKind::Restart | RequestKind::RunSelfTest) => {
                 restart = true;
                 Ok(0)
             }

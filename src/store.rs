@@ -18,3 +18,5 @@ pub mod image_journal;
 pub mod image_slots;
 
 pub mod image_upload;
+
+pub mod flash_check;

@@ -10,6 +10,8 @@ pub mod bank_bus;
 
 pub mod health;
 
+pub mod self_test;
+
 pub mod telemetry_frame;
 
 pub mod processor;

@@ -43,6 +43,7 @@ impl Default for HealthLimits {
 
 impl HealthLimits {
     /// Numbers of a record.
+    #[cfg(feature = "slots")]
     pub(crate) const NUMBERS: usize = 11;
 
     /// Returns these limits after `change`.
@@ -96,6 +97,7 @@ impl HealthLimits {
     }
 
     /// The numbers of the record; 0 for a limit that is absent (a largest value or a step of 0 is none).
+    #[cfg(feature = "slots")]
     pub(crate) fn numbers(&self) -> [f64; Self::NUMBERS] {
         let [t0, t1] = self.temperature_k.unwrap_or_default();
         let [i0, i1, i2] = self.intensity_least.unwrap_or_default();
@@ -107,6 +109,7 @@ impl HealthLimits {
     }
 
     /// The limits of such numbers.
+    #[cfg(feature = "slots")]
     pub(crate) fn of_numbers(numbers: [f64; Self::NUMBERS]) -> Self {
         let [t0, t1, i0, i1, i2, step, d0, d1, a0, a1, silence] = numbers;
         let given = |value: f64| (value != 0.0).then_some(value);

@@ -7,6 +7,7 @@ use crate::chain::design_parameters as design;
 use crate::chain::dither_phase::DitherPhase;
 use crate::chain::health_limits::HealthLimits;
 use crate::chain::identity::Identity;
+use crate::chain::output_format::OutputFormat;
 pub use crate::chain::parameter_error::ParameterError;
 use crate::chain::terms::records::TermRecords;
 use crate::chain::triad::CrossAxis;
@@ -92,6 +93,8 @@ pub struct Parameters {
     pub limits: Option<HealthLimits>,
     /// Unit and calibration, where they are known.
     pub identity: Option<Identity>,
+    /// Form of the output.
+    pub output: OutputFormat,
     /// Numbers of optional terms, which [`Chain::with_terms`](crate::Chain::with_terms) checks.
     pub terms: TermRecords,
 }
@@ -147,6 +150,7 @@ impl Default for Parameters {
             accelerometers: None,
             limits: None,
             identity: None,
+            output: OutputFormat::Frames,
             terms: TermRecords::NONE,
         }
     }

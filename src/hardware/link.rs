@@ -1,22 +1,25 @@
 //! Sends frames from the queue to the serial port, a byte at a time, and takes requests from it.
 //!
-//! It takes telemetry frames from the interrupt's queue and writes their bytes to USART1; an answer to a request goes
+//! It takes telemetry frames from the interrupt's queue and writes their bytes to USART1, in the form that the parameters ask for; an answer to a request goes
 //! between two of them. It never waits, so the main loop stays free for the watchdog and the event log; a frame is encoded
 //! here and not in the interrupt. At 1 Mbaud a frame of 43 bytes takes 430 µs, so the line is full at 2 300 frames a second.
 
 use heapless::spsc::Consumer;
+#[cfg(feature = "board")]
+use trueaxis::SelfTest;
 #[cfg(feature = "slotted")]
 use trueaxis::image_state::{BootReason, ImageState};
+use trueaxis::inertial_message::{InertialEncoder, MOST_BYTES};
 use trueaxis::service::while_sampling;
 #[cfg(feature = "slotted")]
 use trueaxis::service::{images::is_about_images, while_on_trial};
 use trueaxis::service_frame::{ANSWER_BYTES, RequestReceiver};
 #[cfg(feature = "slotted")]
 use trueaxis::service_frame::{Answer, Request};
-use trueaxis::{TELEMETRY_BYTES, TelemetryFrame};
+use trueaxis::{OutputFormat, TelemetryFrame};
 
 use super::serial::Serial;
-use super::service_mode::{self, TERM_KINDS};
+use super::service_mode::{self, Details, TERM_KINDS};
 
 /// Sends telemetry frames and answers to the serial port.
 pub struct Link {
@@ -25,12 +28,16 @@ pub struct Link {
     requests: RequestReceiver,
     /// The answer to send next.
     answer: Option<[u8; ANSWER_BYTES]>,
-    bytes: [u8; TELEMETRY_BYTES],
-    /// Bytes of the present frame that have been sent; [`TELEMETRY_BYTES`] while there is no frame.
+    /// Messages of the frames; `None` if these go out as they are.
+    messages: Option<InertialEncoder>,
+    bytes: [u8; MOST_BYTES],
+    /// Bytes of the present frame, and those of them that have been sent.
+    length: usize,
     sent: usize,
     frames_sent: u32,
-    /// The detail of the answer to `state`.
-    state: u32,
+    details: Details,
+    #[cfg(feature = "board")]
+    self_test: SelfTest,
     /// The running image.
     #[cfg(feature = "slotted")]
     image: ImageState,
@@ -38,16 +45,24 @@ pub struct Link {
 
 impl Link {
     /// Starts with nothing to send.
-    pub fn new(frames: Consumer<'static, TelemetryFrame>, serial: Serial) -> Self {
+    pub fn new(
+        frames: Consumer<'static, TelemetryFrame>,
+        serial: Serial,
+        output: OutputFormat,
+    ) -> Self {
         Self {
             frames,
             serial,
             requests: RequestReceiver::new(),
             answer: None,
-            bytes: [0; TELEMETRY_BYTES],
-            sent: TELEMETRY_BYTES,
+            messages: (output == OutputFormat::Inertial).then(InertialEncoder::new),
+            bytes: [0; MOST_BYTES],
+            length: 0,
+            sent: 0,
             frames_sent: 0,
-            state: 0,
+            details: Details::default(),
+            #[cfg(feature = "board")]
+            self_test: SelfTest::default(),
             #[cfg(feature = "slotted")]
             image: ImageState::default(),
         }
@@ -56,7 +71,14 @@ impl Link {
     /// Sets the word that answers a request for the state.
     #[cfg(feature = "board")]
     pub fn tell(&mut self, state: u32) {
-        self.state = state;
+        self.details.state = state;
+    }
+
+    /// Sets the results of the built-in test, which frames show and a request is answered by.
+    #[cfg(feature = "board")]
+    pub fn set_self_test(&mut self, results: SelfTest) {
+        self.details.self_test = results.to_word();
+        self.self_test = results;
     }
 
     /// Sets the state of the running image, which answers `image_state`; one on trial refuses to stop.
@@ -91,19 +113,19 @@ impl Link {
         let (mut answer, stop) = self.answer_of_image(&request);
         #[cfg(not(feature = "slotted"))]
         let (mut answer, stop) = while_sampling(&request, TERM_KINDS);
-        if service_mode::asks_for_state(&request) {
-            answer.detail = self.state;
+        if let Some(detail) = self.details.of(&request) {
+            answer.detail = detail;
         }
         self.answer = Some(answer.to_bytes());
         stop
     }
 
-    /// Sends the bytes that the transmitter takes now; returns whether there is more to send.
+    /// Sends the bytes that the transmitter takes now; returns whether there is more to send, or the line is still driven.
     pub fn poll(&mut self) -> bool {
         loop {
-            let Some(byte) = self.bytes.get(self.sent) else {
+            let Some(byte) = self.rest().first() else {
                 if !self.next() {
-                    return false;
+                    return !self.serial.release();
                 }
                 continue;
             };
@@ -114,24 +136,43 @@ impl Link {
         }
     }
 
+    /// Bytes of the present frame that have not been sent.
+    fn rest(&self) -> &[u8] {
+        self.bytes.get(self.sent..self.length).unwrap_or_default()
+    }
+
     /// Begins the answer, or else the next frame; `false` without either.
     fn next(&mut self) -> bool {
         if let Some(answer) = self.answer.take() {
-            // At the buffer's end, so that its end is the frame's.
-            self.sent = TELEMETRY_BYTES - ANSWER_BYTES;
-            let place = self.bytes.iter_mut().skip(self.sent);
-            for (place, byte) in place.zip(answer) {
-                *place = byte;
-            }
+            self.begin(&answer);
             return true;
         }
-        let Some(frame) = self.frames.dequeue() else {
+        #[cfg_attr(
+            not(feature = "board"),
+            expect(unused_mut, reason = "the emulator has no built-in test")
+        )]
+        let Some(mut frame) = self.frames.dequeue() else {
             return false;
         };
-        self.bytes = frame.to_bytes();
-        self.sent = 0;
+        #[cfg(feature = "board")]
+        self.self_test.show_in(&mut frame);
+        match &mut self.messages {
+            Some(messages) => {
+                let line = messages.encode(&frame);
+                self.begin(line.bytes());
+            }
+            None => self.begin(&frame.to_bytes()),
+        }
         self.frames_sent = self.frames_sent.wrapping_add(1);
         true
+    }
+
+    /// Begins to send these bytes.
+    fn begin(&mut self, bytes: &[u8]) {
+        for (place, byte) in self.bytes.iter_mut().zip(bytes) {
+            *place = *byte;
+        }
+        (self.sent, self.length) = (0, bytes.len().min(MOST_BYTES));
     }
 
     /// Number of frames begun so far.
@@ -144,7 +185,7 @@ impl Link {
     pub fn stop(mut self) -> Serial {
         service_mode::send(
             &mut self.serial,
-            self.bytes.get(self.sent..).unwrap_or_default(),
+            self.bytes.get(self.sent..self.length).unwrap_or_default(),
         );
         if let Some(answer) = self.answer {
             service_mode::send(&mut self.serial, &answer);

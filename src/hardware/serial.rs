@@ -1,5 +1,8 @@
 //! Drives USART1: telemetry frames leave the board here, on PA9, and requests come in on PA10.
 //!
+//! PA8 enables the driver of an RS-422 or RS-485 line: high from [`ENABLE_CYCLES`] before a byte's start bit until the last stop bit
+//! has left the shift register. A reset leaves the pin open, so the line's board pulls it down.
+//!
 //! Bytes leave with 8 data bits, no parity and 1 stop bit at [`BAUD`]. Nothing waits: [`Serial::send`] takes a byte if
 //! there is room and returns `true` if so; the main loop tries again.
 
@@ -25,9 +28,17 @@ const fn divisor(apb2_hz: u32) -> (u16, bool) {
     }
 }
 
+/// Time from the driver's enable to the first start bit \[cycles\]: 1 µs at 168 MHz, more at less; drivers for this rate take
+/// 0.1 µs.
+const ENABLE_CYCLES: u32 = 168;
+
+/// The driver's enable pin in the set half of a port's BSRR; 16 bits higher it clears (RM0090 8.4.7).
+const ENABLE: u32 = 1 << 8;
+
 /// Transmitter and receiver of USART1.
 pub struct Serial {
     usart: USART1,
+    is_driving: bool,
 }
 
 impl Serial {
@@ -40,9 +51,10 @@ impl Serial {
         gpioa.afrh().modify(|_, w| w.afrh9().af7().afrh10().af7());
         // An open line reads as idle.
         gpioa.pupdr().modify(|_, w| w.pupdr10().pull_up());
-        gpioa
-            .moder()
-            .modify(|_, w| w.moder9().alternate().moder10().alternate());
+        gpioa.moder().modify(|_, w| {
+            w.moder8().output();
+            w.moder9().alternate().moder10().alternate()
+        });
         let (divisor, by_eight) = divisor(apb2_hz);
         // SAFETY: the register holds the clock over the baud rate (RM0090 30.3.4): 14 to 84, within its 16 bits.
         usart.brr().write(|w| unsafe { w.bits(divisor) });
@@ -50,21 +62,41 @@ impl Serial {
             w.over8().bit(by_eight);
             w.ue().enabled().te().enabled().re().enabled()
         });
-        Self { usart }
+        Self {
+            usart,
+            is_driving: false,
+        }
     }
 
     /// Sends `byte` if the transmitter has room; returns whether it did.
     pub fn send(&mut self, byte: u8) -> bool {
         let has_room = self.usart.sr().read().txe().bit();
         if has_room {
+            if !self.is_driving {
+                self.drive(true);
+                cortex_m::asm::delay(ENABLE_CYCLES);
+            }
             self.usart.dr().write(|w| w.dr().set(u16::from(byte)));
         }
         has_room
     }
 
-    /// True once the last byte has left the transmitter.
-    pub fn is_finished(&self) -> bool {
-        self.usart.sr().read().tc().bit()
+    /// Turns the line's driver off once the last stop bit has left; returns true if nothing is driven any more. To be called
+    /// when there is nothing more to send.
+    pub fn release(&mut self) -> bool {
+        if self.is_driving && self.usart.sr().read().tc().bit() {
+            self.drive(false);
+        }
+        !self.is_driving
+    }
+
+    fn drive(&mut self, is_on: bool) {
+        let bits = if is_on { ENABLE } else { ENABLE << 16 };
+        // SAFETY: the register takes single bits without a reading, so it disturbs no other pin of the port.
+        unsafe { GPIOA::steal() }
+            .bsrr()
+            .write(|w| unsafe { w.bits(bits) });
+        self.is_driving = is_on;
     }
 
     /// The byte that was received, if there is one. Reading it also clears an overrun (RM0090 30.6.1), which a sender that

@@ -58,11 +58,32 @@ pub fn take_request() -> bool {
     requested
 }
 
+/// Details of answers that the service of the library leaves to the image.
+#[derive(Clone, Copy, Default)]
+pub struct Details {
+    /// Clock and supply.
+    pub state: u32,
+    /// Results of the built-in test.
+    pub self_test: u32,
+}
+
+impl Details {
+    /// The detail of the answer to a request, if it is one of these.
+    pub fn of(&self, request: &Request) -> Option<u32> {
+        match RequestKind::from_number(request.kind)? {
+            RequestKind::State => Some(self.state),
+            RequestKind::SelfTest => Some(self.self_test),
+            _ => None,
+        }
+    }
+}
+
 /// The stopped unit of this image.
 pub type ImageService<F> = Service<F, Chain<Core, Terms>>;
 
-/// Serves requests until one asks to start anew, or none comes; gives the flash back. `slots`: where its two slots begin. `state`:
-/// the detail of the answer to `state`. `about_images` answers requests about firmware images, if there are slots of them. Not inlined: the block would lie on the stack of the whole run.
+/// Serves requests until one asks to start anew, or none comes; gives the flash back, and true if the next start is to
+/// run the built-in test. `slots`: where its two slots begin. `details`
+/// of answers. `about_images` answers requests about firmware images, if there are slots of them. Not inlined: the block would lie on the stack of the whole run.
 #[inline(never)]
 pub fn serve<F: NorFlash>(
     flash: F,
@@ -70,9 +91,10 @@ pub fn serve<F: NorFlash>(
     supply_suffices: impl Fn() -> bool,
     serial: &mut Serial,
     mut idle: IdleTimer,
-    state: u32,
+    details: Details,
     mut about_images: impl FnMut(&ImageService<F>, &Request) -> Option<Reply>,
-) -> F {
+) -> (F, bool) {
+    let mut wants_test = false;
     let slots = ParameterSlots::new(flash, slots).accepting::<Chain<Core, Terms>>();
     let mut service = Service::new(slots, TERM_KINDS);
     let mut requests = RequestReceiver::new();
@@ -85,21 +107,17 @@ pub fn serve<F: NorFlash>(
         };
         let about_images = about_images(&service, &request);
         let mut reply = about_images.unwrap_or_else(|| service.answer(&request, &supply_suffices));
-        if asks_for_state(&request) {
-            reply.answer.detail = state;
+        if let Some(detail) = details.of(&request) {
+            reply.answer.detail = detail;
         }
         send(serial, &reply.answer.to_bytes());
         idle.begin_anew();
         if reply.restart {
+            wants_test = request.kind == RequestKind::RunSelfTest as u8;
             break;
         }
     }
-    service.release().release()
-}
-
-/// True of a request to tell the state.
-pub fn asks_for_state(request: &Request) -> bool {
-    RequestKind::from_number(request.kind) == Some(RequestKind::State)
+    (service.release().release(), wants_test)
 }
 
 /// Sends bytes to the last bit, or gives up if the transmitter does not answer.
@@ -111,7 +129,7 @@ pub fn send(serial: &mut Serial, bytes: &[u8]) {
         }
     }
     // A failure here has no remedy.
-    let _ = (0..SEND_POLLS).any(|_| serial.is_finished());
+    let _ = (0..SEND_POLLS).any(|_| serial.release());
 }
 
 /// Measures the time without a request.

@@ -42,12 +42,12 @@ pub const LARGEST_CODE_BYTES: u32 = IMAGE_SLOT_BYTES - IMAGE_HEADER_BYTES;
 const MAGIC: [u8; 4] = *b"RLGI";
 const LAYOUT_VERSION: u16 = 1;
 /// Offset of the CRC in the header.
-const CRC_AT: usize = 28;
+pub(crate) const CRC_AT: usize = 28;
 /// Bytes read at a time.
 const CHUNK_BYTES: usize = 256;
 
 /// With a table of 1 KiB: the selector computes it at each boot, at 16 MHz.
-const CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
+pub(crate) static CHECKSUM: Crc<u32> = Crc::<u32>::new(&CRC_32_ISO_HDLC);
 
 /// One of the two slots of images.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, PartialOrd, Ord)]

@@ -24,6 +24,7 @@
 //! |---|---|---|
 //! | 0x8001 | 1 | limits of health, 11 `f64`: temperature least, largest \[K\]; intensity least ×3; step of the path-length control; dither drive least, largest; dither amplitude least, largest; silence of the pulse per second \[s\]; 0 where not watched ([`HealthLimits`]) |
 //! | 0x8002 | 1 | identity: number of the unit, 12 bytes; date of the calibration, `u32`; first 8 bytes of the model's SHA-256 ([`Identity`]) |
+//! | 0x8003 | 1 | output: `u16` number of its form, 1 ([`OutputFormat`]); not there for 0, the telemetry frames |
 //!
 //! A block without items is written as version 4, so that firmware before items reads it. A block without an identity is one
 //! of any unit: blocks of older versions are read as before. A block with one is used by the unit that it names, and by
@@ -42,6 +43,7 @@ use crc::{CRC_32_ISO_HDLC, Crc, NoTable};
 
 use crate::chain::health_limits::HealthLimits;
 use crate::chain::identity::{Identity, UnitNumber};
+use crate::chain::output_format::OutputFormat;
 use crate::chain::parameters::{
     AccelerometerParameters, FlexureResponse, ParameterError, Parameters,
 };
@@ -73,14 +75,17 @@ const SMALLEST_BLOCK_BYTES: usize = RECORDS_OFFSET_BEFORE + CRC_BYTES;
 const LIMITS: u16 = 0x8001;
 /// Kind of the identity's item.
 const IDENTITY: u16 = 0x8002;
-/// Version of either.
+/// Kind of the output's item.
+const OUTPUT: u16 = 0x8003;
+/// Version of each.
 const ITEM_VERSION: u16 = 1;
 /// Kind, bytes and version of an item.
 const ITEM_HEADER_BYTES: usize = 6;
 const LIMITS_BYTES: usize = 8 * HealthLimits::NUMBERS;
 const IDENTITY_BYTES: usize = 24;
+const OUTPUT_BYTES: usize = 2;
 /// All items.
-const ITEM_BYTES: usize = 2 * ITEM_HEADER_BYTES + LIMITS_BYTES + IDENTITY_BYTES;
+const ITEM_BYTES: usize = 3 * ITEM_HEADER_BYTES + LIMITS_BYTES + IDENTITY_BYTES + OUTPUT_BYTES;
 
 /// Size of the largest block without items \[bytes\].
 const LARGEST_WITHOUT_ITEMS: usize = PARAMETER_BLOCK_BYTES + RECORD_BYTES;
@@ -148,7 +153,7 @@ impl fmt::Display for BlockError {
             Self::Item(kind) => write!(
                 f,
                 "parameter block has an item {kind:#06x} that is unknown, of another version or length, or there twice; \
-                 expected {LIMITS:#06x} or {IDENTITY:#06x} of version {ITEM_VERSION}"
+                 expected {LIMITS:#06x}, {IDENTITY:#06x} or {OUTPUT:#06x} of version {ITEM_VERSION}"
             ),
             Self::Parameter(error) => error.fmt(f),
         }
@@ -241,10 +246,14 @@ impl Parameters {
             put(&identity.calibrated.to_le_bytes());
             put(&identity.model);
         }
+        if self.output != OutputFormat::Frames {
+            header(OUTPUT, OUTPUT_BYTES, &mut put);
+            put(&(self.output as u16).to_le_bytes());
+        }
         (bytes, length)
     }
 
-    /// Replaces limits and identity by those of the items at the bytes' beginning; gives the bytes behind them.
+    /// Replaces limits, identity and output by those of the items at the bytes' beginning; gives the bytes behind them.
     fn read_items<'a>(&mut self, mut bytes: &'a [u8]) -> Result<&'a [u8], BlockError> {
         while let Some((&[k0, k1, b0, b1], rest)) = bytes.split_first_chunk() {
             let kind = u16::from_le_bytes([k0, k1]);
@@ -274,6 +283,13 @@ impl Parameters {
                         calibrated: u32::from_le_bytes(take(&mut bytes)),
                         model: take(&mut bytes),
                     });
+                }
+                (OUTPUT, &[low, high]) if self.output == OutputFormat::Frames => {
+                    // The default has no item.
+                    let number = u16::from_le_bytes([low, high]);
+                    self.output = OutputFormat::from_number(number)
+                        .filter(|output| *output != OutputFormat::Frames)
+                        .ok_or(BlockError::Item(kind))?;
                 }
                 _ => return Err(BlockError::Item(kind)),
             }
@@ -367,7 +383,7 @@ impl Parameters {
             }),
             other => return Err(BlockError::Accelerometers(other)),
         };
-        (self.limits, self.identity) = (None, None);
+        (self.limits, self.identity, self.output) = (None, None, OutputFormat::Frames);
         let mut rest = body.get(records..).unwrap_or(&[]);
         if version >= VERSION {
             rest = self.read_items(rest)?;

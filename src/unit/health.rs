@@ -29,6 +29,7 @@
 //! | 50 | first 28 bits of the firmware's git revision, and bit 0 for a tree with changes; 0 if unknown |
 //! | 51 to 65 | the bank's slow channel 0 to 14, its code as an i32, table in [`slow_channels`](crate::unit::slow_channels); −32768 if not measured |
 //! | 66 | the firmware image that runs and the reason for it at boot, bits in `store/image_state.rs`; 0 without a boot selector |
+//! | 67 | results of the built-in test, bits in [`self_test`](crate::unit::self_test); 0 from the processor: who sends the frame puts them in |
 //!
 //! Counters of conditions (5 to 8, 12, 14, 27 to 31) grow with each output period that the condition lasts; counters of
 //! events count events. Boot faults (status bits 15 and 23 to 25) stay in every frame's status instead of a
@@ -94,6 +95,8 @@ pub mod item {
 
     /// Running firmware image.
     pub const IMAGE: u8 = 66;
+    /// Results of the built-in test.
+    pub const SELF_TEST: u8 = 67;
 
     /// Bit of [`CONFIGURATION`]: there are accelerometers.
     pub const WITH_ACCELEROMETERS: u32 = 1 << 0;
@@ -126,8 +129,13 @@ pub mod reset_cause {
     pub const LOW_POWER: u32 = 1 << 6;
 }
 
-/// The items in the order of their turns: at 400 frames a second each comes round every 145 ms.
-pub const HEALTH_ITEMS: [u8; 58] = [
+/// The items in the order of their turns: at 400 frames a second each comes round every 148 ms.
+/// The first of a run say how the one before ended.
+pub const HEALTH_ITEMS: [u8; 59] = [
+    item::RESET_CAUSE,
+    item::LAST_FAILURE_KIND,
+    item::LAST_FAILURE_PLACE,
+    item::SELF_TEST,
     item::SAMPLE_RATE,
     item::SAMPLES_PER_OUTPUT,
     item::CONFIGURATION,
@@ -155,9 +163,6 @@ pub const HEALTH_ITEMS: [u8; 58] = [
     22,
     26,
     item::STUCK_LINES,
-    item::RESET_CAUSE,
-    item::LAST_FAILURE_KIND,
-    item::LAST_FAILURE_PLACE,
     14,
     27,
     28,

@@ -555,6 +555,8 @@ impl<N: NumberSystem, T: Term<N>> Processor<N, T> {
             item::MODEL => self.settings.identity[2],
             item::REVISION => self.settings.revision,
             item::IMAGE => self.settings.image,
+            // Its holder is the main loop (`SelfTest::show_in`).
+            item::SELF_TEST => 0,
             channel if channel >= item::SLOW_CHANNEL => {
                 i32::from(self.slow.code(channel - item::SLOW_CHANNEL)).cast_unsigned()
             }

@@ -59,7 +59,7 @@
 use crc::{CRC_16_IBM_SDLC, Crc, NoTable};
 
 use crate::chain::faults::Status;
-use crate::unit::health::HealthItem;
+use crate::unit::health::{HEALTH_ITEMS, HealthItem};
 use crate::unit::telemetry_frame::TelemetryFrame;
 
 /// Raised with every change of a message's layout.
@@ -67,6 +67,15 @@ pub const INERTIAL_VERSION: u8 = 1;
 
 /// Messages of increments from one control message to the next.
 pub const CONTROL_EVERY: u8 = 10;
+
+/// Each health item has its turn in a control message, too: the two strides have no common factor.
+const _: () = {
+    let (mut a, mut b) = (HEALTH_ITEMS.len(), CONTROL_EVERY as usize);
+    while b != 0 {
+        (a, b) = (b, a % b);
+    }
+    assert!(a == 1);
+};
 
 /// Bytes of the message of increments, without frame.
 pub const INCREMENTS_BYTES: usize = 36;

@@ -12,7 +12,7 @@ use crate::unit::health::HEALTH_ITEMS;
 const MAGIC: [u8; 4] = *b"RLGR";
 
 /// Raised with every change of the layout.
-pub const RUN_REPORT_VERSION: u16 = 6;
+pub const RUN_REPORT_VERSION: u16 = 7;
 
 /// Least, most and sum over a set of measurements \[instructions\].
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]

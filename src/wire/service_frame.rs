@@ -82,6 +82,10 @@ pub enum RequestKind {
     ImageStore = 8,
     /// To report the running image.
     ImageState = 9,
+    /// To report the results of the built-in test.
+    SelfTest = 10,
+    /// To start anew with the whole built-in test, and to stay stopped.
+    RunSelfTest = 11,
 }
 
 impl RequestKind {
@@ -98,6 +102,8 @@ impl RequestKind {
             7 => Self::ImageData,
             8 => Self::ImageStore,
             9 => Self::ImageState,
+            10 => Self::SelfTest,
+            11 => Self::RunSelfTest,
             _ => return None,
         })
     }

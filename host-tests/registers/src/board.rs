@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 
 use crate::dma::Stream;
 use crate::flash::{self, Flash};
+use crate::line_driver::LineDriver;
 use crate::port::Port;
 use crate::power::Power;
 use crate::rcc::{self, Rcc, reset_flag};
@@ -72,6 +73,8 @@ pub struct Board {
     pub spi: Spi,
     /// USART1 and USART6.
     pub usarts: [Usart; 2],
+    /// The driver of USART1's line.
+    pub line_driver: LineDriver,
     /// The stream that feeds USART6.
     pub stream: Stream,
     /// The processor's own registers.
@@ -175,6 +178,7 @@ impl Board {
             watchdog: Watchdog::new(behaviour.watchdog_hz),
             spi: Spi::default(),
             usarts: [Usart::default(), Usart::default()],
+            line_driver: LineDriver::default(),
             stream: Stream::default(),
             system: System::new(vectors),
             debug: [0; 4],
@@ -205,6 +209,8 @@ impl Board {
         self.watchdog.reset();
         self.spi.reset();
         self.usarts.iter_mut().for_each(Usart::reset);
+        // Its pin is open, and pulled down.
+        self.line_driver = LineDriver::default();
         self.stream.reset();
         self.system = System::new(self.vectors);
         self.follow_clocks();
@@ -368,7 +374,13 @@ impl Board {
                 let connected = self.ports[0].is_alternate(9, 7);
                 let port = &self.ports[0];
                 self.usarts[0].set_listening(port.is_alternate(10, 7), port.is_pulled_up(10));
-                self.usarts[0].write(offset, value, now, apb2_hz, connected)
+                let sent = self.usarts[0].sent.len();
+                let begin = self.usarts[0].line_free_at().max(now);
+                let mut wrong = self.usarts[0].write(offset, value, now, apb2_hz, connected);
+                if self.usarts[0].sent.len() > sent {
+                    wrong.extend(self.line_driver.send(begin));
+                }
+                wrong
             }
             Some((Peripheral::Usart6, offset)) => {
                 let connected = self.ports[1].is_alternate(6, 8);
@@ -383,6 +395,9 @@ impl Board {
             Some((Peripheral::GpioA, offset)) => {
                 let mut wrong = self.ports[0].write(offset, value);
                 wrong.extend(self.watch_select());
+                let is_high = self.ports[0].output(8) == Some(true);
+                let line_free_at = self.usarts[0].line_free_at();
+                wrong.extend(self.line_driver.set(is_high, now, line_free_at));
                 wrong
             }
             Some((Peripheral::GpioC, offset)) => self.ports[1].write(offset, value),

@@ -1,10 +1,12 @@
 //! Builds the board's images as `cargo board` does, and reads segments and symbols from the ELF file.
 
 use std::fs;
+use std::ops::Range;
 use std::path::{Path, PathBuf};
 use std::process::Command;
 
 use object::{Object, ObjectSegment, ObjectSymbol};
+use trueaxis::flash_check::Seal;
 use trueaxis::image::{ImageHeader, ImageSlot, PIECE_BYTES};
 use trueaxis::image_layout::IMAGE_HEADER_BYTES;
 
@@ -17,6 +19,9 @@ pub const FLASH_BYTES: u32 = 768 * 1024;
 /// The two number systems, each an image.
 pub const CORES: [&str; 2] = ["firmware", "firmware-fixed"];
 
+/// A return from a function.
+const RETURN: [u8; 2] = 0x4770_u16.to_le_bytes();
+
 /// An image of the board.
 #[derive(Debug, Clone)]
 pub struct Image {
@@ -26,7 +31,9 @@ pub struct Image {
     pub flash: Vec<u8>,
     /// True if a boot selector starts it: it may write records and images.
     pub is_behind_selector: bool,
-    symbols: Vec<(String, u32)>,
+    symbols: Vec<(String, u32, u32)>,
+    /// The instruction that is not in its place.
+    ram_test: [u8; 2],
 }
 
 impl Image {
@@ -99,15 +106,32 @@ impl Image {
                 place.copy_from_slice(data);
             }
         }
-        let symbols = elf
-            .symbols()
-            .filter_map(|symbol| Some((symbol.name().ok()?.to_owned(), symbol.address() as u32)));
-        Self {
+        let symbols = elf.symbols().filter_map(|symbol| {
+            let name = symbol.name().ok()?.to_owned();
+            Some((name, symbol.address() as u32, symbol.size() as u32))
+        });
+        let mut image = Self {
             name: name.to_owned(),
             flash,
             is_behind_selector: false,
             symbols: symbols.collect(),
-        }
+            ram_test: RETURN,
+        };
+        image.exchange_ram_test();
+        image
+    }
+
+    /// This image with its test of RAM, which returns at once in others: it is 70 ms of each power-on.
+    pub fn with_ram_test(&self) -> Self {
+        let mut whole = self.clone();
+        whole.exchange_ram_test();
+        whole
+    }
+
+    /// Exchanges the first instruction of the test of RAM.
+    fn exchange_ram_test(&mut self) {
+        let at = (self.symbol(&["__pre_init"]) - FLASH_BEGIN) as usize;
+        self.flash[at..at + 2].swap_with_slice(&mut self.ram_test);
     }
 
     /// This image, linked for a slot, as the file that is sent to a unit: header, filling, code.
@@ -142,18 +166,46 @@ impl Image {
     /// # Panics
     /// No symbol, or more than one.
     pub fn symbol(&self, parts: &[&str]) -> u32 {
-        let mut found: Vec<u32> = self
+        self.range(parts).start
+    }
+
+    /// The addresses of the symbol whose name contains every one of `parts`.
+    ///
+    /// # Panics
+    /// No symbol, or more than one.
+    pub fn range(&self, parts: &[&str]) -> Range<u32> {
+        let mut found: Vec<_> = self
             .symbols
             .iter()
-            .filter(|(name, _)| parts.iter().all(|part| name.contains(part)))
-            .map(|(_, address)| *address)
+            .filter(|(name, ..)| parts.iter().all(|part| name.contains(part)))
+            .map(|(_, address, size)| (address & !1, *size))
             .collect();
         found.sort_unstable();
         found.dedup();
         match found[..] {
-            [address] => address,
+            [(address, size)] => address..address + size,
             _ => panic!("{} symbols of {} contain {parts:?}", found.len(), self.name),
         }
+    }
+
+    /// This image, which no selector starts, with its check sum.
+    ///
+    /// # Panics
+    /// It has no place for one.
+    pub fn with_seal(&self) -> Self {
+        let at = (self.symbol(&["IMAGE_SEAL"]) - FLASH_BEGIN) as usize;
+        let end = self.end();
+        let seal = Seal::sealing(&self.flash[..end], at);
+        let words = seal.to_words().map(u32::to_le_bytes);
+        let mut sealed = self.clone();
+        sealed.flash[at..at + Seal::BYTES as usize].copy_from_slice(words.as_flattened());
+        sealed
+    }
+
+    /// Bytes of an image from the beginning of flash.
+    pub fn end(&self) -> usize {
+        let last = self.flash.iter().rposition(|byte| *byte != 0xFF);
+        last.map_or(0, |last| last + 1)
     }
 
     /// A word of the vector table: 0 is the initial stack pointer, then the exceptions by their number (PM0214 2.3.4).

@@ -11,6 +11,7 @@
 //! | [`timer`] | TIM2, which samples, and TIM5, which measures time |
 //! | [`watchdog`] | the independent watchdog on its own oscillator |
 //! | [`usart`], [`dma`] | USART1 and USART6, and the stream that feeds the latter |
+//! | [`line_driver`] | the enable pin of an RS-422 line, against the bits on it |
 //! | [`power`], [`port`], [`system`] | supply detector, pins, the processor's own registers |
 //!
 //! [`machine`] joins them: it counts time, enters interrupts and notices resets. [`host`] is the other end of the serial
@@ -33,6 +34,7 @@ mod exceptions;
 pub mod flash;
 pub mod host;
 pub mod image;
+pub mod line_driver;
 pub mod machine;
 pub mod port;
 pub mod power;

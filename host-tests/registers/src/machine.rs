@@ -95,6 +95,51 @@ impl Machine {
         self.write_memory(u64::from(at), &word.to_le_bytes());
     }
 
+    /// A bit of RAM that reads the same whatever is written. In front of the first run.
+    pub fn stick(&mut self, address: u32, bit: u32, level: bool) {
+        let at = u64::from(address + bit / 8);
+        let mask = 1 << (bit % 8);
+        let stuck = move |cpu: &mut Unicorn<'_, Board>, _, _, _, _| {
+            let mut byte = [0];
+            let read = cpu.mem_read(at, &mut byte);
+            let held = if level {
+                byte[0] | mask
+            } else {
+                byte[0] & !mask
+            };
+            read.and_then(|()| cpu.mem_write(at, &[held])).is_ok()
+        };
+        let address = u64::from(address);
+        self.cpu
+            .add_mem_hook(HookType::MEM_READ, address, address + 3, stuck)
+            .expect("a hook");
+    }
+
+    /// A bit of flash that changes by itself.
+    pub fn flip_flash(&mut self, address: u32, bit: u32) {
+        let at = u64::from(address);
+        let mut byte = [0];
+        self.cpu.mem_read(at, &mut byte).expect("mapped memory");
+        self.write_memory(at, &[byte[0] ^ 1 << bit]);
+        self.cpu
+            .ctl_remove_cache(at, at + 1)
+            .expect("mapped memory");
+    }
+
+    /// A floating-point register that has another bit whenever the instruction at `address` begins.
+    pub fn upset_float(&mut self, address: u32, register: u32, bit: u32) {
+        let register = RegisterARM::S0 as i32 + register as i32;
+        let address = u64::from(address);
+        let upset = move |cpu: &mut Unicorn<'_, Board>, _, _| {
+            let value = cpu.reg_read(register).unwrap_or(0);
+            // A failure would show as a fault that is not seen.
+            let _ = cpu.reg_write(register, value ^ 1 << bit);
+        };
+        self.cpu
+            .add_code_hook(address, address, upset)
+            .expect("a hook");
+    }
+
     /// The board.
     pub fn board(&mut self) -> &mut Board {
         self.cpu.get_data_mut()
@@ -107,6 +152,12 @@ impl Machine {
         board.flash.operations = 0;
         board.flash.erasures = 0;
         self.reset(reset_flag::POWER_ON);
+    }
+
+    /// The supply was below the brown-out level for a moment: memory is lost, the power-on reset's level was not reached.
+    pub fn brown_out(&mut self, seed: u64) {
+        self.forget_memory(seed);
+        self.reset(reset_flag::BROWN_OUT);
     }
 
     /// Power-on with a word of memory that a reset before would have left, at the symbol whose name contains `symbol`.

@@ -32,6 +32,8 @@ pub mod reset_flag {
     pub const PIN: u32 = 1 << 26;
     /// Power-on, which sets the brown-out's flag too.
     pub const POWER_ON: u32 = 1 << 27 | 1 << 25;
+    /// The supply was below the brown-out level.
+    pub const BROWN_OUT: u32 = 1 << 25;
     /// Software.
     pub const SOFTWARE: u32 = 1 << 28;
     /// The independent watchdog.
@@ -130,9 +132,7 @@ fn is_set(words: &[u32], register: usize, bit: u32) -> bool {
     } else {
         register
     };
-    words
-        .get(place)
-        .is_some_and(|word| word & (1 << bit) != 0)
+    words.get(place).is_some_and(|word| word & (1 << bit) != 0)
 }
 
 impl Rcc {

@@ -115,6 +115,11 @@ impl Usart {
         self.sent.push(byte);
     }
 
+    /// Time at which the last stop bit has left.
+    pub fn line_free_at(&self) -> u64 {
+        self.line_free_at
+    }
+
     fn settle(&mut self, now: u64) {
         while let Some((_, byte)) = self.coming.pop_front_if(|(at, _)| *at <= now) {
             if self.cr1 & (UE | RE) != UE | RE || !self.listens.0 {

@@ -6,11 +6,15 @@
 use std::fs::{self, File, OpenOptions};
 use std::io::{Read, Write};
 use std::path::{Path, PathBuf};
+use std::sync::Arc;
+use std::sync::atomic::{AtomicBool, Ordering};
 use std::sync::mpsc::{Receiver, channel};
 use std::thread;
 use std::time::{Duration, Instant};
 
+use trueaxis::health::item;
 use trueaxis::service_frame::{Answer, AnswerFinder, Request};
+use trueaxis::{Decoder, HealthItem, SelfTest};
 
 use crate::error::InputError;
 
@@ -23,11 +27,16 @@ const PATIENCE: Duration = Duration::from_millis(500);
 /// Largest number of times a request is sent.
 const TRIES: u32 = 5;
 
+/// Sentence about a unit that does not start for that reason.
+pub const BAD_RAM: &str = "has a unit that does not start: its RAM failed the test at power-up";
+
 /// A port to a unit.
 pub struct UnitPort {
     path: PathBuf,
     out: Box<dyn Write>,
     answers: Receiver<Answer>,
+    /// Frames report bad RAM: such a unit answers nothing.
+    has_bad_ram: Arc<AtomicBool>,
     number: u8,
 }
 
@@ -65,10 +74,19 @@ impl UnitPort {
     /// Opens it over two ends; a thread of its own reads until the other side closes.
     fn over(path: &Path, mut input: Box<dyn Read + Send>, out: Box<dyn Write>) -> Self {
         let (found, answers) = channel();
+        let has_bad_ram = Arc::new(AtomicBool::new(false));
+        let says_it = has_bad_ram.clone();
         thread::spawn(move || {
             let mut finder = AnswerFinder::new();
+            let mut telemetry = Decoder::new();
             let mut bytes = [0; 256];
             while let Ok(length @ 1..) = input.read(&mut bytes) {
+                let mut frames = bytes[..length]
+                    .iter()
+                    .filter_map(|byte| telemetry.push(*byte));
+                if frames.any(|frame| says_bad_ram(&frame.health)) {
+                    says_it.store(true, Ordering::Relaxed);
+                }
                 for answer in bytes[..length].iter().filter_map(|byte| finder.push(*byte)) {
                     if found.send(answer).is_err() {
                         return;
@@ -80,6 +98,7 @@ impl UnitPort {
             path: path.to_path_buf(),
             out,
             answers,
+            has_bad_ram,
             number: 0,
         }
     }
@@ -107,6 +126,10 @@ impl UnitPort {
                 }
             }
         }
+        if self.has_bad_ram.load(Ordering::Relaxed) {
+            return Err(InputError::new(&self.path, BAD_RAM)
+                .expected("a unit whose RAM holds what is written"));
+        }
         Err(InputError::new(&self.path, "has no unit that answers")
             .value(format!("{TRIES} requests"))
             .expected("a unit of this version, and the line at its baud rate: stty -F DEVICE 1000000 raw -echo"))
@@ -126,6 +149,11 @@ impl UnitPort {
         }
         Ok(())
     }
+}
+
+/// True if a health item is the result of a built-in test that found bad RAM.
+pub fn says_bad_ram(health: &HealthItem) -> bool {
+    health.index == item::SELF_TEST && SelfTest::from_word(health.value).ram_failed
 }
 
 #[cfg(unix)]

@@ -137,13 +137,14 @@ pub struct Confirmation {
 }
 
 impl Confirmation {
-    /// Does the next step, after `served` interrupts.
+    /// Does the next step, after `served` interrupts. `tests_passed`: no part of the built-in test has failed.
     ///
     /// # Returns
     /// The new state once the image is confirmed.
     pub fn poll(
         &mut self,
         served: u32,
+        tests_passed: bool,
         supply_suffices: impl FnOnce() -> bool,
     ) -> Option<ImageState> {
         if served == self.seen {
@@ -153,7 +154,8 @@ impl Confirmation {
         match self.step {
             Step::Done => None,
             Step::Judge => {
-                self.judge(served / self.periods_a_second.max(1), supply_suffices);
+                let seconds = served / self.periods_a_second.max(1);
+                self.judge(seconds, tests_passed, supply_suffices);
                 None
             }
             Step::Write(pending, word) => self.write(pending, word),
@@ -161,9 +163,10 @@ impl Confirmation {
     }
 
     #[inline(never)]
-    fn judge(&mut self, seconds: u32, supply_suffices: impl FnOnce() -> bool) {
+    fn judge(&mut self, seconds: u32, tests_passed: bool, supply_suffices: impl FnOnce() -> bool) {
         let on_trial = self.images.state.reason == BootReason::Trial;
-        let healthy = self.has_parameters && WATCH.first_fault.load(Ordering::Relaxed) == 0;
+        let healthy =
+            self.has_parameters && tests_passed && WATCH.first_fault.load(Ordering::Relaxed) == 0;
         match judge(seconds, healthy, on_trial) {
             Verdict::Wait => {}
             Verdict::Confirm => {

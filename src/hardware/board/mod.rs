@@ -6,7 +6,13 @@
 #[cfg(feature = "slotted")]
 mod images;
 
+mod float_test;
+
 mod low_speed;
+
+mod ram_test;
+
+mod self_test;
 
 mod spi_bus;
 
@@ -33,6 +39,7 @@ use trueaxis::{service::images::is_about_images, service_frame::Request};
 
 #[cfg(feature = "slotted")]
 use self::images::Images;
+use self::self_test::BuiltInTest;
 use self::watchdog::Watchdog;
 use super::background::Background;
 use super::boot::{self, boot};
@@ -46,7 +53,7 @@ use super::sampling::{FRAME_QUEUE, SAMPLING, Sampling, WATCH};
 use super::serial::Serial;
 #[cfg(feature = "slotted")]
 use super::service_mode::ImageService;
-use super::service_mode::{self, IdleTimer};
+use super::service_mode::{self, Details, IdleTimer};
 #[cfg(feature = "terms")]
 use super::slow_link::{SlowLink, UpdateQueue};
 use super::supply;
@@ -92,6 +99,7 @@ fn main() -> ! {
     state.brown_out_low = !supply::brown_out_suffices(flash);
     state.caches_off = !clock::caches_are_on(flash, clocks.wait_states);
     tell(&state);
+    let mut built_in_test = BuiltInTest::start(clocks.core_hz);
     let mut serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let flash = SlotFlash::new(peripherals.FLASH);
     #[cfg(feature = "slotted")]
@@ -107,7 +115,10 @@ fn main() -> ! {
             &peripherals.PWR,
             &mut serial,
             clocks.core_hz,
-            state.to_word(),
+            Details {
+                state: state.to_word(),
+                self_test: built_in_test.results().to_word(),
+            },
             #[cfg(feature = "slotted")]
             images,
         );
@@ -132,7 +143,7 @@ fn main() -> ! {
     };
     let bus = Spi::new(peripherals.SPI1, peripherals.GPIOA, &rcc, clocks.apb2_hz);
     let bank = CounterBank::new(bus, ACCELEROMETERS);
-    let mut link = Link::new(queued, serial);
+    let mut link = Link::new(queued, serial, loaded.parameters.output);
     let mut background = Background::new(&loaded.parameters);
     let mut watchdog = Watchdog::start(peripherals.IWDG, &debug);
 
@@ -173,8 +184,14 @@ fn main() -> ! {
     loop {
         let served = background.poll();
         watchdog.feed(served);
+        let is_testing = built_in_test.poll(served);
+        link.set_self_test(built_in_test.results());
         #[cfg(feature = "slotted")]
-        if let Some(image) = confirmation.poll(served, || supply::suffices(&peripherals.PWR)) {
+        if let Some(image) =
+            confirmation.poll(served, !built_in_test.results().has_failed(), || {
+                supply::suffices(&peripherals.PWR)
+            })
+        {
             link.set_image(image);
         }
         #[cfg(feature = "terms")]
@@ -187,7 +204,7 @@ fn main() -> ! {
             // The watchdog, once started, runs until a reset.
             SCB::sys_reset();
         }
-        if !link.poll() {
+        if !link.poll() && !is_testing {
             // A frame that is queued between the look and the sleep waits for the next interrupt, 250 µs.
             cortex_m::asm::wfi();
         }
@@ -254,7 +271,7 @@ fn stopped(
     pwr: &PWR,
     serial: &mut Serial,
     core_hz: u32,
-    state: u32,
+    details: Details,
     #[cfg(feature = "slotted")] images: Images,
 ) -> ! {
     if let Some(core) = cortex_m::Peripherals::take() {
@@ -272,15 +289,19 @@ fn stopped(
         };
         #[cfg(not(feature = "slotted"))]
         let about_images = |_: &_, _: &_| None;
-        service_mode::serve(
+        let (_, wants_test) = service_mode::serve(
             flash,
             slots,
             supply_suffices,
             serial,
             idle,
-            state,
+            details,
             about_images,
         );
+        if wants_test {
+            ram_test::request();
+            service_mode::request();
+        }
     }
     SCB::sys_reset()
 }

@@ -135,7 +135,7 @@ fn run(
     read_ahead(&mut input, &mut records)?;
 
     let serial = Serial::new(peripherals.USART1, &peripherals.GPIOA, &rcc, clocks.apb2_hz);
-    let mut link = Link::new(queued, serial);
+    let mut link = Link::new(queued, serial, loaded.parameters.output);
     #[cfg(feature = "raw")]
     let (raw_tap, mut raw_link) =
         RawLink::new(raw, &loaded, Some(RawPort::new(peripherals.USART6)));
@@ -220,13 +220,13 @@ fn serve(link: Link, core_hz: u32) -> io::Result<()> {
     let mut flash = SlotFlash::new(unsafe { FLASH::steal() });
     let memory = SlotMemory::new(bytes, &mut flash);
     let idle = IdleTimer::new(core.SYST, core_hz);
-    let memory = service_mode::serve(
+    let (memory, _) = service_mode::serve(
         memory,
         [0, SLOT_BYTES as u32],
         || true,
         &mut serial,
         idle,
-        0,
+        service_mode::Details::default(),
         |_, _| None,
     );
     File::create(c"slots.bin")?.write_all(memory.bytes())

@@ -2,13 +2,15 @@
 
 use firmware_tests::nor::{Nor, SECTOR};
 use firmware_tests::service as unit_in_service;
+use rand::{RngExt, SeedableRng};
+use rand_chacha::ChaCha8Rng;
 use trueaxis::parameter_slots::{ParameterSlots, SlotError};
 use trueaxis::service::{self, DONE, FOREIGN, Service};
 use trueaxis::service_frame::{DATA_BYTES, Request, RequestKind};
 use trueaxis::terms::TermKinds;
 use trueaxis::{
-    BlockError, BootReport, F32, HealthLimits, Identity, ParameterError, Parameters, Processor,
-    Sample, Status, Timing, UnitNumber, sample_source::Reading,
+    BlockError, BootReport, F32, HealthLimits, Identity, OutputFormat, ParameterError, Parameters,
+    Processor, Sample, Status, Timing, UnitNumber, sample_source::Reading,
 };
 
 fn number(text: &str) -> UnitNumber {
@@ -34,6 +36,78 @@ fn sealed(mut block: Vec<u8>) -> Vec<u8> {
     let sum = crc::Crc::<u32>::new(&crc::CRC_32_ISO_HDLC).checksum(&block[..end]);
     block[end..].copy_from_slice(&sum.to_le_bytes());
     block
+}
+
+#[test]
+fn a_hundred_foreign_blocks_show_in_the_first_frame() {
+    let mut random = ChaCha8Rng::seed_from_u64(41);
+    for _ in 0..100 {
+        let mut draw = || {
+            let digits: String = (0..10).map(|_| random.random_range('0'..='9')).collect();
+            format!("R-{digits}")
+        };
+        let (own, other) = (draw(), draw());
+        let mut flash = Nor::<4>::erased();
+        let slots = ParameterSlots::new(&mut flash, [0, SECTOR as u32]);
+        slots
+            .of_unit(number(&other))
+            .store(&of(&other))
+            .expect("flash takes it");
+        let mut slots = ParameterSlots::new(&mut flash, [0, SECTOR as u32]).of_unit(number(&own));
+        let loaded = slots.load();
+        assert!(loaded.foreign.is_some() && loaded.parameters_default());
+        let boot = BootReport::default().with(|report| report.parameters_foreign = true);
+        let mut processor = Processor::<F32>::new(&loaded.parameters, boot).expect("in range");
+        let periods = std::iter::from_fn(|| {
+            let reading = Reading::new(Some(Sample::default()), 1, None);
+            Some(processor.period(reading, Timing::default()))
+        });
+        let (at, frame) = (1..)
+            .zip(periods)
+            .find_map(|(at, frame)| Some((at, frame?)))
+            .expect("one");
+        assert!(frame.output.status.contains(Status::PARAMETERS_FOREIGN));
+        // 5 ms by the nominal values.
+        assert_eq!(at, 20);
+    }
+}
+
+#[test]
+fn the_form_of_the_output_is_an_item() {
+    let frames = Parameters::default();
+    assert_eq!(
+        frames.to_block(1)[4..6],
+        [4, 0],
+        "a block of version 4 as before"
+    );
+    let inertial = of("RLG-0042").with(|p| p.output = OutputFormat::Inertial);
+    let block = inertial.to_block(7);
+    assert_eq!(Parameters::from_block(&block), Ok((inertial, 7)));
+    // Behind limits and identity: kind, bytes behind it, version, form.
+    assert_eq!(block[628..636], [0x03, 0x80, 4, 0, 1, 0, 1, 0]);
+    // The default as an item, an unknown form, the item twice.
+    for form in [[0, 0], [2, 0], [1, 1]] {
+        let mut other = block.to_vec();
+        other[634..636].copy_from_slice(&form);
+        assert_eq!(
+            Parameters::from_block(&sealed(other)),
+            Err(BlockError::Item(0x8003))
+        );
+    }
+    let one = frames
+        .with(|p| p.output = OutputFormat::Inertial)
+        .to_block(1);
+    let mut twice = one[..512].to_vec();
+    twice.extend_from_slice(&one[504..512]);
+    twice.extend_from_slice(&[0; 4]);
+    assert_eq!(
+        Parameters::from_block(&sealed(twice)),
+        Err(BlockError::Item(0x8003))
+    );
+    // A read replaces what was there.
+    let mut kept = inertial;
+    assert_eq!(kept.read_block(&frames.to_block(3)), Ok(3));
+    assert_eq!(kept, frames);
 }
 
 #[test]

@@ -4,7 +4,7 @@ use std::fmt::Write as _;
 use std::path::Path;
 
 use serde::Serialize;
-use trueaxis::{FlexureResponse, HealthLimits, Identity, Parameters, TermKind};
+use trueaxis::{FlexureResponse, HealthLimits, Identity, OutputFormat, Parameters, TermKind};
 
 use crate::error::InputError;
 use crate::model::catalogue::SIX;
@@ -49,6 +49,8 @@ pub(super) struct Block {
     limits: Option<Limits>,
     /// Unit and calibration that the block names; null for a block of any unit.
     identity: Option<Named>,
+    /// Form of the output.
+    output: &'static str,
 }
 
 #[derive(Serialize)]
@@ -126,6 +128,10 @@ impl Block {
                 .collect(),
             limits: parameters.limits.as_ref().map(Limits::of),
             identity: parameters.identity.as_ref().map(Named::of),
+            output: match parameters.output {
+                OutputFormat::Inertial => "inertial",
+                _ => "frames",
+            },
         }
     }
 
@@ -160,6 +166,7 @@ impl Block {
             ("adaptation time [s]", numbers(&[self.adaptation_time_s])),
             ("sample rate [Hz]", numbers(&[self.sample_rate_hz])),
             ("samples per output", self.samples_per_output.to_string()),
+            ("output", self.output.to_owned()),
         ];
         if let Some(known) = &self.accelerometers {
             lines.push(("accelerometer weight [m/s]", numbers(&known.weight_m_s)));

@@ -5,8 +5,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use serde_json::json;
-use trueaxis::Status;
 use trueaxis::health::item;
+use trueaxis::{SelfTest, Status};
 
 use super::import_columns::{ColumnOptions, Request};
 use super::import_counts::Destination;
@@ -366,6 +366,12 @@ impl Import {
             terminal.warn(format!(
                 "the unit's first fault: {names}, in its sampling period {period}"
             ));
+        }
+        if let Some(results) = told(item::SELF_TEST).map(SelfTest::from_word)
+            && results.has_failed()
+        {
+            let failed = results.failures().collect::<Vec<_>>().join(", ");
+            terminal.warn(format!("the unit's built-in test has failed: {failed}"));
         }
         for (name, frames) in bits_seen(imported) {
             terminal.say(format!("{frames} frames say: {name}"));

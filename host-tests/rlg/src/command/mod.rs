@@ -1,6 +1,7 @@
 //! Runs the command `rlg`: one sub-command a file.
 //!
-//! Exit code 0: the work was done. Exit code 1: it was, and the verdict is one that `--fail-on` names. Exit code 2: the
+//! Exit code 0: the work was done. Exit code 1: it was, and the verdict is one that `--fail-on` names, or a unit's built-in test
+//! has failed. Exit code 2: the
 //! input cannot be used (one sentence on standard error), or the command line is wrong. Results go to standard output,
 //! progress and warnings to standard error. A process that is signalled to end leaves no half-written output.
 //!
@@ -51,6 +52,7 @@ mod params;
 mod plan;
 mod replay;
 mod schema;
+mod self_test;
 mod simulate;
 mod steps;
 mod summarize;
@@ -104,6 +106,7 @@ enum Command {
     Plan(plan::PlanCommand),
     Replay(replay::ReplayCommand),
     Schema(schema::SchemaCommand),
+    SelfTest(self_test::SelfTestCommand),
     Simulate(simulate::Simulate),
     Summarize(summarize::Summarize),
     Params(params::Params),
@@ -133,6 +136,7 @@ impl Command {
             Self::Plan(command) => command.run(terminal)?,
             Self::Replay(command) => command.run(terminal)?,
             Self::Schema(command) => command.run()?,
+            Self::SelfTest(command) => return command.run(terminal),
             Self::Simulate(command) => command.run(terminal)?,
             Self::Summarize(command) => command.run(terminal)?,
             Self::Params(command) => command.run(terminal)?,

@@ -6,7 +6,7 @@
 use std::path::PathBuf;
 
 use chrono::{Datelike as _, NaiveDate};
-use clap::Args;
+use clap::{Args, ValueEnum};
 use serde::Serialize;
 use sha2::{Digest as _, Sha256};
 
@@ -21,7 +21,7 @@ use crate::replay::samples::dither_of_recording;
 use crate::target::Image;
 use crate::terminal::Terminal;
 use rlg_parameters::{SAMPLES_PER_OUTPUT, Unit, parameters_from_model};
-use trueaxis::{Identity, Parameters, TermKind, UnitNumber};
+use trueaxis::{Identity, OutputFormat, Parameters, TermKind, UnitNumber};
 
 /// Convert a model to the parameter block to flash, and say what the chain cannot compensate
 #[derive(Debug, Args)]
@@ -69,6 +69,18 @@ pub struct Params {
     /// Limits of temperatures, laser intensity, path-length control, dither and pulse per second: a TOML file, keys in docs/files.md
     #[arg(long, value_name = "FILE")]
     limits: Option<PathBuf>,
+    /// Form of the output on the telemetry port
+    #[arg(long, value_enum, default_value_t = Output::Frames)]
+    output: Output,
+}
+
+/// Forms of the output.
+#[derive(Debug, Clone, Copy, ValueEnum)]
+enum Output {
+    /// Telemetry frames, as `rlg import` reads them
+    Frames,
+    /// Δθ, Δv and control messages in HDLC-like frames (docs/inertial_message.py)
+    Inertial,
 }
 
 /// Result as JSON: the block's content, and what the model has beyond it.
@@ -117,6 +129,10 @@ impl Params {
             parameters_from_model(&model, &unit).map_err(refused)?;
         parameters.pickoff_weight_rad = self.pickoff_weight_rad;
         parameters.limits = limits;
+        parameters.output = match self.output {
+            Output::Frames => OutputFormat::Frames,
+            Output::Inertial => OutputFormat::Inertial,
+        };
         let model_sha256 = identity.as_ref().map(|(_, sha256)| sha256.clone());
         parameters.identity = identity.map(|(identity, _)| identity);
         parameters.check().map_err(refused)?;

@@ -98,32 +98,8 @@ impl Upload {
         }))
     }
 
-    /// Stops the unit, if the caller asks for it, and waits until it reports that it has stopped.
     pub(super) fn stop(&self, port: &mut UnitPort) -> Result<(), InputError> {
-        if !self.stop {
-            return Err(
-                InputError::new(&self.port, "leads to a unit that is running")
-                    .expected("a unit that is stopped, or --stop"),
-            );
-        }
-        done(
-            &self.port,
-            port.ask(Request::new(0, RequestKind::Stop, 0), true, None)?,
-        )?;
-        let until = Instant::now() + STOP_PATIENCE;
-        while Instant::now() < until {
-            if port
-                .ask(Request::new(0, RequestKind::State, 0), true, None)?
-                .stopped
-            {
-                return Ok(());
-            }
-            thread::sleep(Duration::from_millis(20));
-        }
-        Err(InputError::new(
-            &self.port,
-            "leads to a unit that goes on sampling",
-        ))
+        stop(&self.port, port, self.stop)
     }
 
     /// Sends the block piece by piece; returns its generation once it is stored.
@@ -166,8 +142,34 @@ impl Upload {
     }
 }
 
+/// Stops the unit at `path`, if the caller asks for it, and waits until it reports that it has stopped.
+pub(super) fn stop(path: &Path, port: &mut UnitPort, is_asked: bool) -> Result<(), InputError> {
+    if !is_asked {
+        return Err(InputError::new(path, "leads to a unit that is running")
+            .expected("a unit that is stopped, or --stop"));
+    }
+    done(
+        path,
+        port.ask(Request::new(0, RequestKind::Stop, 0), true, None)?,
+    )?;
+    let until = Instant::now() + STOP_PATIENCE;
+    while Instant::now() < until {
+        if port
+            .ask(Request::new(0, RequestKind::State, 0), true, None)?
+            .stopped
+        {
+            return Ok(());
+        }
+        thread::sleep(Duration::from_millis(20));
+    }
+    Err(InputError::new(
+        path,
+        "leads to a unit that goes on sampling",
+    ))
+}
+
 /// Returns the answer, or the unit's refusal as a sentence about the file.
-fn done(path: &Path, answer: Answer) -> Result<Answer, InputError> {
+pub(super) fn done(path: &Path, answer: Answer) -> Result<Answer, InputError> {
     if answer.outcome == DONE {
         return Ok(answer);
     }

@@ -22,6 +22,7 @@ use trueaxis::{Decoder, OUTPUT_M_S_PER_CODE, OUTPUT_RAD_PER_CODE, OutputFrame, T
 use crate::error::InputError;
 use crate::import::still::name_of;
 use crate::recording::{Axis, Channel, Clock, Quantity, Recording, Table};
+use crate::unit_port::{BAD_RAM, says_bad_ram};
 
 /// Longest stretch without a frame \[rows\]: an hour at 1000 frames a second. A longer one is two recordings, and the rows
 /// between them would hold nothing.
@@ -69,6 +70,11 @@ pub fn import(
     let mut health = BTreeMap::new();
     for (at, byte) in bytes.iter().enumerate() {
         if let Some(frame) = decoder.push(*byte) {
+            if says_bad_ram(&frame.health) {
+                return Err(
+                    InputError::new(file, BAD_RAM).expected("frames of a unit that samples")
+                );
+            }
             rows.add(file, at + 1 - TELEMETRY_BYTES, &frame.output)?;
             health.insert(frame.health.index, frame.health.value);
         }

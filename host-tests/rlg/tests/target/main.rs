@@ -7,6 +7,8 @@ mod fault_campaign;
 mod interrupt_calls;
 mod on_target;
 mod raw_stream;
+#[cfg(unix)]
+mod self_test;
 mod terms;
 mod upload;
 #[cfg(unix)]
