@@ -122,19 +122,14 @@ impl Channel {
             Self::Acceleration(axis) => Some(motion.acceleration_rad_s2(axis).into()),
             Self::Force(axis) => measured(&signals.force_m_s2, axis),
             Self::Warming(axis) => measured(&signals.warming_k, axis),
-            Self::WarmingRate(axis) => measured(&signals.warming_k, axis).map(|warming| {
-                Spectrum::new(&warming, signals.rate_hz)
-                    .mean_derivative(1)
-                    .into()
-            }),
+            Self::WarmingRate(axis) => measured(&signals.warming_k, axis)
+                .map(|warming| Spectrum::new(&warming, signals.rate_hz).mean_derivative(1))
+                .map(Cow::from),
             Self::Field(axis) => measured(&signals.magnetic_t, axis),
             Self::DitherRate(axis) => measured(&signals.dither_rad, axis)
                 .map(|turned| turned.iter().map(|angle| angle * signals.rate_hz).collect()),
             Self::DitherAngle(axis) => measured(&signals.pickoff_rad, axis),
-            Self::Other(place) => signals
-                .others
-                .get(place)
-                .map(|(_, values)| (&values[..]).into()),
+            Self::Other(place) => signals.others.get(place).map(|(_, values)| values.into()),
         }
     }
 
