@@ -24,7 +24,7 @@ use crate::unit::telemetry_frame::TelemetryFrame;
 pub const SHOWN_EVERY: u32 = 7;
 
 // Each of the other items still has its turn.
-const _: () = assert!(HEALTH_ITEMS.len() % SHOWN_EVERY as usize != 0);
+const _: () = assert!(!HEALTH_ITEMS.len().is_multiple_of(SHOWN_EVERY as usize));
 
 /// Results of the built-in test.
 #[derive(Debug, Clone, Copy, PartialEq, Eq, Default)]
