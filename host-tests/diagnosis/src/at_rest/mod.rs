@@ -53,4 +53,4 @@ mod flow;
 
 pub use kinds::KINDS;
 
-pub use flow::diagnose;
+pub use flow::{diagnose, still_forces};

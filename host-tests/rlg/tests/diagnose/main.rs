@@ -26,4 +26,5 @@ mod several;
 mod slow_reference;
 mod stages;
 mod support;
+mod tumble;
 mod wiring;
