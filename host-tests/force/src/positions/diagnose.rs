@@ -191,22 +191,29 @@ pub fn diagnose(
         left_out: settings.left_out.iter().map(ToString::to_string).collect(),
         seed: settings.seed,
     };
-    let mut outcome = diagnosed.outcome();
-    if diagnosed.has_gyros {
+    Ok(diagnosed.with_gyros(recording, progress))
+}
+
+impl Diagnosed {
+    /// Outcome of the accelerometers and, if there are any, of the gyros.
+    fn with_gyros(&self, recording: &Recording, progress: &dyn Fn(&str)) -> Outcome {
+        let mut outcome = self.outcome();
+        if !self.has_gyros {
+            return outcome;
+        }
         progress("carrying gravity by the gyros");
-        match diagnosed.turned(recording) {
+        match self.turned(recording) {
             Ok(found) => found.add_to(&mut outcome),
             Err(reason) => {
                 let diagnosis = &mut outcome.diagnosis;
-                diagnosis
-                    .summary
-                    .push(format!("The gyros are not compared: {reason}."));
+                let said = format!("The gyros are not compared: {reason}.");
+                diagnosis.summary.push(said);
                 let why = format!("every kind of the gyros: {reason}");
                 diagnosis.not_excluded.push(why);
             }
         }
+        outcome
     }
-    Ok(outcome)
 }
 
 /// Warming of each block at each position since the first \[K\]; `None` if a thermometer has no sample there.

@@ -190,7 +190,7 @@ impl Turned {
     fn effect(&self, kind: &str) -> Option<EffectEntry> {
         let entry = entries::find(kind)?;
         let (gain, p_value) = self.evidence(kind)?;
-        // Where the turns are not explained by noise, the evidence from them rests on a wrong law.
+        // Evidence from turns that noise does not explain rests on a wrong law.
         let judgement = &self.plan.judgement;
         let is_sound = kind == KINDS[0] || !self.is_scatter_incredible();
         if gain <= judgement.naming || !(is_sound || p_value < judgement.unexplained) {
