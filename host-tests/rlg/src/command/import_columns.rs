@@ -16,7 +16,7 @@ use crate::error::InputError;
 use crate::import::files::columns::{Block, Column, Dates, blocks};
 use crate::import::files::date_times::{is_rfc3339, rfc3339};
 use crate::import::files::{beside, hdf5_file, mat_file, text_table};
-use crate::import::forming::assemble::{Values, assemble};
+use crate::import::forming::assemble::{Assembled, Values, assemble};
 use crate::import::forming::attitudes::EulerOrder;
 use crate::import::forming::clocks::{Said, TimeOption, check_times};
 use crate::import::forming::described;
@@ -84,19 +84,7 @@ impl ColumnOptions {
         terminal: &Terminal,
     ) -> Result<(), InputError> {
         let first = &request.files[0];
-        let mut sums = Vec::new();
-        let mut blocks: Vec<Block> = match in_memory {
-            Some(columns) => blocks(first, columns, None),
-            None => {
-                let mut all = Vec::new();
-                for file in request.files {
-                    let (read, sum) = read(file, request)?;
-                    all.extend(read);
-                    sums.push(sum);
-                }
-                all
-            }
-        };
+        let (mut blocks, sums) = all_blocks(request, in_memory)?;
         blocks.retain(|block| block.rows > 1);
         if blocks.is_empty() {
             return Err(InputError::new(first, "holds no column of numbers")
@@ -167,21 +155,7 @@ impl ColumnOptions {
         drop(blocks);
         let recording = described::recording(first, request.site, &mut assembled);
         recording.check_values(first)?;
-        let ideal = described::ideal(&recording, &assembled);
-        let moving = Model {
-            motion: MotionSource::Reference,
-            ..ideal.clone()
-        };
-        check_plausible(first, &recording, &moving, self.anyway, terminal)?;
-        if ideal.motion == MotionSource::Static
-            && plausibility::check(first, &recording, &moving, &Bounds::default()).is_ok()
-        {
-            // A moving unit without a reference may serve another purpose than a diagnosis.
-            match plausibility::is_unreferenced_motion(&recording, &ideal, &Bounds::default()) {
-                true => assembled.notes.push(unreferenced(&recording)),
-                false => check_plausible(first, &recording, &ideal, true, terminal)?,
-            }
-        }
+        self.check(first, &recording, &mut assembled, terminal)?;
         described::write(
             request.files,
             &recording,
@@ -196,6 +170,32 @@ impl ColumnOptions {
         result["instrument"] = json!(labels.instrument);
         result["start"] = json!(labels.start);
         terminal.result(&result)
+    }
+
+    /// Refuses what cannot be plausible, and notes a motion that no reference shows.
+    fn check(
+        &self,
+        file: &Path,
+        recording: &Recording,
+        assembled: &mut Assembled,
+        terminal: &Terminal,
+    ) -> Result<(), InputError> {
+        let ideal = described::ideal(recording, assembled);
+        let moving = Model {
+            motion: MotionSource::Reference,
+            ..ideal.clone()
+        };
+        check_plausible(file, recording, &moving, self.anyway, terminal)?;
+        let bounds = Bounds::default();
+        let is_sound = plausibility::check(file, recording, &moving, &bounds).is_ok();
+        if ideal.motion == MotionSource::Static && is_sound {
+            // A moving unit without a reference may serve another purpose than a diagnosis.
+            match plausibility::is_unreferenced_motion(recording, &ideal, &bounds) {
+                true => assembled.notes.push(unreferenced(recording)),
+                false => check_plausible(file, recording, &ideal, true, terminal)?,
+            }
+        }
+        Ok(())
     }
 
     /// Asks all questions, on a terminal one by one, elsewhere in one message; or warns of the guesses that `--yes` takes.
@@ -374,6 +374,23 @@ fn sampled_at_an_instant(file: &Path, said: &[String]) -> Result<Vec<Quantity>, 
         }
     }
     Ok(instants)
+}
+
+/// Reads the columns of all files with their SHA-256, or takes those in memory.
+fn all_blocks(
+    request: &Request<'_>,
+    in_memory: Option<Vec<Column>>,
+) -> Result<(Vec<Block>, Vec<String>), InputError> {
+    if let Some(columns) = in_memory {
+        return Ok((blocks(&request.files[0], columns, None), Vec::new()));
+    }
+    let (mut all, mut sums) = (Vec::new(), Vec::new());
+    for file in request.files {
+        let (read, sum) = read(file, request)?;
+        all.extend(read);
+        sums.push(sum);
+    }
+    Ok((all, sums))
 }
 
 /// Reads the columns of a file and its SHA-256.
