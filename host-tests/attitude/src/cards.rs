@@ -12,13 +12,13 @@ pub(crate) fn card(kind: &str) -> Card {
         equation: "reference stamps = gyros' time (1 + c)",
         unit: "1",
         meaning: "The clock of the reference and the clock of the gyros run at different rates.",
-        experiment: "A longer record shows the clocks part further.",
+        experiment: "A longer record increases the difference of the clocks.",
     };
     const SETTLES: Card = Card {
         kind: SETTLING,
         equation: "reference attitude = exp(e exp(-t/T)) attitude, e in the navigation frame",
         unit: "rad",
-        meaning: "The reference is an attitude filter that began with a wrong attitude and settled: its error decays with one time constant. Was this attitude computed from these gyros? Then it is no witness of their errors.",
+        meaning: "The reference is an attitude filter that began with a wrong attitude and settled: its error decays with one time constant. An attitude computed from these gyros cannot reveal their errors.",
         experiment: "Keep the unit at rest until the filter has settled, and start the record then.",
     };
     match kind {

@@ -34,7 +34,7 @@ pub(crate) fn corrected_rad(said: &Said) -> Result<Triad, String> {
             .any(|kind| is_of_reference(kind) != of_reference)
     };
     if named().any(is_undecided) {
-        return Err("what was found may be the gyros' or the reference's, and gravity would be carried wrongly by one of them".to_string());
+        return Err("effects of gyros and of the reference are not distinguished, and one of them would transport gravity wrongly".to_string());
     }
     let samples = &said.observed.samples;
     let gaps_s = samples
@@ -43,7 +43,7 @@ pub(crate) fn corrected_rad(said: &Said) -> Result<Triad, String> {
     let longest_s = gaps_s.fold(0.0, f64::max);
     if longest_s > said.plan.attitude.unwatched_s && named().any(|one| !rivals(one).is_empty()) {
         return Err(format!(
-            "no attitude was read for {longest_s:.0} s, over which each of the kinds that what was found may be carries gravity otherwise"
+            "no attitude for {longest_s:.0} s, over which the kinds of a class transport gravity differently"
         ));
     }
     let step = said.found.step_from(said.beyond).estimate;

@@ -110,7 +110,7 @@ fn is_rotation(map: &Matrix3<f64>) -> bool {
     map.determinant() > 0.0 && (map.transpose() * map - Matrix3::identity()).amax() < 1e-3
 }
 
-/// Maps increments of the reference \[rad\] by the model's channel effects, as [`put_right`] inverts on the gyros alone what is no
+/// Maps increments of the reference \[rad\] by the model's channel effects, as [`apply_map`] inverts on the gyros alone what is no
 /// rotation, and the streams hold the gyros as recorded.
 pub(crate) fn map_increments(effects: &[ModelEffect], increments_rad: &mut Triad) {
     if !is_rotation(&map(effects)) {
@@ -120,7 +120,7 @@ pub(crate) fn map_increments(effects: &[ModelEffect], increments_rad: &mut Triad
 
 /// Transforms reference and gyros to the same axes: a rotation is applied to the reference, any other map is inverted on the
 /// gyros.
-pub(crate) fn put_right(
+pub(crate) fn apply_map(
     map: &Matrix3<f64>,
     samples: &mut [SlowSample],
     sensed_rad: &mut [Vector3<f64>],

@@ -85,13 +85,16 @@ pub fn converted(
     else {
         return Ok(None);
     };
-    let words = format!("{}: read so, they follow the gyros", reading.words);
+    let words = format!(
+        "{}: in this convention they follow the gyros",
+        reading.words
+    );
     if !is_clear && !anyway {
         let file = recording.folder.join("recording.toml");
         return Err(InputError::new(file, format!("the attitudes are {words}"))
             .channel("reference_attitude")
             .expected(
-                "body to navigation frame, each component in the channel of its axis; --anyway reads them so and reports it",
+                "body to navigation frame, each component in the channel of its axis; --anyway reads them in that convention and reports it",
             ));
     }
     let mut recording = recording.clone();

@@ -2,7 +2,7 @@
 
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::Settings;
-use rlg_diagnosis::put_right::{self, PutRight, Stopped};
+use rlg_diagnosis::rows::channel_correction::{self, ChannelCorrection, Stopped};
 use rlg_model::{DeclaredModel, Model, MotionSource};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Quantity, Recording};
@@ -75,13 +75,13 @@ pub fn diagnose(
         return Ok(None);
     };
     let of_model = Alignment::of_model(model);
-    let mut put_right = None;
+    let mut correction = None;
     if !observed.is_few {
         observed.take_settling(&of_model, &settings.plan);
-        put_right = match check_channels(settings, &mut observed, of) {
+        correction = match check_channels(settings, &mut observed, of) {
             Err(Stopped::Apart(why, _)) => {
                 let outcome =
-                    put_right::of_two_motions(&recording.name, settings.seed, &why, model);
+                    channel_correction::of_two_motions(&recording.name, settings.seed, &why, model);
                 return Ok(Some(Diagnosed {
                     outcome,
                     corrected: Err(why),
@@ -128,8 +128,8 @@ pub fn diagnose(
     };
     let mut outcome = findings::outcome(&said);
     let corrected_rad = case_motion::corrected_rad(&said);
-    if let Some(put_right) = put_right {
-        put_right.report(&mut outcome);
+    if let Some(correction) = correction {
+        correction.report(&mut outcome);
     }
     let mut streams = observed.streams;
     let corrected = corrected_rad.map(|case_rad| {
@@ -142,12 +142,12 @@ pub fn diagnose(
 /// Transforms gyros and reference to the same axes if they differ.
 ///
 /// # Errors
-/// As in [`put_right::put_right`].
+/// As in [`channel_correction::correct_channels`].
 fn check_channels(
     settings: &Settings,
     observed: &mut Observed,
     of: DeclaredModel<'_>,
-) -> Result<Option<PutRight>, Stopped> {
+) -> Result<Option<ChannelCorrection>, Stopped> {
     let DeclaredModel { model, file } = of;
     let samples = observed.sound_samples();
     let reference_hz = channels::readings_hz(&observed.samples);
@@ -160,7 +160,7 @@ fn check_channels(
         *usable &= !doubtful;
     }
     (streams.own_motion, streams.reference_hz) = (false, reference_hz);
-    let checked = put_right::put_right(settings, streams, model, file);
+    let checked = channel_correction::correct_channels(settings, streams, model, file);
     (streams.own_motion, streams.reference_hz) = (true, None);
     streams.case_rad = own_rad;
     streams.usable = usable;
@@ -168,7 +168,7 @@ fn check_channels(
     let found = checked?.filter(|found| !found.is_turn_alone());
     if let Some(found) = &found {
         let map = channels::map(&found.effects());
-        channels::put_right(&map, &mut observed.samples, &mut observed.gyros.sensed_rad);
+        channels::apply_map(&map, &mut observed.samples, &mut observed.gyros.sensed_rad);
     }
     Ok(found)
 }

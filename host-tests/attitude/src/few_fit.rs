@@ -48,7 +48,7 @@ pub(crate) fn fit(
     // Physics after convergence of the registration, its linearisation point.
     let mut is_registered = false;
     loop {
-        progress("weighing what few attitudes call for");
+        progress("evidence of effects with few attitudes");
         let Some(linearised) = fit.linearised(&alignment, is_registered)? else {
             return Ok(None);
         };

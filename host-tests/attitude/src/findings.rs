@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 
 use rlg_catalogue::entries;
 use rlg_diagnosis::Outcome;
-use rlg_diagnosis::data_words;
-use rlg_diagnosis::entries_of_rows::{fault_effect, fault_entry};
-use rlg_diagnosis::next_experiment::NONE_NEEDED;
-use rlg_diagnosis::own_lines;
-use rlg_diagnosis::summary::no_channel;
+use rlg_diagnosis::report::next_experiment::NONE_NEEDED;
+use rlg_diagnosis::report::own_lines;
+use rlg_diagnosis::report::summary::no_channel;
+use rlg_diagnosis::rows::data_words;
+use rlg_diagnosis::rows::entries_of_rows::{fault_effect, fault_entry};
 use rlg_findings::absolute;
 use rlg_findings::combinations::identifiable;
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, ExperimentEntry, FORMAT, FitEntry,
     NoiseEntry, ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
 };
-use rlg_findings::updated_model::{say_choice, switch_on};
+use rlg_findings::updated_model::{set_choice, switch_on};
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_signal::axes::AXES;
 
@@ -74,10 +74,10 @@ pub(crate) fn outcome(said: &Said) -> Outcome {
         self_test: None,
         plan: Vec::new(),
     };
-    diagnosis.tell(found.tested.clone());
+    diagnosis.add_self_test(found.tested.clone());
     let in_step = tested.as_ref().and_then(|tested| tested.in_step);
     if let Some(found) = in_step {
-        diagnosis.is_left(vec![absolute::in_step(
+        diagnosis.mark_unexplained(vec![absolute::in_step(
             found.share,
             found.moving_over_still,
         )]);
@@ -250,7 +250,7 @@ fn model_effect(said: &Said, one: &Named, numbers: &Numbers) -> ModelEffect {
         kind: one.kind.to_string(),
         parameters,
     };
-    say_choice(&mut effect, numbers.choice.clone());
+    set_choice(&mut effect, numbers.choice.clone());
     effect
 }
 
@@ -282,9 +282,9 @@ fn reference_line(said: &Said) -> String {
     let Some(few) = said.few else {
         let changes = match said.registered.levels.range() {
             1.0 => String::new(),
-            range => format!(
-                ", in the mean: noise is up to {range:.0} times louder at one time than at another"
-            ),
+            range => {
+                format!(", in the mean: its level varies in time by a factor of up to {range:.0}")
+            }
         };
         return format!(
             "Reference: {count} {what}, one every {:.4} s, {noise_rad:.2e} rad of white noise{changes}; the last fifth is held out.",
@@ -293,17 +293,17 @@ fn reference_line(said: &Said) -> String {
     };
     let reference = said.observed.model.reference.as_ref();
     let declared = match reference.and_then(|reference| reference.angle_noise_rad) {
-        Some(_) => "which the model declares and",
-        None => "which the model does not declare and",
+        Some(_) => "as the model declares",
+        None => "a typical value, as the model declares none",
     };
     let rest = match few.rest_s {
         0.0 => String::new(),
         rest_s => {
-            format!(" and {rest_s:.1} s at rest, where the gyros' reading returns after the motion")
+            format!(" and {rest_s:.1} s at rest after the motion")
         }
     };
     format!(
-        "Reference: {count} {what}, which are {} numbers{rest}; none are left to test what is found. Their white noise is taken as {noise_rad:.1e} rad, {declared} so few cannot show.",
+        "Reference: {count} {what}, {} numbers{rest}; none is held out. Their white noise is assumed as {noise_rad:.1e} rad, {declared}; so few cannot show it.",
         3 * increments.rows(),
     )
 }
@@ -333,7 +333,7 @@ fn summary(said: &Said, verdict: Verdict, seen: &Seen, tested: Option<&HeldOut>)
     lines.extend(removed.map(|(entry, _)| own_lines::sentence(entry)));
     let has_as_many = said.found.named_set.len() >= 3 * said.registered.about.increments.rows();
     if !named.is_empty() && said.few.is_some() && has_as_many {
-        lines.push("What was found has as many numbers as the attitudes, which alone cannot tell it from other things: another turn, about another axis or of another length, would show whether it holds.".to_string());
+        lines.push("The effects found have as many parameters as the attitudes have numbers, so other effects would fit as well: a rotation about another axis or by another angle would test them.".to_string());
     }
     lines.extend(reference_spans::sentence(spans));
     lines.extend(reference_spans::jumps_sentence(jumps));
@@ -366,7 +366,7 @@ fn sampled_at_instants(said: &Said, named: &[(&Named, Numbers)]) -> Option<Strin
     });
     (is_half && is_square).then(|| {
         format!(
-            "Both are one cause: gyros that were sampled at the instant of each row's end ({:.4} s long) and are read as means over it are late by half of it, {:.4} s, and less smooth by its square over 12, {less_smooth_s2:.3e} s^2. Import them with --sampling instant.",
+            "Common cause: gyros sampled at the end of each row ({:.4} s long) but read as means over it are late by half a row, {:.4} s, and less smooth by its square over 12, {less_smooth_s2:.3e} s^2. Import them with --sampling instant.",
             row_s,
             0.5 * row_s
         )
@@ -405,9 +405,9 @@ fn not_excluded(said: &Said) -> Vec<String> {
     };
     let reason = |kind: &str| match kind {
         "reference_scale" => {
-            "an attitude reference cannot tell it from gyro_scale, with which it is reported"
+            "not distinguishable from gyro_scale by an attitude reference; reported with it"
         }
-        _ => no_channel(kind, streams).unwrap_or("the motion does not show it"),
+        _ => no_channel(kind, streams).unwrap_or("not excited by the motion"),
     };
     let listed = entries::CATALOGUE.iter().map(|entry| entry.kind);
     let mut lines: Vec<String> = listed
@@ -415,9 +415,7 @@ fn not_excluded(said: &Said) -> Vec<String> {
         .map(|kind| format!("{kind}: {}", reason(kind)))
         .collect();
     lines.extend(["reference_harmonic", "isolator_mode"].map(|kind| {
-        format!(
-            "{kind}: needs the reference's motion row by row, and it is known only at its stamps"
-        )
+        format!("{kind}: needs the reference at every row; it is known only at its stamps")
     }));
     lines
 }

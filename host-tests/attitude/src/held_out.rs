@@ -3,8 +3,8 @@
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rlg_diagnosis::pictures::Pictures;
-use rlg_diagnosis::relative_residual::{self, Rows};
+use rlg_diagnosis::residual::relative_residual::{self, Rows};
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_plan::{AttitudeHeldOutPlan, AttitudeNoisePlan, CoherencePlan, InStepPlan};
@@ -56,7 +56,7 @@ impl HeldOut {
             _ => "stays",
         };
         let drift = format!(
-            "On held-out time the drift of gyros x, y, z {moved} from {} to {} °/h (± {:.2}, {:.2}, {:.2}).",
+            "Held-out time: drift of gyros x, y, z {moved} from {} to {} °/h (± {:.2}, {:.2}, {:.2}).",
             of(&self.before),
             of(&self.after),
             std[0],
@@ -78,7 +78,7 @@ impl HeldOut {
             _ => return None,
         };
         Some(format!(
-            "That time is {words}, {power:.3} of the noise's mean power on the fitted: the noise is not stationary, and its level over time is what the fit weighs rows by."
+            "It is {words} than the fitted time, with {power:.3} of the noise's mean power: the noise is not stationary, and the fit weights rows by its level in time."
         ))
     }
 }

@@ -36,7 +36,7 @@ pub(crate) fn fit(
         let Some(late) = late_gyros::of(&fitted.found, &fitted.registered, shown) else {
             break;
         };
-        progress("once more with the rows of late gyros moved");
+        progress("second pass with the rows of late gyros shifted");
         let before = (observed.gyros.clone(), observed.late);
         gyro_times::advance(&mut observed.gyros, late.values_s);
         observed.late.add(&late);
@@ -78,7 +78,7 @@ fn fit_many(
     };
     let mut gyro = observed.gyro(&registered.about)?;
     if !observed.is_without_known && observed.take_out(&gyro.known_rad(observed.model)) {
-        progress("once more without what the model knows");
+        progress("second pass without the effects known");
         let Some(again) = grown(observed) else {
             return Ok(None);
         };

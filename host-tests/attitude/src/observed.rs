@@ -215,7 +215,7 @@ pub(crate) fn observe<'a>(
         dither: Dither::new(&streams, model).map(Arc::new),
     };
     let map = channels::map(&model.effects);
-    channels::put_right(&map, &mut samples, &mut gyros.sensed_rad);
+    channels::apply_map(&map, &mut samples, &mut gyros.sensed_rad);
     if let Some(known) = Settling::of_model(model) {
         known.undo(&mut samples);
     }

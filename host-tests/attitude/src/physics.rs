@@ -9,7 +9,7 @@ use rlg_catalogue::entries::{CATALOGUE, SLIP, STEP, coefficient_of};
 use rlg_catalogue::entry::Entry;
 use rlg_catalogue::signals::{AXES, Inputs, Motions, Path};
 use rlg_catalogue::{Candidate, Pool, Signals};
-use rlg_diagnosis::model_effects::event_row;
+use rlg_diagnosis::rows::model_effects::event_row;
 use rlg_inference::Term;
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_plan::CataloguePlan;

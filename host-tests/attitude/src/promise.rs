@@ -13,7 +13,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_catalogue::experiment::Experiment;
 use rlg_catalogue::moves::increments_rad;
 use rlg_catalogue::{Candidate, Pool};
-use rlg_diagnosis::experiment_words::move_entry;
+use rlg_diagnosis::report::experiment_words::move_entry;
 use rlg_findings::result::{ExperimentEntry, SeparationEntry};
 use rlg_inference::Information;
 use rlg_inference::linear::invert;
@@ -253,7 +253,7 @@ pub(crate) fn sentence(experiment: &ExperimentEntry) -> String {
     let each: Vec<String> = each.collect();
     let every_s = experiment.attitude_every_s.unwrap_or_default();
     format!(
-        "Promised: {}, with attitudes as good as here read every {every_s:.2} s during the motion (those before and after it cannot tell), separates them {}.",
+        "Predicted: {}, with attitudes as accurate as here every {every_s:.2} s during the motion (those before and after it do not contribute), separates them {}.",
         experiment.programme,
         each.join("; ")
     )

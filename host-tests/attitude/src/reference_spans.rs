@@ -79,7 +79,7 @@ impl Span {
             ..fault(
                 self.kind(plan),
                 format!(
-                    "The reference is wrong from {:.3} to {:.3} s ({} stamps): it leaves its own neighbours by far more than its noise, or is far rougher than elsewhere. Those stamps were left out of everything else.",
+                    "Reference faulty from {:.3} to {:.3} s ({} stamps): outliers or excess noise against its neighbours. Those stamps were excluded.",
                     self.start_s, self.end_s, self.stamps
                 ),
             )
@@ -154,7 +154,7 @@ impl JumpSeen {
             ..fault(
                 "reference_jump",
                 format!(
-                    "The reference turns by ({:.2e}, {:.2e}, {:.2e}) rad just before {:.3} s and stays so, and the gyros sense nothing of it: its frame moved, or its filter was corrected.",
+                    "Step of the reference by ({:.2e}, {:.2e}, {:.2e}) rad just before {:.3} s, absent from the gyros: its frame moved, or its filter was corrected.",
                     self.size_rad.x, self.size_rad.y, self.size_rad.z, self.time_s
                 ),
             )
@@ -168,7 +168,7 @@ pub(crate) fn jumps_sentence(jumps: &[JumpSeen]) -> Option<String> {
         .iter()
         .max_by(|a, b| a.size_rad.norm().total_cmp(&b.size_rad.norm()))?;
     Some(format!(
-        "Reference: its attitude jumps {} and stays, by {:.2e} rad at {:.3} s{}: no slips of the gyros.",
+        "Reference: its attitude steps {}, by {:.2e} rad at {:.3} s{}; not slips of the gyros.",
         match jumps.len() {
             1 => "once".to_string(),
             count => format!("{count} times"),
@@ -203,7 +203,7 @@ pub(crate) fn sentence(spans: &[Span]) -> Option<String> {
     let first = spans.first()?;
     let stamps: usize = spans.iter().map(|span| span.stamps).sum();
     Some(format!(
-        "Reference: {stamps} attitudes in {} places are wrong and were left out, the first at {:.3} s: glitches of the reference, not of the gyros.",
+        "Reference: {stamps} attitudes in {} places are faulty and were excluded, the first at {:.3} s; faults of the reference, not of the gyros.",
         spans.len(),
         first.start_s
     ))

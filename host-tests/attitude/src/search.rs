@@ -193,7 +193,7 @@ pub(crate) fn search(of: Registered, physics: Physics, plan: &Plan, seed: u64) -
     let in_catalogue = |kind: &str| CATALOGUE.iter().position(|entry| entry.kind == kind);
     registration.sort_by_key(|named| in_catalogue(named.kind));
     let trials = OnBlocks::new(&search.blocks, search.choice(), &physics, &registration);
-    let tested = Some(trials.told(seed, &plan.judgement.self_test));
+    let tested = Some(trials.tested(seed, &plan.judgement.self_test));
     Found {
         registration,
         named_set,

@@ -79,7 +79,9 @@ impl Settling {
     pub(crate) fn entry(&self) -> (EffectEntry, ModelEffect) {
         let card = card(SETTLING);
         let also = match self.may_be_bias {
-            true => " A bias of the gyros that decays as fast would look the same in this motion.",
+            true => {
+                " Not distinguishable in this motion from a gyro bias that decays with the same time constant."
+            }
             false => "",
         };
         let named = AXES.map(|axis| (axis, "rad"));

@@ -73,7 +73,7 @@ pub fn is_credible(
         if own.values[index].abs() - SIGNIFICANT_SIGMAS * own.stds[index] > largest {
             return Err(InputError::new(
                 recording.folder.join(MANIFEST),
-                "has gyros and reference that do not show the same motion",
+                "has gyros and a reference that measure different motions",
             )
             .channel(format!("{} {}", unknown.kind, unknown.name))
             .value(format!("{:.3e}", own.values[index]))

@@ -144,18 +144,10 @@ pub fn choice(pairs: &[Pair; 3]) -> Option<String> {
         let [first, second] = [2 * pair.gyro, 2 * pair.gyro + 1].map(|k| SIX[k]);
         match pair.known {
             Known::Both => None,
-            Known::One(0) => Some(format!(
-                "{second}: not fixed by the data, written as {first}"
-            )),
-            Known::One(_) => Some(format!(
-                "{first}: not fixed by the data, written as {second}"
-            )),
-            Known::Sum => Some(format!(
-                "{first} - {second}: not fixed by the data, written even"
-            )),
-            Known::Nothing => Some(format!(
-                "{first}, {second}: not fixed by the data, left out"
-            )),
+            Known::One(0) => Some(format!("{second}: not identifiable, set to {first}")),
+            Known::One(_) => Some(format!("{first}: not identifiable, set to {second}")),
+            Known::Sum => Some(format!("{first} - {second}: not identifiable, set to 0")),
+            Known::Nothing => Some(format!("{first}, {second}: not identifiable, left out")),
         }
     });
     let said: Vec<String> = said.collect();

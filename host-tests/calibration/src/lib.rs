@@ -41,7 +41,7 @@ mod words;
 use std::collections::BTreeMap;
 use std::path::Path;
 
-use rlg_findings::updated_model::say_choice;
+use rlg_findings::updated_model::set_choice;
 use rlg_inference::Information;
 use rlg_model::catalogue::Kind;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -230,7 +230,7 @@ fn calibrated((model, bare): (&Model, &Model), joint: &Estimate, pairs: &[Pair; 
             kind: FLEXURE.to_owned(),
             parameters,
         };
-        say_choice(&mut effect, combinations::choice(pairs));
+        set_choice(&mut effect, combinations::choice(pairs));
         calibrated.effects.push(effect);
     }
     calibrated

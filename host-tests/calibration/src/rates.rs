@@ -11,10 +11,10 @@ use std::path::Path;
 
 use rlg_catalogue::Signals;
 use rlg_catalogue::signals::Path as SignalPath;
-use rlg_diagnosis::case_motion::estimate;
-use rlg_diagnosis::data::{Data, bridged};
-use rlg_diagnosis::model_effects::is_predictable;
-use rlg_diagnosis::noise_levels::{drift_prior, first_levels};
+use rlg_diagnosis::alignment::case_motion::estimate;
+use rlg_diagnosis::rows::data::{Data, bridged};
+use rlg_diagnosis::rows::model_effects::is_predictable;
+use rlg_diagnosis::rows::noise_levels::{drift_prior, first_levels};
 use rlg_inference::{Information, NoiseLevels, NormalEquations, Observations, Search};
 use rlg_model::Model;
 use rlg_recording::Recording;

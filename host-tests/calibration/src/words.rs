@@ -231,7 +231,7 @@ impl Findings<'_> {
             .collect();
         if self.confused {
             sentences.push(
-                "To tell an elastic rate: spin in both senses with an oscillation across, against a rate reference; flexure changes sign with the spin, an elastic rate does not."
+                "To separate an elastic rate: spin in both senses with an oscillation across, against a rate reference; flexure changes sign with the spin, an elastic rate does not."
                     .to_owned(),
             );
         }

@@ -22,7 +22,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-6, 0.001),
         law: Law::Axes(|i| vec![(Column::Warming(i), 1.0)]),
         everyday: true,
-        meaning: "The gyro bias moves with the temperature of its block and the model keeps it constant.",
+        meaning: "The gyro bias depends on the temperature of its block; the model keeps it constant.",
         experiment: "Cycle the temperature up and down: a bias that retraces its path is temperature, one that does not is time or gradient.",
     },
     Entry {
@@ -32,7 +32,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-5, 0.1),
         law: Law::Axes(|i| vec![(Column::WarmingRate(i), 1.0)]),
         everyday: false,
-        meaning: "The gyro bias follows the rate of temperature change (a gradient across the block) and the model knows no such term.",
+        meaning: "The gyro bias follows the rate of temperature change (a gradient across the block) and the model has no such term.",
         experiment: "Hold, ramp and hold the temperature: the bias then steps with the ramp rate and returns.",
     },
     Entry {
@@ -42,7 +42,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-3, 10.0),
         law: Law::Nine(Column::Magnetic),
         everyday: false,
-        meaning: "The gyro output moves with the magnetic field at the block and the model has no such term.",
+        meaning: "The gyro output depends on the magnetic field at the block; the model has no such term.",
         experiment: "Turn a known field (a coil) on and off on each axis with the case at rest.",
     },
     Entry {
@@ -52,7 +52,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-7, 0.001),
         law: Law::Nine(Column::Force),
         everyday: false,
-        meaning: "The gyro output moves with the specific force (g-sensitivity) and the model has no such term.",
+        meaning: "The gyro output depends on the specific force (g-sensitivity); the model has no such term.",
         experiment: "Tumble the case through six attitudes: gravity then changes sign on each axis and a bias does not.",
     },
     Entry {
@@ -62,7 +62,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-8, 0.0001),
         law: Law::Axes(|i| vec![(Column::ForceSquare(i), 1.0)]),
         everyday: false,
-        meaning: "The gyro answers to the square of the force along its axis, so vibration leaves a drift.",
+        meaning: "The gyro responds to the square of the force along its axis, so vibration rectifies into a drift.",
         experiment: "Vibrate linearly along each axis at two levels: the drift of this effect grows as the square of the level.",
     },
     Entry {
@@ -72,7 +72,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-5, 0.1),
         law: Law::Axes(|i| vec![(Column::Increment(i), 1.0), (Column::Dither(i), 1.0)]),
         everyday: true,
-        meaning: "The gyro's scale is not what the model says: the laser senses case motion and dither alike with a scale error.",
+        meaning: "The gyro's scale differs from the model's: the laser senses case motion and dither alike with a scale error.",
         experiment: "A slew of whole turns about each axis shows the scale against the turntable.",
     },
     Entry {
@@ -112,7 +112,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(3e-5, 0.3),
         law: Law::Tilts(|_, _, senses| Column::Increment(senses), 1.0),
         everyday: true,
-        meaning: "The sensing axes do not lie where the installation matrix of the model puts them, so each gyro sees a share of the rates across it.",
+        meaning: "The sensing axes differ from the installation matrix of the model, so each gyro senses a share of the rates across it.",
         experiment: "A slew about each axis shows the angles; none of them leaves a drift under vibration.",
     },
     Entry {
@@ -125,7 +125,7 @@ pub static CATALOGUE: &[Entry] = &[
             1.0,
         ),
         everyday: false,
-        meaning: "The sensing axes turn with the temperature of the block and the model keeps the installation constant.",
+        meaning: "The sensing axes rotate with the temperature of the block; the model keeps the installation constant.",
         experiment: "Repeat the same slew at two temperatures.",
     },
     Entry {
@@ -135,7 +135,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-7, 1e-5),
         law: Law::Tilts(|_, about, senses| Column::Flexure(about, senses), -1.0),
         everyday: false,
-        meaning: "The dither suspension is not stiff: under angular acceleration each laser block lags its case, its sensing axis tilts by K times the acceleration, and the tilt times the cross rate rectifies into a drift whenever the motion cones.",
+        meaning: "The dither suspension is not stiff: under angular acceleration each laser block lags its case, its sensing axis tilts by K times the acceleration, and the tilt times the cross rate rectifies into drift under coning motion.",
         experiment: "Spin at a steady rate about one axis while oscillating at the same frequency about a second (spin-synchronous oscillation), both spin senses and two phases for every pair of axes: this separates the single coefficients of a pair, which coning and vibration never do.",
     },
     Entry {
@@ -165,7 +165,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-7, 0.001),
         law: Law::Nine(Column::ForceRate),
         everyday: false,
-        meaning: "The block turns elastically with the force on it; the gyro reports that turning as a rate of the case.",
+        meaning: "The block rotates elastically with the force on it; the gyro reports that rotation as a rate of the case.",
         experiment: "Linear vibration along each axis without rotation.",
     },
     Entry {
@@ -175,7 +175,7 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(1e-7, 0.001),
         law: Law::Nine(Column::Jerk),
         everyday: false,
-        meaning: "The block turns elastically about its sensing axis under angular acceleration, so the gyro reports a rate the case does not have.",
+        meaning: "The block rotates elastically about its sensing axis under angular acceleration, so the gyro reports a rate the case does not have.",
         experiment: "Reverse the spin of a spin-synchronous oscillation: flexure changes sign, this effect does not.",
     },
     Entry {
@@ -185,8 +185,8 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::positive(1e-7, 0.002),
         law: Law::Axes(|i| vec![(Column::Jerk(i), 0.5)]),
         everyday: false,
-        meaning: "A filter on the gyro's path smooths its rate, and the model has none.",
-        experiment: "Oscillate at two frequencies: what a filter takes away grows as the square of the frequency.",
+        meaning: "A filter in the gyro's path smooths its rate; the model has none.",
+        experiment: "Oscillate at two frequencies: the loss of a filter grows as the square of the frequency.",
     },
     Entry {
         kind: "gyro_delay",
@@ -195,8 +195,8 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::of(2e-5, 0.1),
         law: Law::Axes(|i| vec![(Column::Delay(i), -1.0)]),
         everyday: true,
-        meaning: "The gyro channel is late (or early) against the reference by a fixed time that the model does not know.",
-        experiment: "Any vigorous oscillation; two frequencies tell a delay from a phase.",
+        meaning: "The gyro channel is late (or early) against the reference by a fixed time that the model does not contain.",
+        experiment: "Any vigorous oscillation; two frequencies separate a delay from a phase.",
     },
     Entry {
         kind: "dither_gain",
@@ -257,7 +257,7 @@ pub static CATALOGUE: &[Entry] = &[
             vec![(Column::Increment(k), sign)]
         }),
         everyday: false,
-        meaning: "The reference does not sit square to the case: all three gyros show the same small rotation against it.",
+        meaning: "The reference is misaligned to the case: all three gyros show the same small rotation against it.",
         experiment: "Remount the reference: a turned reference changes, the installation of the gyros does not.",
     },
     Entry {
@@ -268,7 +268,7 @@ pub static CATALOGUE: &[Entry] = &[
         law: Law::Common(|i| vec![(Column::Delay(i), 1.0)]),
         everyday: true,
         meaning: "The clock of the reference and the clock of the gyros differ by a fixed time.",
-        experiment: "A second reference, or an event marked on both clocks, tells a late reference from late gyros.",
+        experiment: "A second reference, or an event marked on both clocks, separates a late reference from late gyros.",
     },
     Entry {
         kind: "reference_scale",
@@ -299,7 +299,7 @@ pub static CATALOGUE: &[Entry] = &[
             }
         }),
         everyday: false,
-        meaning: "A filter on the reference's path smooths its rate, and the model has none.",
+        meaning: "A filter in the reference's path smooths its rate; the model has none.",
         experiment: "Oscillate at two frequencies against a reference of known bandwidth.",
     },
     Entry {
@@ -309,8 +309,8 @@ pub static CATALOGUE: &[Entry] = &[
         size: Size::positive(1e-2, 10.0),
         law: Law::Common(|i| vec![(Column::OffVertical(i), -1.0)]),
         everyday: true,
-        meaning: "The reference is an attitude filter that is pulled towards the force that the accelerometers feel, which is the vertical only while the unit does not accelerate. Was this attitude computed from these gyros? Then it is no witness of their errors.",
-        experiment: "Swing the unit about a level axis through its accelerometers and beside them: only what feels the swing pulls the filter.",
+        meaning: "The reference is an attitude filter that is pulled towards the specific force of the accelerometers, which is vertical only while the unit does not accelerate. An attitude computed from these gyros cannot reveal their errors.",
+        experiment: "Swing the unit about a level axis through its accelerometers and beside them: only a force that swings with it pulls the filter.",
     },
     Entry {
         kind: "earth_rate",
@@ -320,7 +320,7 @@ pub static CATALOGUE: &[Entry] = &[
         law: Law::Body(|parameter, axis| vec![(Column::SpaceVector(parameter, axis), 1.0)]),
         everyday: false,
         meaning: "The reference reports motion against the Earth and the gyros against space: the rotation of the Earth is missing from the prediction.",
-        experiment: "A still record at two attitudes tells the rotation of the Earth from bias.",
+        experiment: "A still record at two attitudes separates the rotation of the Earth from bias.",
     },
 ];
 
@@ -419,8 +419,8 @@ pub static SCANNED: [Card; 8] = [
         kind: HARMONIC,
         equation: "reference angle += cos cos(order theta) + sin sin(order theta)",
         unit: "rad",
-        meaning: "The reference is wrong, not the gyro: the encoder of the turntable has an error that repeats with the table's angle, as eccentricity, pole pairs or the lines of a scale make it.",
-        experiment: "Turn the table through whole turns at two speeds: what repeats with its angle is the encoder's.",
+        meaning: "The error is the reference's: the encoder of the turntable has an error periodic in the table's angle, as by eccentricity, pole pairs or the lines of a scale.",
+        experiment: "Turn the table through whole turns at two speeds: an error periodic in its angle is the encoder's.",
     },
     Card {
         kind: MODE,
@@ -433,28 +433,28 @@ pub static SCANNED: [Card; 8] = [
         kind: MOUNT,
         equation: "case = (w0^2 + 2 z w0 s)/(s^2 + 2 z w0 s + w0^2) reference, by axis",
         unit: "1",
-        meaning: "The case does not move as the reference says: it stands on a soft mount that amplifies vibration near its resonance and swallows it above.",
+        meaning: "The case does not follow the reference: it stands on a soft mount that amplifies vibration near its resonance and attenuates it above.",
         experiment: "A sine sweep through the mount's resonance on each axis: amplitude and phase of gyro over reference draw the mount's response.",
     },
     Card {
         kind: HIGH_PASS,
         equation: "omega_i -= l_i, then l_i += T/tau (omega_i - l_i), l_i = 0 at the start",
         unit: "s",
-        meaning: "The gyro forgets a constant rate with this time constant: automatic zeroing, or a coupling that passes no constant.",
+        meaning: "A constant rate decays in the gyro's output with this time constant: automatic zeroing, or AC coupling.",
         experiment: "Turn at one constant rate for several time constants, then stop: the reading decays, and comes back with the other sign.",
     },
     Card {
         kind: LOCK_IN,
         equation: "beat_i = sign(omega_i) sqrt(omega_i^2 - Omega_i^2), 0 below Omega_i",
         unit: "rad/s",
-        meaning: "The two beams lock: slow turns do not show at all, faster ones lose a share, and no dither keeps the gyro out of it.",
+        meaning: "The two beams lock: slow rates are not sensed, faster ones lose a share, and no dither prevents it.",
         experiment: "Turn slowly through rest about each axis, with the dither on and off: a dead band that a dither removes is lock-in.",
     },
     Card {
         kind: UNLISTED,
         equation: "omega_i += coefficient * expression",
         unit: "rad/s per unit of the expression",
-        meaning: "The gyro follows an expression in measured channels that is no effect of the catalogue, found by search.",
+        meaning: "The gyro follows an expression in measured channels, outside the catalogue, found by search.",
         experiment: "Repeat the motion with the expression's channels varied one at a time.",
     },
 ];

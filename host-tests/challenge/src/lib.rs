@@ -6,7 +6,7 @@
 //!
 //! Recordings of others, each with a truth file, are examined in the same way (`given`). The results on fixed trials and
 //! recordings are kept as a table, for comparison with later versions (`golden`). Ordinary recordings are examined against
-//! marks (`marks`): with references of rate, of attitude (`attitude`), at rest (`rest`), with accelerometers (`force`), and
+//! marks (`marks`, `acceptance`): with references of rate, of attitude (`attitude`), at rest (`rest`), with accelerometers (`force`), and
 //! recorded by others (`recorded`).
 //!
 //! A [`Plan`] gives answers, commitments to them, outcomes and [`score::Scores`]. The examiner knows the simulator and
@@ -15,6 +15,7 @@
 //! The same plan gives the same bytes for any number of threads and shards: every trial has its own ChaCha stream, and
 //! scores are computed from the written lines.
 
+pub mod acceptance;
 pub mod answer;
 pub mod attitude;
 pub mod bounds;

@@ -4,18 +4,18 @@ use std::collections::BTreeMap;
 
 use rand::SeedableRng as _;
 use rand_chacha::ChaCha8Rng;
+use rlg_challenge::acceptance::judge::{Score, judge};
+use rlg_challenge::acceptance::record::{Answer, Concealed, Declares, record};
+use rlg_challenge::acceptance::run::{Outcome, Plan, prepare};
+use rlg_challenge::acceptance::table::{Status, score};
+use rlg_challenge::acceptance::trial::{Source, Trial};
+use rlg_challenge::acceptance::under_test::{DiagnosisSummary, Estimate, FoundEffect};
 use rlg_challenge::marks::courses;
 use rlg_challenge::marks::family::Family;
-use rlg_challenge::marks::judge::{Score, judge};
 use rlg_challenge::marks::motion::{Derivative, Motion};
 use rlg_challenge::marks::noise::{Drift, Levels, Weighting, dct, product, quantised_rad};
-use rlg_challenge::marks::record::{Answer, Concealed, Declares, record};
 use rlg_challenge::marks::rows::Rows;
-use rlg_challenge::marks::run::{Outcome, Plan, prepare};
 use rlg_challenge::marks::setting::{Limits, MOTIONS, Setting};
-use rlg_challenge::marks::table::{Status, score};
-use rlg_challenge::marks::trial::{Source, Trial};
-use rlg_challenge::marks::under_test::{DiagnosisSummary, Estimate, FoundEffect};
 use rlg_recording::Quantity;
 use serde_json::json;
 

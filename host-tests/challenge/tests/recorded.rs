@@ -5,13 +5,13 @@ use std::collections::BTreeMap;
 use std::sync::Arc;
 
 use nalgebra::{UnitQuaternion, Vector3};
+use rlg_challenge::acceptance::judge::{Judgement, Score, judge};
+use rlg_challenge::acceptance::record::{Answer, Declares, record};
+use rlg_challenge::acceptance::run::Outcome;
+use rlg_challenge::acceptance::trial::{Source, Trial};
+use rlg_challenge::acceptance::under_test::{DiagnosisSummary, Estimate, FoundEffect};
 use rlg_challenge::marks::family::Family;
-use rlg_challenge::marks::judge::{Judgement, Score, judge};
-use rlg_challenge::marks::record::{Answer, Declares, record};
-use rlg_challenge::marks::run::Outcome;
 use rlg_challenge::marks::setting::Limits;
-use rlg_challenge::marks::trial::{Source, Trial};
-use rlg_challenge::marks::under_test::{DiagnosisSummary, Estimate, FoundEffect};
 use rlg_challenge::recorded::base::{Base, Stamp};
 use rlg_challenge::recorded::planted::{COUNT, Planted};
 use rlg_recording::{Clock, Quantity, Recording};
@@ -248,7 +248,7 @@ fn what_a_recording_holds_itself_is_no_false_name_and_sizes_are_beside_it() {
 
     // A delay stands beside the one that the recording had.
     let (answer, _) = judged("reference_delay", Vec::new(), Vec::new());
-    let of = |list: &[rlg_challenge::marks::record::Concealed]| {
+    let of = |list: &[rlg_challenge::acceptance::record::Concealed]| {
         let own = list.iter().find(|one| one.kind == "reference_delay");
         own.and_then(|one| one.parameters["all"].as_f64())
             .expect("a delay")

@@ -3,12 +3,16 @@
 use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 
-use super::confirm::{confirmed, fallen, until_none_falls};
-use super::outcome::Outcome;
-use super::settings::{Scope, Settings};
-use super::sums::Recordings;
-use super::together::Together;
-use super::{data, findings, registration, search, settle};
+use crate::confirm::sums::Recordings;
+use crate::confirm::together::Together;
+use crate::confirm::{confirmed, fallen, until_none_falls};
+use crate::outcome::Outcome;
+use crate::report::findings;
+use crate::rows::data;
+use crate::search::{passes, structure};
+use crate::settings::{Scope, Settings};
+
+use super::registration;
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::Streams;
 
@@ -45,7 +49,7 @@ pub fn align(
         left_out: &left_out,
         ..*settings
     };
-    let beside = |data: &data::Data, found: &search::Found| {
+    let beside = |data: &data::Data, found: &structure::Found| {
         registration::beside(data, found, &settings.plan)
     };
     let found = diagnose_also(&asked, streams, faults, of, progress, beside)?;
@@ -69,7 +73,7 @@ pub fn diagnose_also<T>(
     faults: &[Fault],
     of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
-    also: impl Fn(&data::Data, &search::Found) -> T,
+    also: impl Fn(&data::Data, &structure::Found) -> T,
 ) -> Result<Option<(Outcome, T)>, InputError> {
     let DeclaredModel { model, file } = of;
     let Settings {
@@ -81,7 +85,7 @@ pub fn diagnose_also<T>(
     let mut data = data::Data::new(streams, model, plan, file)?;
     data.take_own_lines(&plan.signal.own_lines);
     let searched = until_none_falls(left_out, progress, |without| {
-        let found = settle::find(
+        let found = passes::find(
             &mut data,
             Scope {
                 plan,
@@ -91,7 +95,7 @@ pub fn diagnose_also<T>(
         )?;
         let also = also(&data, &found);
         let mut together = Together::of_one(found);
-        progress("trying the search on this recording");
+        progress("self-test on this recording");
         let tested = together.self_test(None, plan, seed);
         together.release();
         progress("writing the findings");
@@ -105,6 +109,6 @@ pub fn diagnose_also<T>(
     confirmed.set.shown_anyway = shown_anyway;
     let share = confirmed.share(&mut together, &data, 0);
     let mut outcome = findings::outcome(together.of(&data, 0), &share, faults, seed, plan);
-    outcome.diagnosis.tell(tested);
+    outcome.diagnosis.add_self_test(tested);
     Ok(Some((outcome, also)))
 }

@@ -3,7 +3,7 @@
 use rlg_findings::result;
 use rlg_model::Model;
 
-use super::pictures;
+use crate::tiles::pictures;
 
 /// Files and pictures of a diagnosis.
 pub struct Outcome {

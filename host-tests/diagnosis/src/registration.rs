@@ -8,9 +8,9 @@ use rlg_findings::result::{EffectEntry, ParameterEntry, RegistrationEntry};
 use rlg_inference::{Hypothesis, Search};
 use rlg_plan::Plan;
 
-use super::data::Data;
-use super::noise_levels::drift_prior;
-use super::search::Found;
+use crate::rows::data::Data;
+use crate::rows::noise_levels::drift_prior;
+use crate::search::structure::Found;
 
 /// Kinds of the registration; the first stand for their equivalents at the end.
 pub const KINDS: [&str; 9] = [

@@ -65,12 +65,12 @@ impl Diagnosis {
             .filter_map(|one| beyond(one, bounds))
             .collect();
         if !said.is_empty() {
-            self.is_left(said);
+            self.mark_unexplained(said);
         }
     }
 
     /// Changes the verdict to an unexplained residual, for the reasons `said`.
-    pub fn is_left(&mut self, said: Vec<String>) {
+    pub fn mark_unexplained(&mut self, said: Vec<String>) {
         let was = opening(self.verdict);
         self.verdict = match self.verdict {
             Verdict::Matches => Verdict::Unexplained,
@@ -90,13 +90,13 @@ fn beyond(noise: &NoiseEntry, bounds: &InstrumentNoisePlan) -> Option<String> {
     let angle = noise.angle_noise_rad;
     let what = if walk > bounds.most_walk_rad_sqrt_s {
         format!(
-            "an angle random walk of {} \u{b0}/\u{221a}h, and no gyro has more than {}",
+            "an angle random walk of {} \u{b0}/\u{221a}h, above the largest of any gyro, {}",
             number(walk * DEG_SQRT_H),
             number(bounds.most_walk_rad_sqrt_s * DEG_SQRT_H)
         )
     } else if angle > bounds.most_angle_rad {
         format!(
-            "white noise of {} rad in every angle, and no gyro or reference has more than {}",
+            "white angle noise of {} rad, above the largest of any gyro or reference, {}",
             number(angle),
             number(bounds.most_angle_rad)
         )
@@ -104,7 +104,7 @@ fn beyond(noise: &NoiseEntry, bounds: &InstrumentNoisePlan) -> Option<String> {
         return None;
     };
     Some(format!(
-        "What is left of {} would be {what}: it is a mismatch of unknown form, not noise.",
+        "Residual of {}: as noise it would be {what}; it is a mismatch of unknown form, not noise.",
         noise.channel
     ))
 }
@@ -115,7 +115,7 @@ fn beyond(noise: &NoiseEntry, bounds: &InstrumentNoisePlan) -> Option<String> {
 /// `share`: of the motion; `moving_over_still`: power of the residual at the strongest motion over that at the weakest.
 pub fn in_step(share: f64, moving_over_still: f64) -> String {
     format!(
-        "What is left moves with the motion: it is {} % of it, and has {:.0} times the power while the unit moves most of that while it moves least. That is a mismatch of unknown form, not noise; a reference that is computed from these gyros leaves one.",
+        "Residual correlates with the motion: {} % of it, with {:.0} times the power at the largest motion over that at the least. It is a mismatch of unknown form, not noise; a reference computed from these gyros leaves one.",
         share_percent(share),
         moving_over_still
     )
@@ -124,7 +124,7 @@ pub fn in_step(share: f64, moving_over_still: f64) -> String {
 /// Sentence on the size of the residual relative to the motion.
 pub fn beside_motion(share: f64) -> String {
     format!(
-        "What is left is {} % of the motion (root mean squares of turns over 0.1 s).",
+        "Residual: {} % of the motion (root mean square of rotations over 0.1 s).",
         share_percent(share)
     )
 }

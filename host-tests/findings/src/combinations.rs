@@ -153,11 +153,11 @@ pub fn choice<'a>(names: impl Iterator<Item = &'a str>, known: &[Identifiable]) 
         }
     }
     let said: Vec<String> = [
-        (even, "not fixed by the data, written even"),
-        (zero, "not fixed by the data, written as 0"),
+        (even, "not identifiable, set to 0"),
+        (zero, "not identifiable, set to 0"),
         (
             least,
-            "known only together, written as the least that agree",
+            "identifiable only in combination, minimum-norm values",
         ),
     ]
     .into_iter()
@@ -324,10 +324,7 @@ mod tests {
             assert!((value - expected).abs() < 1e-9, "{:?}", written.values);
         }
         let choice = written.choice.expect("two pairs are a choice");
-        assert_eq!(
-            choice,
-            "xy - xz, zx - zy: not fixed by the data, written even"
-        );
+        assert_eq!(choice, "xy - xz, zx - zy: not identifiable, set to 0");
     }
 
     #[test]
@@ -355,6 +352,6 @@ mod tests {
         let written = written(&estimated, &known);
         assert_eq!(written.values, [0.0, 0.2, 0.0]);
         let said = written.choice.expect("a choice");
-        assert_eq!(said, "n0, n2: not fixed by the data, written as 0");
+        assert_eq!(said, "n0, n2: not identifiable, set to 0");
     }
 }

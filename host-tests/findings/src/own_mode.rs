@@ -53,7 +53,7 @@ pub fn sentence(effect: &EffectEntry) -> Option<String> {
         false => format!("{least} to {most}"),
     };
     Some(format!(
-        "{} and {} are one physics here: a block of K = J/k rings at 1/(2π√K), {hz} Hz.",
+        "{} and {} are the same physics: a block with K = J/k resonates at 1/(2π√K), {hz} Hz.",
         capital(&plain(&effect.kind)),
         plain(own)
     ))

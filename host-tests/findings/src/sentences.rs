@@ -10,6 +10,9 @@ pub use crate::numbers::DEG_H;
 /// Matched-filter SNR at which a six-parameter effect is found with a probability of 0.9.
 pub const NEEDED_SNR: f64 = 7.0;
 
+/// Begins the sentence on an effect that was found and rejected.
+pub const REJECTED: &str = "Rejected: ";
+
 /// Begins the sentence on attitudes read in another convention than declared, which a terminal shows, too.
 pub const READ_AS: &str = "Channels: the attitudes are ";
 
@@ -17,18 +20,16 @@ pub const READ_AS: &str = "Channels: the attitudes are ";
 pub fn opening(verdict: Verdict) -> &'static str {
     match verdict {
         Verdict::Matches => {
-            "The model explains this recording: nothing stands above the noise in any band, stretch or gyro."
+            "The model explains this recording: residual within the noise in every band, stretch and gyro."
         }
-        Verdict::Explained => {
-            "The recording differs from its model, and what was left out explains it."
-        }
+        Verdict::Explained => "The recording differs from its model; the effects found explain it.",
         Verdict::PartlyExplained => {
-            "The recording differs from its model; what was found explains part of it."
+            "The recording differs from its model; the effects found explain part of it."
         }
         Verdict::Unexplained => {
-            "The recording differs from its model, and nothing known to the tool explains it."
+            "The recording differs from its model; no effect known to the tool explains it."
         }
-        Verdict::Unusable => "Nothing can be said of this recording.",
+        Verdict::Unusable => "This recording cannot be diagnosed.",
     }
 }
 
@@ -92,21 +93,21 @@ pub fn effect_lines(effect: &EffectEntry) -> Vec<String> {
         .collect();
     if !alike.is_empty() {
         lines.push(format!(
-            "      This recording cannot tell it from {}.",
+            "      Not distinguishable from {} by this recording.",
             alike.join(", ")
         ));
     }
     lines.extend(own_mode::sentence(effect).map(|said| format!("      {said}")));
     match &effect.expression {
         Some(expression) if effect.kind != UNLISTED => lines.push(format!(
-            "      {expression}, which is no effect of the catalogue, explains as much with one number."
+            "      {expression}, outside the catalogue, explains as much with one parameter."
         )),
         None if effect.may_be_unlisted() => lines.push(format!("      {ONLY_DESCRIBED}")),
         _ => {}
     }
     if !against.is_empty() {
         lines.push(format!(
-            "      The gyros alone cannot tell it from {}; gravity, as the accelerometers feel it, speaks against that.",
+            "      Not distinguishable from {} by the gyros alone; rejected by gravity as the accelerometers measure it.",
             against.join(", ")
         ));
     }

@@ -5,7 +5,7 @@ use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_model::{EffectValue, Model, ModelEffect};
 
 /// Writes into an effect the text on its parameters that are a choice.
-pub fn say_choice(effect: &mut ModelEffect, choice: Option<String>) {
+pub fn set_choice(effect: &mut ModelEffect, choice: Option<String>) {
     if let Some(choice) = choice {
         let key = CHOICE_KEY.to_owned();
         effect.parameters.insert(key, EffectValue::Text(choice));

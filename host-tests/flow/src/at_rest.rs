@@ -1,6 +1,7 @@
 //! Unit at rest on the Earth, and the reason for its accelerometers not being tested.
 
-use rlg_diagnosis::{at_rest, data_words};
+use rlg_diagnosis::at_rest;
+use rlg_diagnosis::rows::data_words;
 use rlg_model::DeclaredModel;
 use rlg_recording::error::InputError;
 use rlg_signal::qualify;

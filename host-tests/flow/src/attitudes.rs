@@ -51,7 +51,7 @@ pub(super) fn diagnose(
     }
     let sentences = converted.as_ref().map(|one| one.sentence.clone());
     let sentences = sentences.into_iter().chain(whole.said).collect();
-    outcome.diagnosis.say_first(sentences);
+    outcome.diagnosis.prepend(sentences);
     Ok(outcome)
 }
 

@@ -28,7 +28,8 @@ mod together;
 
 pub use long::{LongRecording, MOST_ROWS};
 pub use rlg_attitude::serves as is_slow;
-pub use rlg_diagnosis::{Outcome, Settings, locate, pictures};
+pub use rlg_diagnosis::tiles::{locate, pictures};
+pub use rlg_diagnosis::{Outcome, Settings};
 pub use rlg_findings::result;
 pub use rlg_force::positions::serves as stands_in_positions;
 pub use rlg_force::without_reference::diagnose_without_reference;
@@ -38,9 +39,9 @@ pub use together::diagnose_together;
 use std::borrow::Borrow;
 use std::path::Path;
 
-use rlg_diagnosis::put_right::Stopped;
-use rlg_diagnosis::read_by_gyros::read_by_gyros;
-use rlg_diagnosis::{data_words, put_right};
+use rlg_diagnosis::residual::reference_noise_from_gyros::read_by_gyros;
+use rlg_diagnosis::rows::channel_correction::Stopped;
+use rlg_diagnosis::rows::{channel_correction, data_words};
 use rlg_force::Part;
 use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;
@@ -101,7 +102,7 @@ pub fn diagnose_under(
     let read = recording.borrow();
     let of = DeclaredModel::new(model, model_file);
     if stands_in_positions(read, &settings.plan) {
-        rlg_diagnosis::model_effects::is_predictable(model, model_file)?;
+        rlg_diagnosis::rows::model_effects::is_predictable(model, model_file)?;
         return rlg_force::positions::diagnose(settings, read, model, progress);
     }
     if is_slow(read, model) {
@@ -116,7 +117,7 @@ pub fn diagnose_under(
     // The tables of a recording given away are freed here; the rows are in the streams.
     drop(recording);
     let mut outcome = diagnose_streams(settings, aligned.streams, of, progress)?;
-    outcome.diagnosis.say_first(aligned.restored);
+    outcome.diagnosis.prepend(aligned.restored);
     Ok(outcome)
 }
 
@@ -169,13 +170,19 @@ pub fn diagnose_streams(
 ) -> Result<Outcome, InputError> {
     let DeclaredModel { model, file } = of;
     let name = streams.piece.recording.clone();
-    let put_right = match put_right::put_right(settings, &mut streams, model, file) {
+    let correction = match channel_correction::correct_channels(settings, &mut streams, model, file)
+    {
         Err(Stopped::Apart(why, _)) => {
-            return Ok(put_right::of_two_motions(&name, settings.seed, &why, model));
+            return Ok(channel_correction::of_two_motions(
+                &name,
+                settings.seed,
+                &why,
+                model,
+            ));
         }
         checked => checked?,
     };
-    rlg_diagnosis::model_effects::is_predictable(model, file)?;
+    rlg_diagnosis::rows::model_effects::is_predictable(model, file)?;
     let found = if streams.at_rest.is_some() {
         at_rest::diagnose(settings, &mut streams, of, progress)?
     } else {
@@ -184,8 +191,8 @@ pub fn diagnose_streams(
     let Some(mut outcome) = found else {
         return Ok(unusable(&name, settings, TOO_FEW_ROWS, model));
     };
-    if let Some(put_right) = put_right {
-        put_right.report(&mut outcome);
+    if let Some(correction) = correction {
+        correction.report(&mut outcome);
     }
     outcome
         .diagnosis

@@ -4,8 +4,8 @@ use std::ops::Range;
 use std::path::Path;
 
 use rlg_diagnosis::long::{self, Long};
-use rlg_diagnosis::model_effects::is_predictable;
-use rlg_diagnosis::search::Found;
+use rlg_diagnosis::rows::model_effects::is_predictable;
+use rlg_diagnosis::search::structure::Found;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;
 use rlg_model::{DeclaredModel, Model, MotionSource};

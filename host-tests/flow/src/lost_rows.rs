@@ -114,7 +114,7 @@ fn sentence(streams: &Streams, lost: LostRows) -> String {
     };
     let lasts_s = lost.rows as f64 / streams.rate_hz;
     format!(
-        "Data: {rows} rows of {rate_hz:.6} Hz ({lasts_s:.4} s) of {who} are missing before row {row} ({at_s:.4} s), where no stamp tells: from there on {who} show what {other} shows {lasts_s:.4} s later. They were put back as unmeasured.",
+        "Data: {rows} rows of {rate_hz:.6} Hz ({lasts_s:.4} s) of {who} are missing before row {row} ({at_s:.4} s), without a gap in the stamps: from there on {who} lead {other} by {lasts_s:.4} s. Inserted as unmeasured.",
         rows = lost.rows,
         rate_hz = streams.rate_hz,
         row = lost.before_row,

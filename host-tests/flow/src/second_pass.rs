@@ -7,6 +7,7 @@
 use std::collections::BTreeSet;
 
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED, Verdict};
+use rlg_findings::sentences::REJECTED;
 use rlg_model::DeclaredModel;
 use rlg_model::catalogue::CATALOGUE;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
@@ -26,7 +27,7 @@ impl Again {
     fn sentence(&self) -> String {
         let Self { kind, number } = self;
         format!(
-            "Not named: {kind}: fitted again from a model that contains it, it returns ({number})."
+            "{REJECTED}{kind}: fitted again from a model that contains it, it returns ({number})."
         )
     }
 }

@@ -1,9 +1,10 @@
 //! Several recordings of one unit.
 
-use rlg_diagnosis::model_effects::is_predictable;
-use rlg_diagnosis::put_right::{PutRight, put_right};
-use rlg_diagnosis::search::Found;
-use rlg_diagnosis::{data_words, several};
+use rlg_diagnosis::rows::channel_correction::{ChannelCorrection, correct_channels};
+use rlg_diagnosis::rows::data_words;
+use rlg_diagnosis::rows::model_effects::is_predictable;
+use rlg_diagnosis::search::structure::Found;
+use rlg_diagnosis::several;
 use rlg_findings::result::ParameterEntry;
 use rlg_force::Part;
 use rlg_force::reference::measured_noise;
@@ -40,7 +41,7 @@ pub fn diagnose_together(
         .collect();
     let mut turned = Vec::with_capacity(aligned.len());
     for streams in &mut aligned {
-        turned.push(put_right(settings, streams, model, file)?);
+        turned.push(correct_channels(settings, streams, model, file)?);
     }
     progress("qualifying the data");
     let mut all = Vec::with_capacity(aligned.len());
@@ -79,7 +80,7 @@ pub fn diagnose_together(
         .diagnosis
         .judge_noise(&settings.plan.findings.instruments);
     let restored = named(&names, restored);
-    outcome.diagnosis.say_first(restored.collect());
+    outcome.diagnosis.prepend(restored.collect());
     outcome.diagnosis.summary.extend(named(&names, lines));
     report_corrections(&mut outcome, &names, turned);
     Ok(outcome)
@@ -94,7 +95,11 @@ fn named(names: &[String], sentences: Vec<Vec<String>>) -> impl Iterator<Item = 
 }
 
 /// Reports the corrected channels of each recording, with its name among the parameters.
-fn report_corrections(outcome: &mut Outcome, names: &[String], corrections: Vec<Option<PutRight>>) {
+fn report_corrections(
+    outcome: &mut Outcome,
+    names: &[String],
+    corrections: Vec<Option<ChannelCorrection>>,
+) {
     for (name, turned) in names.iter().zip(corrections) {
         let Some(turned) = turned else {
             continue;
@@ -117,7 +122,7 @@ fn distinct(all: &[Streams]) -> Result<(), InputError> {
         if all[..place].iter().any(|one| one.piece.recording == *name) {
             return Err(
                 InputError::new(name, "has the name of another recording of this list")
-                    .expected("names that tell the recordings apart (name in recording.toml)"),
+                    .expected("distinct names of the recordings (name in recording.toml)"),
             );
         }
     }

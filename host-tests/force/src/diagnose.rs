@@ -3,8 +3,8 @@
 use rlg_plan::{AlignPlan, Plan};
 use std::ops::Range;
 
-use rlg_diagnosis::noise_levels::first_levels;
-use rlg_diagnosis::regimes::{Regime, intersect, regimes_of};
+use rlg_diagnosis::rows::noise_levels::first_levels;
+use rlg_diagnosis::tiles::regimes::{Regime, intersect, regimes_of};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_inference::{Drift, NoiseLevels, Observations};
 use rlg_model::{Model, ModelEffect};
@@ -181,7 +181,7 @@ pub fn why_not_at_rest(streams: &Streams) -> String {
         format!(" ({ratio:.6} of the site's gravity)")
     });
     format!(
-        "the unit stood still, and the accelerometers show one number there, the length of the force{length}, in which bias, scale error and a wrong gravity are the same"
+        "at rest the accelerometers measure one number, the magnitude of the specific force{length}: bias, scale error and an error of local g are not distinguishable"
     )
 }
 
@@ -318,7 +318,7 @@ fn prepare(parts: &[Part], asked: &Asked) -> Result<Rows, String> {
         let site = (one.site, asked.model.earth_rate_in_reference);
         let far = plan.force.far_from_gravity;
         let vertical = Vertical::new(&readings, &carried, site, &used, far)
-            .ok_or("the specific force is not the site's gravity carried about by the reference")?;
+            .ok_or("specific force inconsistent with gravity transported by the reference")?;
         verticals.push(vertical);
     }
     let scale_error = asked

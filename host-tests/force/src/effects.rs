@@ -6,7 +6,7 @@ use nalgebra::{DMatrix, DVector};
 use rlg_findings::combinations::{Number, Written, identifiable, written};
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::{EffectEntry, EvidenceEntry, ParameterEntry, UNLISTED};
-use rlg_findings::updated_model::say_choice;
+use rlg_findings::updated_model::set_choice;
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_plan::ForcePlan;
 use rlg_signal::axes::AXES;
@@ -156,7 +156,7 @@ impl Diagnosed {
         if judged.cost_against_drift < self.plan.judgement.drift_within {
             alike.push(DRIFT.to_string());
             what_was_left_out.push_str(
-                " A drifting accelerometer explains it as well: a longer record, or a second cycle of what drives it, would decide.",
+                " Not distinguishable from accelerometer drift: a longer record, or a second cycle of its cause, would decide.",
             );
         }
         let mut expression = None;
@@ -238,7 +238,7 @@ impl Diagnosed {
                 return String::new();
             };
             return format!(
-                "Accelerometer {} follows {}, which is no effect of the catalogue: an expression in measured channels, found by search.",
+                "Accelerometer {} follows {}, outside the catalogue: an expression in measured channels, found by search.",
                 AXES[axis],
                 column.text()
             );
@@ -246,10 +246,10 @@ impl Diagnosed {
         let is_equal = are_equal(values, covariance, &self.plan.force);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
-                " All three are the same within their spread: a wrong gravity of the site would look like this too."
+                " All three are equal within their σ: confounded with local g."
             }
             DELAY if is_equal => {
-                " All three are the same within their spread: a reference that is early, with gyros as early, would look like this too."
+                " All three are equal within their σ: confounded with a reference and gyros that are early by the same time."
             }
             _ => "",
         };
@@ -265,7 +265,7 @@ impl Diagnosed {
             kind: self.candidate(place).kind.to_string(),
             parameters: numbers.collect(),
         };
-        say_choice(&mut effect, choice);
+        set_choice(&mut effect, choice);
         effect
     }
 }

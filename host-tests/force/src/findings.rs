@@ -2,17 +2,18 @@
 
 use std::ops::Range;
 
-use rlg_diagnosis::locate::{self, Location};
-use rlg_diagnosis::noise_levels::reported;
-use rlg_diagnosis::noise_spectrum::Noise;
-use rlg_diagnosis::self_test::{FoundSet, Reach, Row, self_test_on, tell_also};
-use rlg_diagnosis::validate::{Validation, drift_chance, validate};
-use rlg_diagnosis::{Outcome, entries_of_rows};
+use rlg_diagnosis::Outcome;
+use rlg_diagnosis::rows::entries_of_rows;
+use rlg_diagnosis::rows::noise_levels::reported;
+use rlg_diagnosis::self_test::{FoundSet, Reach, Row, add_other_self_test, self_test_on};
+use rlg_diagnosis::tiles::held_out_figures::{Validation, drift_chance, validate};
+use rlg_diagnosis::tiles::locate::{self, Location};
+use rlg_diagnosis::tiles::noise_spectrum::Noise;
 use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, EffectEntry, ForceNoiseEntry, LocationEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
-use rlg_findings::sentences::{NEEDED_SNR, effect_lines, opening};
+use rlg_findings::sentences::{NEEDED_SNR, REJECTED, effect_lines, opening};
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::{Columns, Drift};
 use rlg_signal::axes::{AXES, Triad, add};
@@ -87,7 +88,7 @@ impl Diagnosed {
         diagnosis.runners_up.extend(self.runners_up());
         diagnosis.not_excluded.extend(self.not_excluded());
         let tested = self.self_test(diagnosis.seed);
-        tell_also(diagnosis, tested);
+        add_other_self_test(diagnosis, tested);
         let confused = (0..self.confirmed.named.len())
             .find(|&place| !self.alike(place).is_empty() && self.candidate(place).kind != UNLISTED);
         if let Some(kind) = confused.and_then(|place| kind_of(self.candidate(place))) {
@@ -190,7 +191,7 @@ impl Diagnosed {
             ..unlisted(
                 String::new(),
                 format!(
-                    "Accelerometer {axis}{of} shows more than its noise between {from_s:.1} and {to_s:.1} s, {low_hz:.1} to {high_hz:.0} Hz, and no entry of the catalogue explains it."
+                    "Residual of accelerometer {axis}{of} between {from_s:.1} and {to_s:.1} s at {low_hz:.1} to {high_hz:.0} Hz: not explained by any effect of the catalogue."
                 ),
             )
         }
@@ -244,14 +245,14 @@ impl Diagnosed {
         for &place in &self.confirmed.unconfirmed {
             let member = self.found.fit.members[place];
             lines.push(format!(
-                "Not named: {}: it does not hold in every stretch of the rows.",
+                "{REJECTED}{}: fails blocked cross-validation.",
                 self.found.candidates[member].kind
             ));
         }
         for &place in &self.confirmed.undescribed {
             let member = self.found.fit.members[place];
             lines.push(format!(
-                "Not named: {}: it is no more than what an expression beside it, which only describes, may leave of its cause.",
+                "{REJECTED}{}: within the remainder that an expression found with it may leave of its cause.",
                 self.found.candidates[member].kind
             ));
         }
@@ -260,7 +261,7 @@ impl Diagnosed {
                 < self.plan.force.improved * one.before.drift_rad_s.abs();
             if falls && drift_chance(&one.before) < self.plan.judgement.unexplained {
                 lines.push(format!(
-                    "Proof: on held-out time the mean error of accelerometer {} falls from {:.2} to {:.2} ± {:.2} µg.",
+                    "Held-out time: mean error of accelerometer {} falls from {:.2} to {:.2} ± {:.2} µg.",
                     AXES[one.axis],
                     one.before.drift_rad_s * MICRO_G,
                     one.after.drift_rad_s * MICRO_G,
@@ -277,7 +278,7 @@ impl Diagnosed {
             .filter(|(_, micro_g)| *micro_g >= 0.005)
         {
             lines.push(format!(
-                "Drift: accelerometer {} wanders by {micro_g:.2} µg (one standard deviation) over the recording, which the model's noise does not; a bias of that size would hide in it.",
+                "Drift: accelerometer {} by {micro_g:.2} µg (1 σ) over the recording, above the model's noise; it conceals a bias of that size.",
                 AXES[axis],
             ));
         }
@@ -285,7 +286,7 @@ impl Diagnosed {
             let ratio = declared.map_or(0.0, |declared| shown.noise[axis].theta[0] / declared);
             if ratio > self.plan.judgement.excess_ratio {
                 lines.push(format!(
-                    "Accelerometer {} is {:.2} times as noisy as the model says.",
+                    "Noise of accelerometer {} is {:.2} times the model's.",
                     AXES[axis],
                     ratio.sqrt()
                 ));
@@ -293,7 +294,7 @@ impl Diagnosed {
         }
         lines.extend(self.carried_s.iter().map(|(name, [from_s, to_s])| {
             let of = name.as_ref().map_or_else(String::new, |name| format!(" of {name}"));
-            format!("The accelerometers{of} are compared between {from_s:.1} and {to_s:.1} s: beyond, the reference was lost and the attitude with it.")
+            format!("Accelerometers{of} compared between {from_s:.1} and {to_s:.1} s only: beyond, the reference was lost and with it the attitude.")
         }));
         lines
     }
@@ -330,14 +331,14 @@ impl Diagnosed {
             let snr = self.shows(kind);
             (snr < NEEDED_SNR).then(|| {
                 format!(
-                    "{}: of typical size ({:.0e} {}) it would show here at an SNR of {snr:.1}",
+                    "{}: at its typical size ({:.0e} {}) its SNR here is {snr:.1}",
                     kind.kind, kind.typical, kind.unit
                 )
             })
         });
         let shaken = (!self.shaken.is_empty()).then(|| {
             format!(
-                "accelerometer effects in {}: these stretches show forces that neither gravity nor rotation predicts (the case was shaken along a line); they were left out, and what goes with such a force cannot be told from it",
+                "accelerometer effects in {}: forces predicted neither by gravity nor by rotation (linear vibration of the case); these stretches were excluded, and effects correlated with such a force are not distinguishable from it",
                 self.shaken.join(", ")
             )
         });

@@ -82,7 +82,7 @@ pub static KINDS: &[Kind] = &[
         largest: 0.05,
         typical: 1e-4,
         everyday: true,
-        meaning: "The accelerometer reads a fixed share too much or too little of the force.",
+        meaning: "The accelerometer has a scale error: its reading is off by a fixed share of the force.",
         experiment: "Turn each axis from up to down: a scale error then changes its sign and a bias does not.",
     },
     Kind {
@@ -93,7 +93,7 @@ pub static KINDS: &[Kind] = &[
         largest: 0.05,
         typical: 1e-4,
         everyday: true,
-        meaning: "The accelerometers do not point where the model says: each feels a small share of the forces along the other axes.",
+        meaning: "The accelerometers are misaligned against the model: each senses a small share of the forces along the other axes.",
         experiment: "Roll the unit about two axes through full turns: each accelerometer must then show gravity along both others.",
     },
     Kind {
@@ -105,7 +105,7 @@ pub static KINDS: &[Kind] = &[
         typical: 1e-6,
         everyday: false,
         meaning: "The accelerometer is not linear: its error grows with the square of the force, upwards and downwards alike.",
-        experiment: "Turn each axis slowly from up over level to down: three forces tell the square from bias and scale.",
+        experiment: "Turn each axis slowly from up over level to down: three forces separate the square from bias and scale.",
     },
     Kind {
         kind: DELAY,
@@ -115,7 +115,7 @@ pub static KINDS: &[Kind] = &[
         largest: 0.1,
         typical: 1e-3,
         everyday: true,
-        meaning: "The accelerometer channel is late (or early) against the motion by a fixed time that the model does not know.",
+        meaning: "The accelerometer channel is late (or early) against the motion by a fixed time that the model does not contain.",
         experiment: "Rock or tumble the unit at two speeds, so that gravity moves through its axes: a delay shows in proportion.",
     },
     Kind {
@@ -126,7 +126,7 @@ pub static KINDS: &[Kind] = &[
         largest: 1.0,
         typical: 0.03,
         everyday: true,
-        meaning: "The accelerometers sit away from the centre of rotation, and feel that the case turns: the model puts all three in one point. Arms that all three share are the distance of the unit from the axes it is turned about.",
+        meaning: "The accelerometers are away from the centre of rotation and sense the rotation of the case: the model places all three in one point. Arms common to all three are the distance of the unit from its axes of rotation.",
         experiment: "Oscillate about each axis in turn, and spin about each: angular acceleration shows the arms across an axis, spinning those towards it.",
     },
 ];
@@ -141,8 +141,8 @@ pub static REFERENCE_KINDS: &[Kind] = &[
         largest: 0.3,
         typical: 1e-4,
         everyday: true,
-        meaning: "The reference as a whole is turned against the unit by small angles that the model does not know.",
-        experiment: "Turn the case about each axis through full turns, up and down: gravity then tells the reference's axes from the gyros'.",
+        meaning: "The reference is rotated against the unit by small angles that the model does not contain.",
+        experiment: "Turn the case about each axis through full turns, up and down: gravity then separates the reference's axes from the gyros'.",
     },
     Kind {
         kind: "reference_delay",
@@ -152,7 +152,7 @@ pub static REFERENCE_KINDS: &[Kind] = &[
         largest: 0.1,
         typical: 1e-4,
         everyday: true,
-        meaning: "The reference's rows are late against the unit by a fixed time that the model does not know.",
+        meaning: "The reference's rows are late against the unit by a fixed time that the model does not contain.",
         experiment: "Oscillate at several frequencies: the error of a delay grows with the rate of change.",
     },
     Kind {
@@ -163,7 +163,7 @@ pub static REFERENCE_KINDS: &[Kind] = &[
         largest: 0.1,
         typical: 1e-5,
         everyday: true,
-        meaning: "The reference reads a fixed share too much or too little of the case's turning.",
+        meaning: "The reference has a scale error: its reading is off by a fixed share of the case's rotation.",
         experiment: "Turn the case about each axis through many full turns: gravity then returns, and counts them.",
     },
 ];

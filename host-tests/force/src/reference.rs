@@ -2,7 +2,7 @@
 
 use nalgebra::Vector3;
 use rlg_catalogue::signals::AXES;
-use rlg_diagnosis::case_motion::Motion;
+use rlg_diagnosis::alignment::case_motion::Motion;
 use rlg_inference::{Dct, NoiseBasis, NoiseLevels, Observations};
 use rlg_model::{Model, ModelEffect};
 use rlg_plan::{ForcePlan, GatePlan};

@@ -6,9 +6,9 @@
 
 use std::ops::Range;
 
-use rlg_diagnosis::locate::band_edges_hz;
-use rlg_diagnosis::noise_levels::first_levels;
-use rlg_diagnosis::regimes::{Regime, intersect};
+use rlg_diagnosis::rows::noise_levels::first_levels;
+use rlg_diagnosis::tiles::locate::band_edges_hz;
+use rlg_diagnosis::tiles::regimes::{Regime, intersect};
 use rlg_findings::result::UNLISTED;
 use rlg_inference::evaluate::{Effort, evaluate, residual_power};
 use rlg_inference::{Drift, Fit, Hypothesis, NoiseLevels};

@@ -2,7 +2,8 @@
 
 use std::ops::Range;
 
-use rlg_diagnosis::{Outcome, Settings, data_words};
+use rlg_diagnosis::rows::data_words;
+use rlg_diagnosis::{Outcome, Settings};
 use rlg_findings::numbers::number;
 use rlg_findings::sentences::DEG_H;
 use rlg_inference::Dct;

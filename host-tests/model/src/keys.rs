@@ -6,7 +6,7 @@ use rlg_recording::keys::{Key, key};
 #[rustfmt::skip]
 pub const KEYS: &[Key] = &[
     key("", "format", "", "must be there", "1: the form that this page describes"),
-    key("motion", "source", "", "reference", "what says how the case moves: `reference`, the recording's channels, or `static`, at rest at its site"),
+    key("motion", "source", "", "reference", "source of the case's motion: `reference`, the recording's channels, or `static`, at rest at its site"),
     key("motion", "earth_rate", "", "false", "whether the reference already contains the Earth's rotation"),
     key("gyro", "pulse_weight_rad", "rad", "counts need it", "angle of one pulse, x, y, z"),
     key("gyro", "bias_rad_s", "rad/s", "0, 0, 0", "bias, x, y, z"),
@@ -15,7 +15,7 @@ pub const KEYS: &[Key] = &[
     key("gyro", "rate_random_walk_rad_s_sqrt_s", "rad/s/√s", "unknown: drift is possible", "K of IEEE 952, x, y, z"),
     key("gyro", "flicker_rad_s", "rad/s", "unknown: drift is possible", "B of IEEE 952, x, y, z"),
     key("gyro", "installation_rad", "rad", "0 for each", "ε_ij0 of Eq. (7), signs as there: `{ xy, xz, yx, yz, zx, zy }`, tilt of gyro i about axis j"),
-    key("dither", "pickoff_gain", "1", "1, 1, 1", "what the pickoff says over what the block turns, x, y, z"),
+    key("dither", "pickoff_gain", "1", "1, 1, 1", "reading of the pickoff over the rotation of the block, x, y, z"),
     key("dither", "pickoff_noise_rad", "rad", "0, 0, 0", "white noise of a pickoff's reading, x, y, z"),
     key("reference", "angle_noise_rad", "rad", "measured", "white noise of the reference's angle"),
     key("reference", "angle_random_walk_rad_sqrt_s", "rad/√s", "measured", "angle random walk of the reference"),

@@ -202,6 +202,6 @@ def test_the_allan_deviation_of_real_ring_laser_units_is_allantools(command, rec
 
     assert_curve_is_allantools(rest)
     # What lines, bands and bursts leave of a gyro is noise of these terms, or it is said not to be, and none is stated.
-    [unlike] = [line for line in rest.printed.splitlines() if line.startswith("Not noise yet on held-out time")]
+    [unlike] = [line for line in rest.printed.splitlines() if line.startswith("Held-out residual exceeds its noise")]
     for one in rest.diagnosis["noise"]:
         assert ("terms" in one) != (one["channel"].replace("_", " ") in unlike), one["channel"]

@@ -27,7 +27,7 @@ const SHOWN_E8: f64 = 15.0;
 pub fn page(calibration: &Calibration) -> String {
     let main = html! {
             header {
-                p.kicker { "How far do the dither suspensions bend?" }
+                p.kicker { "Flexure of the dither suspensions" }
                 h1 { "Calibration of K" }
             }
             section {
@@ -35,7 +35,7 @@ pub fn page(calibration: &Calibration) -> String {
                 @for line in &calibration.summary { p { (line) } }
             }
             section {
-                h2 { "What is known of each gyro" }
+                h2 { "Estimates of each gyro" }
                 p {
                     "95 % ellipses of its two coefficients, in 10" sup { "−8" } " s²: blue for all
                     recordings together, orange for each alone. A band means that only the sum is known."

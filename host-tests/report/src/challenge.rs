@@ -31,7 +31,7 @@ pub fn page(scores: &Scores, json: &str) -> String {
     let met = judged.iter().filter(|mark| mark.met == Some(true)).count();
     let main = html! {
         header {
-            p.kicker { "What does the mismatch tool find when nobody tells it?" }
+            p.kicker { "Blind test of the diagnosis" }
             h1 { "Blind challenge, seed " (scores.plan.seed) }
             p.verdict { (met) " of " (judged.len()) " marks met" }
             p.lead {
@@ -69,7 +69,7 @@ pub fn page(scores: &Scores, json: &str) -> String {
         }
         section { h2 { "Effect-free records" } (nulls(&scores.nulls)) }
         section { h2 { "By kind, ρ ≥ " (NAMEABLE) } (kinds(&scores.by_kind)) }
-        section { h2 { "Concealed, and what was said" } (confusion(&scores.confusion)) }
+        section { h2 { "Concealed and reported effects" } (confusion(&scores.confusion)) }
         @if !scores.to_repeat.is_empty() {
             section {
                 h2 { "Wrong, to repeat" }

@@ -7,7 +7,7 @@ use super::allan;
 use super::beside::Beside;
 use super::chart::{Chart, Ink, Line};
 use super::words::{ARCSEC_PER_RAD, DEG_H_PER_RAD_S};
-use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::Diagnosis;
 use rlg_recording::AXES;
 
@@ -17,7 +17,7 @@ const MOST_POINTS: usize = 1500;
 /// Name of the line after the correction, with or without one before it.
 fn after(both: bool) -> &'static str {
     if both {
-        "after: with what was found"
+        "after: with the effects found"
     } else {
         "residual"
     }
@@ -26,7 +26,7 @@ fn after(both: bool) -> &'static str {
 /// Lines before (if `both`) and after.
 fn before_and_after(before: Vec<f64>, values: Vec<f64>, both: bool) -> Vec<Line> {
     let before = Line {
-        name: "before: the model as it was",
+        name: "before: the model as given",
         ink: Ink::Before,
         values: before,
     };

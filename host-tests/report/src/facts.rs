@@ -12,7 +12,7 @@ const MOST_INTERVALS: usize = 20;
 pub fn facts(diagnosis: &Diagnosis) -> Markup {
     html! {
         section {
-            h2 { "What this rests on" }
+            h2 { "Data and method" }
             @let several = &diagnosis.fit.recordings;
             (recordings(several))
             @if several.is_empty() && !diagnosis.fit.fitted_on.is_empty() {
@@ -25,7 +25,7 @@ pub fn facts(diagnosis: &Diagnosis) -> Markup {
                 p {
                     b { "All other rows " }
                     "in sums, " (whole.blocks_per_s) " a second: " (seconds(whole.fitted_blocks_s)) " s fitted, "
-                    (seconds(whole.held_out_blocks_s)) " s held out. The intervals above were looked at row by row; places "
+                    (seconds(whole.held_out_blocks_s)) " s held out. The intervals above were analysed row by row; places "
                     "below " (0.5 * whole.blocks_per_s) " Hz, plots, drifts and their noise are of the sums."
                 }
             }
@@ -44,7 +44,7 @@ fn recordings(several: &[RecordingEntry]) -> Markup {
     html! {
         @if !several.is_empty() {
             div.scroll { table {
-                thead { tr { th { "recording" } th { "fitted [s]" } th { "held out [s]" } th { "power left, gyro x" } th { "y" } th { "z" } } }
+                thead { tr { th { "recording" } th { "fitted [s]" } th { "held out [s]" } th { "residual power, gyro x" } th { "y" } th { "z" } } }
                 tbody { @for one in several { tr {
                     td { (one.recording) }
                     td.number { @if one.held_out_whole { "none" } @else { (seconds_of(&one.fitted_on)) } }
@@ -54,7 +54,7 @@ fn recordings(several: &[RecordingEntry]) -> Markup {
                     }
                 } } }
             } }
-            p.note { "Power on held-out time over the noise, after what was found; 1 = noise alone. Plots over time are of " (several[0].recording) "." }
+            p.note { "Residual power on held-out time over the noise, after the effects found; 1 = noise alone. Plots over time are of " (several[0].recording) "." }
         }
     }
 }

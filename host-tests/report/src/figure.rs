@@ -18,7 +18,7 @@ use super::plot::{
     AFTER, Area, Axes, BEFORE, Drawn, FINE, HELD_OUT, INK, builder, drawing, frame, range,
 };
 use super::words::{display_unit, number, plain, spaced, with_spread};
-use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::Diagnosis;
 use rlg_recording::AXES;
 

@@ -36,7 +36,7 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
     html! {
         @if !diagnosis.effects.is_empty() {
             section {
-                h2 { "What was left out" }
+                h2 { "Effects found" }
                 @let faults = fault_groups(diagnosis);
                 @let is_grouped = |effect: &EffectEntry| faults.iter().any(|(_, all)| all.iter().any(|one| std::ptr::eq(*one, effect)));
                 @let effects = diagnosis.effects.iter().filter(|effect| !is_grouped(effect));
@@ -123,7 +123,7 @@ fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
         @if let Some(expression) = &effect.expression {
             @match effect.kind.as_str() {
                 "unlisted" => p { "Expression: " code { (expression) } },
-                _ => p.caution { "Explains as much with one number, and is no effect of the catalogue: " code { (expression) } },
+                _ => p.caution { "Outside the catalogue, explains as much with one parameter: " code { (expression) } },
             }
         }
         @if effect.expression.is_none() && effect.may_be_unlisted() {
@@ -132,20 +132,20 @@ fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
         @if !alike.is_empty() {
             p.caution {
                 b { "Not distinguishable: " }
-                "this recording cannot tell it from "
+                "by this recording, from "
                 @for (place, kind) in alike.iter().enumerate() {
                     @if place > 0 { ", " }
                     (plain(kind))
                 }
-                ". Either, or a mixture, gives what was measured."
+                ". Either, or a mixture, fits the data."
             }
         }
         @if let Some(said) = own_mode::sentence(effect) { p.note { (said) } }
         @if !effect.gravity_speaks_against.is_empty() {
             p.note {
-                "The gyros alone cannot tell it from "
+                "Not distinguishable by the gyros alone from "
                 (effect.gravity_speaks_against.iter().map(|kind| plain(kind)).collect::<Vec<_>>().join(", "))
-                "; gravity, as the accelerometers feel it, speaks against that."
+                "; rejected by gravity as the accelerometers measure it."
             }
         }
         @if effect.log_evidence_gain > 0.0 {
@@ -182,8 +182,8 @@ fn held_against(evidence: &EvidenceEntry, of: &str) -> Markup {
             @if evidence.reenactments > 0 {
                 " Simulated " (evidence.reenactments)
                 @if evidence.reenactments == 1 { " time" } @else { " times" }
-                " without it, the recording shows it with a squared size of " (number(rounded(evidence.inflation)))
-                " σ² a number; its σ promise 1."
+                " without it (parametric bootstrap), its squared estimate is " (number(rounded(evidence.inflation)))
+                " σ² per parameter; expected is 1."
             }
         }
     }
@@ -242,7 +242,7 @@ fn known(effect: &EffectEntry) -> Markup {
     html! {
         @for (name, value) in texts { p { (name) ": " code { (value) } } }
         @if combined {
-            h4 { "What the recording fixes" }
+            h4 { "Identifiable combinations" }
             (significant(
                 effect.identifiable.iter().map(|fixed| (combination(&fixed.combination), fixed.value, fixed.std)),
                 (factor, &unit),
@@ -254,7 +254,7 @@ fn known(effect: &EffectEntry) -> Markup {
                 (p.name.to_owned(), p.value * own / factor, p.std * own / factor)
             });
             @if combined {
-                details { summary { "Single values, as they stand in the model" } (values(single, (factor, &unit))) }
+                details { summary { "Single values, as written in the model" } (values(single, (factor, &unit))) }
             } @else { (significant(single, (factor, &unit))) }
         }
         (correlations::table(effect))
@@ -275,15 +275,15 @@ fn caution(effect: &EffectEntry) -> Markup {
     html! {
         @if effect.identifiable.len() < parameters.len() {
             p.caution {
-                b { "The single values are not known. " }
-                "The recording fixes " (effect.identifiable.len()) " combinations of " (parameters.len())
-                " numbers; the single values are one choice among many that fit as well, that of least harm: even pairs, and nothing that is not known."
+                b { "The single values are not identifiable. " }
+                "The recording identifies " (effect.identifiable.len()) " combinations of " (parameters.len())
+                " parameters; the single values are one choice among many that fit as well, that of minimum norm."
             }
         } @else if ratio > BETTER_KNOWN_RATIO {
             p.caution {
                 b { "Use the combinations, not the single values. " }
                 "The best of them (" (better) ") is known " (format!("{ratio:.1}"))
-                " times better than the single values it is made of."
+                " times better than its single values."
             }
         }
     }
@@ -343,7 +343,7 @@ fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, 
                         td.number {
                             @if std > 0.0 {
                                 (format!("{:.1} σ", (value / std).abs()))
-                                @if (value / std).abs() < SIGNIFICANT_SIGMAS { ", not told from 0" }
+                                @if (value / std).abs() < SIGNIFICANT_SIGMAS { ", not distinguishable from 0" }
                             }
                         }
                     }
@@ -368,9 +368,9 @@ fn regimes(regimes: &[RegimeEntry]) -> Markup {
     html! {
         @if !shown.is_empty() {
             details {
-            summary { "The same everywhere? Its size in " (regimes.len()) " kinds of motion" }
+            summary { "Consistency: its size in " (regimes.len()) " kinds of motion" }
             p.note {
-                "Its amplitude in each kind of motion, 1 (the line) being the value above; a wrong name would not fit all of them."
+                "Its amplitude in each kind of motion relative to the value above (1, the line); a wrong name would not fit all of them."
                 @if shown.len() < regimes.len() {
                     " Shown are the " (shown.len()) " of " (regimes.len()) " that differ most."
                 }

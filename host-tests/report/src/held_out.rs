@@ -24,7 +24,7 @@ pub fn held_out(diagnosis: &Diagnosis, spectra: &[Chart], places: &Markup) -> Ma
         div.tables {
             @if !channels.is_empty() {
                 section {
-                    h2 { @if both { "Before and after, on time that was not fitted" } @else { "The residual" } }
+                    h2 { @if both { "Held-out time, before and after" } @else { "The residual" } }
                     (table(channels, both))
                     (coherence(diagnosis))
                 }
@@ -121,7 +121,7 @@ fn table(channels: &[ChannelEntry], both: bool) -> Markup {
             }
             ", then over everything held out."
             @if let Some(said) = quieter(channels) { " Below " (QUIET) ": " (said) "." }
-            " White: chance that a residual without structure looks like this."
+            " White: p-value of the residual as white noise."
         }
     }
 }

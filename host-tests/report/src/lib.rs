@@ -41,7 +41,7 @@ use maud::{DOCTYPE, Markup, PreEscaped, html};
 
 use beside::Beside;
 use chart::{Chart, Numbers};
-use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{Diagnosis, Verdict};
 
 /// Complete page of a diagnosis alone.

@@ -6,14 +6,11 @@ use super::cell_marks::log_bar;
 use super::self_test::self_test;
 use super::words::{Scale, number, plain, raised};
 use rlg_findings::result::{Diagnosis, RunnerUp, SelfTestEntry, Sensitivity, Verdict};
-use rlg_findings::sentences::NEEDED_SNR;
+use rlg_findings::sentences::{NEEDED_SNR, REJECTED};
 
 /// Difference of ln evidence below which another name is not ruled out: odds of 150 to 1, "very strong" on Kass and
 /// Raftery's scale.
 const DECISIVE_GAIN: f64 = 5.0;
-
-/// Start of a summary line about a rejected name.
-const NOT_NAMED_PREFIX: &str = "Not named: ";
 
 /// Start of a summary line about noise that drifts.
 const DRIFTS: &str = "Drift: ";
@@ -23,7 +20,7 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
     let summary = diagnosis.summary.iter();
     let refused = summary
         .clone()
-        .filter_map(|line| line.strip_prefix(NOT_NAMED_PREFIX));
+        .filter_map(|line| line.strip_prefix(REJECTED));
     let refused: Vec<&str> = refused.collect();
     let drifts: Vec<&String> = summary.filter(|line| line.starts_with(DRIFTS)).collect();
     let behind = if diagnosis.effects.is_empty() {
@@ -42,7 +39,7 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
     }
     html! {
         section {
-            h2 { "What else was considered" }
+            h2 { "Alternatives considered" }
             @for line in &drifts { p { (line) } }
             @if !refused.is_empty() {
                 ul { @for line in &refused { li { (line) } } }
@@ -54,7 +51,7 @@ pub fn considered(diagnosis: &Diagnosis) -> Markup {
                 p { b { "Disfavoured" } " by this recording, which would show them: " (rivals(&disfavoured)) "." }
             }
             @if !open.is_empty() || !disfavoured.is_empty() {
-                p.note { "In brackets: by how much the ln evidence falls where it takes the place of the finding nearest to it; 5 is odds of 150 to 1." }
+                p.note { "In brackets: loss of ln evidence where it replaces the nearest finding; 5 is odds of 150 to 1." }
             }
         }
     }
@@ -95,15 +92,15 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
     html! {
         @if !reach.is_empty() {
             section {
-                h2 { "How sensitive this recording is" }
+                h2 { "Sensitivity of this recording" }
                 details open[diagnosis.effects.is_empty()] {
-                summary { "What would have been found, kind by kind" }
+                summary { "Detectable size of each kind" }
                 p {
                     @if diagnosis.verdict == Verdict::Matches {
-                        "Nothing was found. That is worth as much as what would have been found. "
+                        "No effect was found: those present are below the detectable sizes. "
                     }
-                    "Below, each kind at a size that such instruments show, with the signal-to-noise ratio that this recording's motion and noise give the one of its numbers that shows best. "
-                    "From " (number(NEEDED_SNR)) " on (the line; logarithmic scale) it is found reliably; the last column is the size at which that happens, for the number that shows best and for the one that shows worst."
+                    "Each kind at a size typical of such instruments, with the signal-to-noise ratio of its best determined parameter under this recording's motion and noise. "
+                    "From " (number(NEEDED_SNR)) " on (the line; logarithmic scale) it is found reliably; the last column is the size at which that happens, for the best and for the worst determined parameter."
                 }
                 div.scroll { table.bars.reach {
                     thead { tr { th { "kind" } th { "typical size" } th { "signal to noise" } th {} th { "found from" } } }

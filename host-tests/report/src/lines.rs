@@ -5,7 +5,7 @@ use maud::{Markup, html};
 use super::words::{display_unit, number, with_spread};
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry};
 
-/// True if an effect is a steady line on several gyros.
+/// True if an effect is a spectral line on several gyros.
 pub fn is_line(effect: &EffectEntry) -> bool {
     let expression = effect.expression.as_deref();
     expression.is_some_and(|text| text.starts_with("sine(") || text.starts_with("line("))
@@ -28,7 +28,7 @@ pub fn table(diagnosis: &Diagnosis) -> Markup {
     html! {
         @if !lines.is_empty() {
             article {
-                h3 { "steady lines " code { "unlisted" } }
+                h3 { "spectral lines " code { "unlisted" } }
                 p { "Frequencies in hertz of the nominal clock. Amplitudes on the fitted rows; a line is here only if it keeps its phase through them, or follows others that do." }
                 (rows(strong))
                 @if !weak.is_empty() {

@@ -12,8 +12,8 @@ use super::chart::Numbers;
 use super::curves::time_range;
 use super::plot::{Axes, FINE, INK, builder, frame, plot};
 use super::words::number;
-use rlg_diagnosis::locate::Tile;
-use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::tiles::locate::Tile;
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_recording::AXES;
 
 /// Height of a map \[page pixels\].

@@ -42,7 +42,7 @@ pub fn page(navigation: &Navigation) -> String {
     let with_reference = navigation.after.0.attitude_error_rad.is_some();
     let main = html! {
             header {
-                p.kicker { "What does a navigator make of it?" }
+                p.kicker { "Effect on navigation" }
                 h1 { (navigation.recording) }
                 p.lead { (sentence(navigation)) }
             }
@@ -60,7 +60,7 @@ pub fn page(navigation: &Navigation) -> String {
             @if with_reference {
                 section {
                     h2 { "Attitude against the reference" }
-                    p.note { "The motion itself is taken out: what is left is what the gyros add." }
+                    p.note { "Motion removed: error added by the gyros." }
                     div.pair {
                         (attitude_error(navigation, "north", 0))
                         (attitude_error(navigation, "east", 1))
@@ -70,7 +70,7 @@ pub fn page(navigation: &Navigation) -> String {
             }
             section {
                 h2 { "Velocity" }
-                p.note { "The unit did not travel: all of it is error." }
+                p.note { "The unit did not travel: all velocity is error." }
                 div.pair {
                     (velocity(navigation, "East", 1))
                     (velocity(navigation, "North", 0))
@@ -94,10 +94,10 @@ fn sentence(navigation: &Navigation) -> String {
     let after = largest(navigation.after.1);
     match navigation.before {
         Some((_, before)) => format!(
-            "The velocity errs by up to {} without the dynamic terms, and by {after} with them.",
+            "Velocity error up to {} without the dynamic terms, up to {after} with them.",
             largest(before)
         ),
-        None => format!("The velocity errs by up to {after}."),
+        None => format!("Velocity error up to {after}."),
     }
 }
 

@@ -6,7 +6,7 @@ use super::chart::{self, Numbers};
 use super::corrected;
 use super::map;
 use super::words::{band, chance, display_unit, number, rounded, seconds, spaced, symbols};
-use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{Diagnosis, LocationEntry, Verdict};
 use rlg_recording::AXES;
 
@@ -139,7 +139,7 @@ fn maps(diagnosis: &Diagnosis, pictures: &Pictures) -> Markup {
                 (map::legend(pictures))
                 div.pair {
                     @for (axis, after) in shown {
-                        @let what = if after { "what was found taken out" } else { "as recorded" };
+                        @let what = if after { "effects found removed" } else { "as recorded" };
                         @let title = format!("Gyro {}, {what}", AXES[axis]);
                         (chart::drawn(&map::id(axis, after), &title, &map::map(pictures, axis, after)))
                     }

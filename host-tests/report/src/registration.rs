@@ -12,7 +12,7 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
     }
     html! {
         section {
-            h2 { "How gyros and reference are aligned" }
+            h2 { "Alignment of gyros and reference" }
             div.scroll { table {
                 thead { tr { th { "registration" } th { "value ± standard deviation" } th { "supported" } } }
                 tbody {
@@ -25,7 +25,7 @@ pub fn section(diagnosis: &Diagnosis) -> Markup {
                     }
                 }
             } }
-            p.note { "Beyond what the model says, all of them fitted together; bold: beyond 3 σ. A wide ± is of what this motion does not show. Supported: blocks of rows that were not fitted confirm it; the findings are fitted without the others, so that their ± are less." }
+            p.note { "Relative to the model, all fitted together; bold: beyond 3 σ. A wide ± is not determined by this motion. Supported: confirmed by blocks of rows that were not fitted; the findings are fitted without the others, with smaller ±." }
         }
     }
 }

@@ -55,21 +55,21 @@ pub fn self_test(test: &SelfTestEntry) -> Markup {
         .collect();
     html! {
         details {
-        summary { "Tried on this very recording: " (test.false_names) " false names in " (test.slides) " trials" }
+        summary { "Self-test on this recording: " (test.false_names) " false names in " (test.slides) " trials" }
         p {
-            "The search was given this recording's noise without any effect, " (test.slides)
-            " times over: whatever it names then is false. It named something in " (test.false_names)
+            "The search was run on simulated noise of this recording without effects, " (test.slides)
+            " times: every name is then false. It named an effect in " (test.false_names)
             @if !named_falsely.is_empty() { " (" (named_falsely.join(", ")) ")" }
-            "; the true share is below " (number((1000.0 * test.upper_limit_95).round() / 10.0))
+            "; the false-alarm rate is below " (number((1000.0 * test.upper_limit_95).round() / 10.0))
             " % with 95 % confidence."
         }
         @if !shown.is_empty() {
             p {
-                "To the same noise effects of every kind were added, at known strength. Of those with signal to noise "
+                "Effects of every kind were added to the same noise, at known strength. Of those with a signal-to-noise ratio of "
                 @for (place, point) in shown.iter().enumerate() {
                     @if place > 0 { ", " }
                     (number(point.rho)) " it found " (percent(point.detected, point.injections))
-                    " and rightly named " (percent(point.named, point.injections))
+                    " and named correctly " (percent(point.named, point.injections))
                 }
                 "."
             }
@@ -77,7 +77,7 @@ pub fn self_test(test: &SelfTestEntry) -> Markup {
                 span.key { (swatch("#0072B2", "none", "2.5")) "found in this recording ± standard deviation" }
                 span.key { (swatch("#222222", "6 4", "2")) "theory, noise as modelled" }
             }
-            (chart::drawn(ID, "Share of injected patterns that is found", &curve(&shown)))
+            (chart::drawn(ID, "Share of injected patterns found", &curve(&shown)))
         }
         }
     }

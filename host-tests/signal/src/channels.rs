@@ -32,7 +32,7 @@ impl GyroTable<'_> {
         if self.quantity != Quantity::GyroCount || model.gyro.names_pulse_weights() {
             return Ok(());
         }
-        let what = "the gyros count pulses, and the model does not say what a pulse is";
+        let what = "the gyros count pulses, and the model has no pulse weight";
         Err(InputError::new(file, what)
             .channel(self.channels[0].column.clone())
             .expected("gyro.pulse_weight_rad in the model"))

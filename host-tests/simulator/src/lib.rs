@@ -20,6 +20,7 @@ pub mod attitude;
 pub mod case;
 pub mod dither;
 pub mod effects;
+pub mod entry;
 pub mod instrument;
 pub mod isolator;
 pub mod layout;

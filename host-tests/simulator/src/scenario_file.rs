@@ -10,10 +10,11 @@ use rlg_recording::error::InputError;
 use super::attitude::{Attitude, Ground};
 use super::dither::AMPLITUDE_LIMIT_SPREADS;
 use super::effects::{EffectContext, Effects};
+use super::entry::Entry;
 use super::layout;
 use super::scenario::source::{SECTIONS, Source, instrument_of, text_of};
 use super::scenario::{
-    AccelerometerEntry, DitherEntry, EncoderEntry, Entry, FibreOpticEntry, GyroEntry, GyroOutput,
+    AccelerometerEntry, DitherEntry, EncoderEntry, FibreOpticEntry, GyroEntry, GyroOutput,
     ReferenceEntry, Scenario, SiteEntry, environment, health, segment,
 };
 use super::unit_faults::UnitFaults;

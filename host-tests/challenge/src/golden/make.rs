@@ -4,13 +4,13 @@ use std::path::Path;
 use std::time::Instant;
 
 use super::row::Row;
+use crate::acceptance::judge::judge;
+use crate::acceptance::read_as::ReadAs;
+use crate::acceptance::record::{Declares, record};
+use crate::acceptance::run::{self as marks, Outcome};
+use crate::acceptance::under_test::DiagnosisSummary;
 use crate::given::MODEL;
 use crate::marks::family::Family;
-use crate::marks::judge::judge;
-use crate::marks::read_as::ReadAs;
-use crate::marks::record::{Declares, record};
-use crate::marks::run::{self as marks, Outcome};
-use crate::marks::under_test::DiagnosisSummary;
 use crate::trial::MIX;
 use crate::{Plan, prepare};
 use rayon::prelude::*;

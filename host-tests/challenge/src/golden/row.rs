@@ -5,12 +5,12 @@
 use serde_json::Value;
 
 use super::estimate::{estimate, probability};
+use crate::acceptance::judge::{Judgement, Score};
+use crate::acceptance::record::Answer as MarksAnswer;
 use crate::answer::Answer;
 use crate::case::Case;
 use crate::commit::sha256;
 use crate::examine::outcome_of;
-use crate::marks::judge::{Judgement, Score};
-use crate::marks::record::Answer as MarksAnswer;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED};
 use rlg_recording::error::InputError;
 

@@ -10,11 +10,12 @@ use rlg_signal::still::ROTATION_RAD_S;
 use rlg_signal::streams::{AXES, Streams};
 
 use super::control::Control;
-use super::line::Clock;
-use super::look::Looked;
-use super::rows::{self, RowsFound};
-use super::{band_words, line_words};
+use super::one_rate::Looked;
+use super::rows::RowsFound;
+use crate::lines_at_rest::line::Clock;
+use crate::lines_at_rest::{band_words, line_words};
 use crate::outcome::Outcome;
+use crate::rows::entries_of_rows::model_effect_of;
 
 /// Findings on the recorder, and the control.
 pub(super) struct Recorder {
@@ -109,8 +110,8 @@ impl Answer {
             .effects
             .extend(as_recorded.filter(|one| is_of_rows(one)).cloned());
         let of_rows = self.lines.iter().chain(&self.recorder.rows.effects);
-        model.effects.extend(of_rows.map(rows::of_model));
-        let is_told = diagnosis.verdict.is_told();
+        model.effects.extend(of_rows.map(model_effect_of));
+        let is_told = diagnosis.verdict.is_consistent();
         let has_fault = diagnosis
             .effects
             .iter()
@@ -136,7 +137,7 @@ impl Answer {
         diagnosis.summary = summary(&diagnosis, &control, self.said, noise_lines);
         diagnosis.control = Some(control);
         diagnosis.not_excluded.push(
-            "counter_slip: no reference tells it from a nudge of the case; such places are located"
+            "counter_slip: not distinguishable from a jolt of the case without a reference; such places are located"
                 .to_string(),
         );
         Outcome {
@@ -158,7 +159,7 @@ fn of_the_earth(looked: &Looked) -> String {
     );
     match (&rest.up, rest.latitude_rad) {
         (Some(up), Some(latitude_rad)) => format!(
-            "{length} its vertical part {:.4} of what latitude {:.4}° gives. The mean force is {:.5} of the site's gravity. The azimuth was fitted.",
+            "{length} its vertical component {:.4} of that at latitude {:.4}°. The mean force is {:.5} of the site's gravity. The azimuth was fitted.",
             mean_rad_s.dot(up) / (ROTATION_RAD_S * latitude_rad.sin()),
             latitude_rad.to_degrees(),
             rest.force_over_gravity.unwrap_or(f64::NAN),
@@ -180,7 +181,7 @@ fn of_held_out(looked: &Looked, rate_hz: f64) -> Vec<String> {
         let [before, after] = [&looked.before_rad, &looked.left_rad].map(|rad| scatter(&rad[gyro]));
         (before != after).then(|| {
             format!(
-                "Proof: on held-out rows the rate of gyro {axis} scatters by {before:.2} °/h before and {after:.2} °/h after."
+                "Held-out rows: standard deviation of the rate of gyro {axis} {before:.2} °/h before and {after:.2} °/h after."
             )
         })
     });
@@ -226,7 +227,7 @@ fn summary(
     }
     lines.extend(places.iter().take(MOST_PLACES).map(place));
     lines.push(format!(
-        "Control: in the same rows shuffled the same search finds {} lines and {} cycles; {} findings were dropped for it.",
+        "Permutation control: the same search on shuffled rows finds {} lines and {} cycles; {} findings rejected.",
         control.lines, control.cycles, control.dropped
     ));
     lines

@@ -3,10 +3,10 @@
 use rlg_inference::Observations;
 use rlg_plan::Plan;
 
-use super::lines::{self, Lines};
-use super::look::Looked;
+use super::one_rate::Looked;
 use super::rows::shuffled;
-use crate::noise_levels::first_levels;
+use crate::lines_at_rest::lines::{self, Lines};
+use crate::rows::noise_levels::first_levels;
 
 /// Result of the search on shuffled rows.
 #[derive(Debug, Clone, Copy, Default, PartialEq)]

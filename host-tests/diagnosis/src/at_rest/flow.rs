@@ -10,8 +10,8 @@ use rlg_signal::fault::Fault;
 use rlg_signal::streams::{AXES, Streams, add_triad};
 
 use super::answer::{Answer, Recorder};
-use super::look::look;
-use super::{control, rows, steady, terms};
+use super::one_rate::look;
+use super::{allan_terms, control, narrowband, rows};
 use crate::outcome::Outcome;
 use crate::settings::Settings;
 
@@ -32,13 +32,13 @@ pub fn diagnose(
     let summing = settings.plan.rest.summing;
     let forces = streams.accelerometers.as_ref().ok();
     let forces = forces
-        .and_then(|rows| terms::of_accelerometers(rows, &settings.plan))
+        .and_then(|rows| allan_terms::of_accelerometers(rows, &settings.plan))
         .unwrap_or_default();
     let mut sensed_rad = streams.sensed_rad.clone();
     let Some(first) = look(settings, streams, faults, of, true, progress)? else {
         return Ok(None);
     };
-    progress("searching the same rows shuffled");
+    progress("permutation control");
     let recorder = Recorder {
         rows: rows::search(streams, of.model, &first.left_rad, &first.parted, settings),
         control: control::of_shuffled(&first, streams.rate_hz, &settings.plan, settings.seed),
@@ -63,13 +63,13 @@ pub fn diagnose(
 
 /// Noise of accelerometers that stand still, as entries, and in words with their steady lines.
 pub fn still_forces(rows: &Rows, plan: &Plan) -> (Vec<ForceNoiseEntry>, Vec<String>) {
-    let forces = terms::of_accelerometers(rows, plan).unwrap_or_default();
+    let forces = allan_terms::of_accelerometers(rows, plan).unwrap_or_default();
     let mut said = forces_in_words(&forces);
     let Some(observations) = Observations::bridged(&rows.usable) else {
         return (forces, said);
     };
     for (axis, name) in AXES.iter().enumerate() {
-        let lines = steady::lines(&rows.sensed_m_s[axis], &observations, &plan.rest.steady);
+        let lines = narrowband::lines(&rows.sensed_m_s[axis], &observations, &plan.rest.steady);
         let each = lines.iter().map(|line| {
             let of_row_hz = rows.rate_hz;
             format!(
@@ -89,7 +89,7 @@ pub fn still_forces(rows: &Rows, plan: &Plan) -> (Vec<ForceNoiseEntry>, Vec<Stri
 fn forces_in_words(forces: &[ForceNoiseEntry]) -> Vec<String> {
     let each = forces.iter().enumerate().filter_map(|(axis, one)| {
         let terms = one.terms.as_ref()?;
-        Some(terms::sentence_of_force(AXES[axis], terms))
+        Some(allan_terms::sentence_of_force(AXES[axis], terms))
     });
     each.collect()
 }

@@ -1,25 +1,24 @@
 //! A unit at rest on the turning Earth as one more observation model of the one likelihood.
 //!
 //! The case turns as the Earth does, without noise, but in a direction that is partly unknown (`earth`). Observable are
-//! constants, effects of temperature or field, and steps, with drift as their rival (`settle`, `slow_words`); and lines
-//! (`line`, `lines`), their `products` and their entries (`line_words`); bands of noise
-//! (`bands`, `band_words`). Narrow features that are no lines are set aside
-//! (`steady`). Beside the effects stand the noise of each gyro in the terms of IEEE 952 (`terms`, `noise`), and the kinds
-//! that are not distinguishable from a constant (`alike`). The recorder itself is described by stamps (`row_rate`) and the
-//! noise of interpolated rows (`noise_cycle`), joined in `rows`; the same search on shuffled rows is the `control`. `look`
-//! analyses rows of one rate, `flow` goes through the rates, and `answer` joins the results.
+//! constants, effects of temperature or field, and steps, with drift as their rival (`settle`, `slow_words`); and lines and
+//! bands of noise (`lines_at_rest`). Narrow features that are no lines are set aside (`narrowband`). Beside the effects
+//! stand the noise of each gyro in the terms of IEEE 952 (`allan_terms`, `noise`), and the kinds that are not
+//! distinguishable from a constant (`bias_confounders`). The recorder itself is described by stamps (`row_rate`) and the
+//! noise of interpolated rows (`noise_cycle`), joined in `rows`; the same search on shuffled rows is the `control`.
+//! `one_rate` analyses rows of one rate, `flow` goes through the rates, and `answer` joins the results.
 
 mod kinds;
 
-mod alike;
+mod bias_confounders;
 
 mod earth;
 
-mod steady;
+mod narrowband;
 
 mod settle;
 
-mod terms;
+mod allan_terms;
 
 mod noise;
 
@@ -29,21 +28,9 @@ mod noise_cycle;
 
 pub(crate) mod rows;
 
-pub(crate) mod line;
-
-pub(crate) mod products;
-
-mod lines;
-
-mod bands;
-
-mod band_words;
-
-pub(crate) mod line_words;
-
 mod slow_words;
 
-mod look;
+mod one_rate;
 
 mod control;
 

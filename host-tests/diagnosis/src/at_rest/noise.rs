@@ -5,13 +5,13 @@ use rlg_inference::Hypothesis;
 use rlg_inference::evaluate::residual_power;
 use rlg_signal::streams::{AXES, Streams};
 
-use super::terms;
-use crate::data::Data;
-use crate::goodness::{Misfit, misfits};
-use crate::pass::left_on;
-use crate::search::Found;
+use super::allan_terms;
+use crate::confirm::goodness::{Misfit, misfits};
+use crate::iteration::pass::left_on;
+use crate::report::summary;
+use crate::rows::data::Data;
+use crate::search::structure::Found;
 use crate::settings::Settings;
-use crate::summary;
 
 /// True if the residual of a gyro agrees with its noise.
 pub(super) fn is_noise(gyro: usize, unlike: &[Misfit]) -> bool {
@@ -27,7 +27,7 @@ pub(super) fn noise_lines(
     let of_gyro = |(gyro, terms): (usize, &Option<NoiseTermsEntry>)| match is_noise(gyro, unlike) {
         true => terms
             .as_ref()
-            .map(|terms| terms::sentence(AXES[gyro], terms)),
+            .map(|terms| allan_terms::sentence(AXES[gyro], terms)),
         false => summary::unlike_noise(gyro, unlike, streams.rate_hz),
     };
     noise.iter().enumerate().filter_map(of_gyro).collect()
@@ -51,5 +51,5 @@ pub(super) fn noise_terms(data: &Data, found: &Found) -> [Option<NoiseTermsEntry
     let member = |&place: &usize| &found.candidates[place].hypothesis;
     let set: Vec<&Hypothesis> = found.fit.members.iter().map(member).collect();
     let power = residual_power(&found.equations, &set, &found.fit);
-    std::array::from_fn(|gyro| terms::of_gyro(&found.equations.basis, &power[gyro], record))
+    std::array::from_fn(|gyro| allan_terms::of_gyro(&found.equations.basis, &power[gyro], record))
 }

@@ -1,6 +1,5 @@
 //! Recorder properties in the rows of a unit at rest: the row rate, and the trace of a resampling.
 
-use std::collections::BTreeMap;
 use std::ops::Range;
 
 use rand::SeedableRng as _;
@@ -104,7 +103,7 @@ fn rate_entry(rate: &RowRate, nominal_hz: f64) -> EffectEntry {
         ..unlisted(
             format!("rows come at {:.5} Hz", rate.rate_hz),
             format!(
-                "The rows come {:+.4} % faster than the nominal {nominal_hz} Hz, by the recorder's own stamps. On held-out rows the nominal clock is off by {:.3e} s, this rate by {:.1e} s.",
+                "Row rate {:+.4} % from the nominal {nominal_hz} Hz, by the recorder's own stamps. Error on held-out rows: nominal clock {:.3e} s, this rate {:.1e} s.",
                 100.0 * error,
                 rate.held_out_before_s,
                 rate.held_out_after_s
@@ -128,7 +127,7 @@ fn cycle_entry(cycle: &Cycle, rate_hz: f64) -> EffectEntry {
                 cycle.turns, cycle.rows
             ),
             format!(
-                "The gyros' noise comes and goes every {} rows ({beat_hz} Hz): the rows were interpolated from a source at {} or {} Hz (or a multiple of {rate_hz} Hz more), so its noise is white neither in time nor between rows. Held-out rows show {x:.3}, {y:.3}, {z:.3} on x, y, z at the same phase, ln likelihood {:+.0}.",
+                "Noise power of the gyros is periodic in {} rows ({beat_hz} Hz): the rows were interpolated from a source at {} or {} Hz (or a multiple of {rate_hz} Hz more), so the noise is white neither in time nor between rows. Amplitude on held-out rows at the same phase {x:.3}, {y:.3}, {z:.3} on x, y, z; ln likelihood {:+.0}.",
                 cycle.rows,
                 rate_hz - beat_hz,
                 rate_hz + beat_hz,
@@ -150,20 +149,4 @@ fn has_expression(model: &Model, stem: &str) -> bool {
         _ => false,
     };
     model.effects.iter().any(text)
-}
-
-/// The same as an effect of a model: it predicts nothing, but is no finding when diagnosed again.
-pub(crate) fn of_model(entry: &EffectEntry) -> ModelEffect {
-    let expression = entry.expression.clone().unwrap_or_default();
-    let mut parameters =
-        BTreeMap::from([("expression".to_string(), EffectValue::Text(expression))]);
-    for parameter in &entry.parameters {
-        if let ParameterEntry::Number { name, value, .. } = parameter {
-            parameters.insert(name.clone(), EffectValue::Number(*value));
-        }
-    }
-    ModelEffect {
-        kind: entry.kind.clone(),
-        parameters,
-    }
 }

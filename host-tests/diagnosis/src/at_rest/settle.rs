@@ -13,11 +13,11 @@ use rlg_signal::still::AtRest;
 use rlg_signal::streams::{Triad, add_triad};
 
 use super::kinds::{BIAS, KINDS};
-use crate::case_motion::estimate;
-use crate::data::Data;
-use crate::search::{Found, effect_rad};
+use crate::alignment::case_motion::estimate;
+use crate::rows::data::Data;
+use crate::search::passes;
+use crate::search::structure::{Found, effect_rad};
 use crate::settings::{Scope, Settings};
-use crate::settle;
 
 /// Searches, and aligns the Earth's rotation to the constant part of the result, until it converges: effects of temperature
 /// must not rotate it.
@@ -53,7 +53,7 @@ pub(super) fn settle(
     lay(data, rest, constant);
     let mut turn = 1;
     loop {
-        let found = settle::find(data, scope, progress)?;
+        let found = passes::find(data, scope, progress)?;
         let left_rad = without_effects(&found, |kind| kind != BIAS);
         let constant = constant_rad_s(data, rest, &left_rad);
         let change = rest.nearest_earth_rad_s(constant) - rest.earth_rad_s;

@@ -11,8 +11,8 @@ use rlg_signal::streams::AXES;
 
 use super::kinds::{BIAS, KINDS};
 use super::settle::body_from_sensing;
-use super::{alike, earth};
-use crate::data::Data;
+use super::{bias_confounders, earth};
+use crate::rows::data::Data;
 
 /// Selects the significant effects of a search, and adds the kinds from which they are not distinguishable.
 ///
@@ -83,7 +83,7 @@ fn stands(effect: &EffectEntry, plan: &Plan) -> bool {
 /// Adds the alternatives to coarse pulses for white noise of angle at rest.
 fn coarse(effect: &mut EffectEntry) {
     effect.indistinguishable_from = ["dither_gain", "dither_delay"].map(str::to_string).to_vec();
-    effect.what_was_left_out = "White noise of angle beyond the resolution in which the file is written: a converter with larger pulses, or dither that was not stripped and folds over the whole band; without the pickoff these look the same.".to_string();
+    effect.what_was_left_out = "White angle noise above the resolution of the file: a converter with larger pulses, or dither not stripped and aliased over the whole band; not distinguishable without the pickoff.".to_string();
 }
 
 /// Adds to a bias its uncertainty by the Earth's rotation, and the kinds from which it is not distinguishable.
@@ -129,7 +129,7 @@ fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest, plan:
         .streams
         .site
         .map_or(STANDARD_GRAVITY_M_S2, |site| site.gravity_m_s2);
-    for kind in alike::alike(bias_rad_s, gravity_m_s2, plan.rest.alike_deviations) {
+    for kind in bias_confounders::alike(bias_rad_s, gravity_m_s2, plan.rest.alike_deviations) {
         if !effect.indistinguishable_from.contains(&kind) {
             effect.indistinguishable_from.push(kind);
         }
@@ -140,11 +140,11 @@ fn open_to_the_earth(effect: &mut EffectEntry, data: &Data, rest: &AtRest, plan:
         evidence.label = "class";
     }
     let open_is = match (rest.up, rest.latitude_rad) {
-        (Some(_), _) => "its azimuth",
-        (None, None) => "its direction: no [site] names the latitude",
-        (None, Some(_)) => "its direction: no accelerometer says what is up",
+        (Some(_), _) => "the azimuth",
+        (None, None) => "the direction (no latitude without a [site])",
+        (None, Some(_)) => "the direction (no vertical without accelerometers)",
     };
     effect.what_was_left_out = format!(
-        "The mean rates are not the Earth's here: of its rotation all is known but {open_is}, and the intervals hold that."
+        "Mean rates differ from the Earth's rotation. Unknown of that rotation: {open_is}, included in the intervals."
     );
 }

@@ -12,12 +12,12 @@ use rlg_signal::partition::blocks;
 use rlg_signal::streams::Triad;
 use statrs::distribution::{ContinuousCDF, Normal};
 
-use crate::data::Data;
-use crate::search::{Found, left_by};
-use crate::sharing::{set_of, with_noise_of};
-use crate::sums::Recordings;
-use crate::together::Together;
-use crate::whitened::{Whitener, columns_of};
+use crate::confirm::sharing::{set_of, with_noise_of};
+use crate::confirm::sums::Recordings;
+use crate::confirm::together::Together;
+use crate::confirm::whitened::{Whitener, columns_of};
+use crate::rows::data::Data;
+use crate::search::structure::{Found, left_by};
 
 /// Cross-validation of a member over blocks of the fitted rows, each block predicted from the others.
 #[derive(Debug, Clone, Copy, PartialEq)]

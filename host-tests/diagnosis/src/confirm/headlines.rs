@@ -10,10 +10,10 @@ use rlg_inference::{Bound, Fit, Hypothesis, NoiseBasis, NoiseLevels};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Triad, add};
 
-use crate::data::Data;
-use crate::search::{Found, effect_rad, left_by};
-use crate::sharing::{RECORDS, Shared, in_recording, with_noise_of};
-use crate::together::Together;
+use crate::confirm::sharing::{RECORDS, Shared, in_recording, with_noise_of};
+use crate::confirm::together::Together;
+use crate::rows::data::Data;
+use crate::search::structure::{Found, effect_rad, left_by};
 
 /// Candidate with the fewest free parameters among a member and its rivals; of an expression, also among the rivals with
 /// more parameters that explain as much.

@@ -4,16 +4,30 @@
 //! One recording is several with n = 1: the rows of all recordings are one likelihood (`cross_validation`, `refit`), the
 //! candidate that names a member is common to all (`headlines`), and each recording reports its `share`.
 
+pub(crate) mod whitened;
+
+pub mod goodness;
+
+pub(crate) mod sharing;
+
+pub(crate) mod together;
+
+pub(crate) mod sums;
+
+pub mod bootstrap;
+
+pub(crate) mod per_axis_support;
+
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::{Variant, is_delay};
 use rlg_inference::Fit;
 use rlg_plan::Plan;
 
-use crate::goodness::Misfit;
-use crate::reenact::{Named, Reenactment, reenact};
-use crate::search::Found;
-use crate::sums::Recordings;
-use crate::together::Together;
+use crate::confirm::bootstrap::{Bootstrap, Named, bootstrap};
+use crate::confirm::goodness::Misfit;
+use crate::confirm::sums::Recordings;
+use crate::confirm::together::Together;
+use crate::search::structure::Found;
 
 mod cross_validation;
 
@@ -48,13 +62,13 @@ pub struct ConfirmedSet {
     /// Places in [`Found::judged`] whose estimate on all fitted rows no unit can have.
     pub impossible: Vec<usize>,
     /// Parametric bootstrap without each named member.
-    pub reenactments: Vec<Reenactment>,
+    pub reenactments: Vec<Bootstrap>,
     /// Standard deviation of the instant of each named step \[rows\].
     pub instant_std_rows: Vec<Option<f64>>,
     /// Final fit of `headlines`, on all rows to fit; its blocks in the order of the members.
     pub fit: Fit,
     /// Gyros whose own data determine the parameter of each headline.
-    pub told: Vec<[bool; 3]>,
+    pub supported: Vec<[bool; 3]>,
 }
 
 /// Confirmed set of all recordings.
@@ -97,7 +111,7 @@ pub(crate) fn until_none_falls<T>(
         if fallen.is_empty() {
             return Some((left, shown_anyway));
         }
-        progress("searching without what re-enactments show as well");
+        progress("search without effects that a bootstrap reproduces");
         shown_anyway.extend(fallen);
     }
 }
@@ -133,7 +147,11 @@ pub(crate) fn confirmed(
         if instant_std_rows.iter().any(Option::is_some) {
             last = refit(recordings, together, &headlines, plan)?;
         }
-        let Refitted { fit, misfits, told } = last;
+        let Refitted {
+            fit,
+            misfits,
+            supported,
+        } = last;
         if let Some(&place) = fit.impossible.first() {
             impossible.push(named.remove(place));
             continue;
@@ -142,7 +160,7 @@ pub(crate) fn confirmed(
             .iter()
             .map(|&place| in_doubt(&together.found[0], place, plan))
             .collect();
-        let reenactments = reenact(recordings.each, together, &fit, &ratios, plan);
+        let reenactments = bootstrap(recordings.each, together, &fit, &ratios, plan);
         let Some(weakest) = weakest(&ratios, &reenactments, plan) else {
             let set = ConfirmedSet {
                 named,
@@ -155,7 +173,7 @@ pub(crate) fn confirmed(
                 reenactments,
                 instant_std_rows,
                 fit,
-                told,
+                supported,
             };
             return Some(Confirmed { set, misfits });
         };
@@ -164,7 +182,7 @@ pub(crate) fn confirmed(
 }
 
 /// Place of the rejected name with the largest inflation in the bootstrap; `None` if no name is rejected.
-fn weakest(ratios: &[Named], reenactments: &[Reenactment], plan: &Plan) -> Option<usize> {
+fn weakest(ratios: &[Named], reenactments: &[Bootstrap], plan: &Plan) -> Option<usize> {
     let inflation = |place: usize| reenactments[place].inflation();
     (0..ratios.len())
         .filter(|&place| ratios[place].falls(&reenactments[place], plan))
@@ -175,6 +193,6 @@ fn weakest(ratios: &[Named], reenactments: &[Reenactment], plan: &Plan) -> Optio
 fn in_doubt(found: &Found, place: usize, plan: &Plan) -> Named {
     Named {
         log_likelihood_ratio: found.fit.log_likelihood - found.without[place].log_likelihood,
-        to_spare: found.judged[place].cost_without - plan.judgement.naming,
+        margin: found.judged[place].cost_without - plan.judgement.naming,
     }
 }

@@ -8,16 +8,16 @@ use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquatio
 use rlg_plan::Plan;
 use rlg_signal::partition::Use;
 
-use crate::data::Data;
-use crate::goodness::{Misfit, misfits};
-use crate::lock_in::Stops;
-use crate::noise_levels::{drift_prior, joint_drift};
-use crate::pass::left_on;
-use crate::search::Found;
-use crate::sharing::{RECORDS, Shared, with_noise_of};
-use crate::sums::Recordings;
-use crate::together::Together;
-use crate::told::told;
+use crate::candidates::lock_in::Stops;
+use crate::confirm::goodness::{Misfit, misfits};
+use crate::confirm::per_axis_support::supported;
+use crate::confirm::sharing::{RECORDS, Shared, with_noise_of};
+use crate::confirm::sums::Recordings;
+use crate::confirm::together::Together;
+use crate::iteration::pass::left_on;
+use crate::rows::data::Data;
+use crate::rows::noise_levels::{drift_prior, joint_drift};
+use crate::search::structure::Found;
 
 /// Refitted headlines.
 pub(super) struct Refitted {
@@ -25,7 +25,7 @@ pub(super) struct Refitted {
     /// Octaves in which the residual deviates from the fitted noise, by recording; those of sums behind them.
     pub(super) misfits: Vec<Vec<Misfit>>,
     /// Gyros whose own data determine the parameter of each member.
-    pub(super) told: Vec<[bool; 3]>,
+    pub(super) supported: Vec<[bool; 3]>,
 }
 
 /// Headlines over the columns of one recording, or of sums over all of one.
@@ -123,12 +123,16 @@ pub(super) fn refit(
         .iter()
         .map(|&place| &together.shared[place].candidate);
     let set: Vec<_> = joined.iter().zip(members).collect();
-    let told = told(&likelihood, &set, &fit, plan);
+    let supported = supported(&likelihood, &set, &fit, plan);
     if let ([data], [part]) = (each, &parts[..]) {
         widen_by_stops(data, &found[0], part, &mut fit);
     }
     fit.members = headlines.to_vec();
-    Some(Refitted { fit, misfits, told })
+    Some(Refitted {
+        fit,
+        misfits,
+        supported,
+    })
 }
 
 /// Adds the variance by the stops of a dead band to the thresholds, which are of one recording.

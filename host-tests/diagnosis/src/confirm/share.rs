@@ -3,11 +3,11 @@
 use rlg_signal::streams::Triad;
 
 use super::{Confirmed, ConfirmedSet};
-use crate::data::Data;
-use crate::goodness::Misfit;
-use crate::search::left_by;
-use crate::sharing::{Sharing, with_noise_of};
-use crate::together::Together;
+use crate::confirm::goodness::Misfit;
+use crate::confirm::sharing::{Sharing, with_noise_of};
+use crate::confirm::together::Together;
+use crate::rows::data::Data;
+use crate::search::structure::left_by;
 
 /// Members that a recording reports: its own, and common ones if it is the first that has them.
 pub struct Share {
@@ -29,7 +29,7 @@ impl Confirmed {
         let set = &self.set;
         let fit = with_noise_of(&set.fit, recording);
         let left_rad = left_by(found, &fit);
-        let is_told_here = |place: &usize| {
+        let is_supported_here = |place: &usize| {
             let one = &shared[set.headlines[*place]];
             // Effects found in sums alone are reported with the first of the stretches.
             let first = one.first_recording().filter(|&first| first < count);
@@ -38,19 +38,27 @@ impl Confirmed {
                 _ => first.unwrap_or(0) == recording,
             }
         };
-        let told: Vec<usize> = (0..set.named.len()).filter(is_told_here).collect();
+        let supported: Vec<usize> = (0..set.named.len()).filter(is_supported_here).collect();
         let judged = &found.judged;
         let is_here = |place: &usize| shared[judged[*place].hypothesis].own[recording].is_some();
         let here = |places: &[usize]| places.iter().copied().filter(is_here).collect();
-        let of_told = |all: &[usize]| told.iter().map(|&place| all[place]).collect::<Vec<_>>();
+        let of_supported = |all: &[usize]| {
+            supported
+                .iter()
+                .map(|&place| all[place])
+                .collect::<Vec<_>>()
+        };
         let mut own = fit.clone();
-        own.members = of_told(&fit.members);
-        own.ranks = of_told(&fit.ranks);
-        own.squared_sizes = told.iter().map(|&place| fit.squared_sizes[place]).collect();
+        own.members = of_supported(&fit.members);
+        own.ranks = of_supported(&fit.ranks);
+        own.squared_sizes = supported
+            .iter()
+            .map(|&place| fit.squared_sizes[place])
+            .collect();
         let (unconfirmed, reenacted_away) = (here(&set.unconfirmed), here(&set.reenacted_away));
         let impossible = here(&set.impossible);
-        own.blocks = Vec::with_capacity(told.len());
-        for &place in &told {
+        own.blocks = Vec::with_capacity(supported.len());
+        for &place in &supported {
             let headline = set.headlines[place];
             let of_recording = &together.candidates[recording];
             let (alone, first) = shared[headline].alone_in(recording, of_recording);
@@ -64,12 +72,12 @@ impl Confirmed {
             Sharing::Apart | Sharing::Only(_) => Some(name.clone()),
         };
         Share {
-            recordings: told.iter().map(of).collect(),
+            recordings: supported.iter().map(of).collect(),
             left_rad,
             misfits: self.misfits[recording].clone(),
             set: ConfirmedSet {
-                named: of_told(&set.named),
-                headlines: of_told(&set.headlines),
+                named: of_supported(&set.named),
+                headlines: of_supported(&set.headlines),
                 predictions: set.predictions.clone(),
                 unconfirmed,
                 reenacted_away,
@@ -79,13 +87,19 @@ impl Confirmed {
                     _ => Vec::new(),
                 },
                 impossible,
-                reenactments: told.iter().map(|&place| set.reenactments[place]).collect(),
-                instant_std_rows: told
+                reenactments: supported
+                    .iter()
+                    .map(|&place| set.reenactments[place])
+                    .collect(),
+                instant_std_rows: supported
                     .iter()
                     .map(|&place| set.instant_std_rows[place])
                     .collect(),
                 fit: own,
-                told: told.iter().map(|&place| set.told[place]).collect(),
+                supported: supported
+                    .iter()
+                    .map(|&place| set.supported[place])
+                    .collect(),
             },
         }
     }

@@ -18,27 +18,27 @@ use rlg_signal::streams::{Streams, Triad};
 
 use super::cut::Long;
 use super::forming::{About, form};
+use crate::confirm::sharing::{Grouping, in_recording, with_noise_of};
+use crate::confirm::sums::{Recordings, Summed, Sums};
+use crate::confirm::together::Together;
 use crate::confirm::{Confirmed, confirmed};
-use crate::data::Data;
-use crate::data_words;
-use crate::entries_of_rows::channel;
-use crate::findings::location_entry;
-use crate::locate;
-use crate::noise_levels::{drift_prior, reported};
-use crate::noise_spectrum::Noise;
 use crate::outcome::Outcome;
-use crate::pictures::{self, Pictures};
-use crate::put_right::{PutRight, put_right};
-use crate::regimes::regimes_of;
-use crate::search::Found;
+use crate::report::findings::location_entry;
+use crate::report::summary::unlike_noise;
+use crate::rows::channel_correction::{ChannelCorrection, correct_channels};
+use crate::rows::data::Data;
+use crate::rows::data_words;
+use crate::rows::entries_of_rows::channel;
+use crate::rows::noise_levels::{drift_prior, reported};
+use crate::search::structure::Found;
 use crate::settings::{Scope, Settings};
 use crate::several::report::{Beside, Whole, outcome};
 use crate::several::search::{Shown, stand};
-use crate::sharing::{Kin, in_recording, with_noise_of};
-use crate::summary::unlike_noise;
-use crate::sums::{Recordings, Summed, Sums};
-use crate::together::Together;
-use crate::validate::validate;
+use crate::tiles::held_out_figures::validate;
+use crate::tiles::locate;
+use crate::tiles::noise_spectrum::Noise;
+use crate::tiles::pictures::{self, Pictures};
+use crate::tiles::regimes::regimes_of;
 
 /// Kind that a stretch cannot show: it needs an attitude since the recording's beginning.
 const OF_ATTITUDE: &str = "earth_rate";
@@ -86,7 +86,7 @@ pub fn diagnose_also<T>(
         plan,
         left_out: &without,
     };
-    let Some(standing) = stand(&mut fitted, Kin::Stretches, scope, progress) else {
+    let Some(standing) = stand(&mut fitted, Grouping::Stretches, scope, progress) else {
         return Ok(None);
     };
     let about = About {
@@ -102,9 +102,9 @@ pub fn diagnose_also<T>(
     let Some(mut sums) = sums_of(about, standing.shown(), progress)? else {
         return Ok(None);
     };
-    progress("searching beside the sums");
+    progress("search with the sums");
     let mut together = standing.judged(Some(sums.side()), plan);
-    progress("trying the search on this recording");
+    progress("self-test on this recording");
     let tested_on = together.self_test(Some(sums.side().equations), plan, seed);
     progress("confirming the findings");
     together.release();
@@ -124,7 +124,7 @@ pub fn diagnose_also<T>(
         confirmed: &confirmed,
     };
     let mut outcome = written(of, &mut together, (long, &rows), settings);
-    outcome.diagnosis.tell(tested_on);
+    outcome.diagnosis.add_self_test(tested_on);
     if let Some(turned) = turned {
         turned.report(&mut outcome);
     }
@@ -206,7 +206,7 @@ fn stretches(
     (long, rows): (&Long, &[Range<usize>]),
     origin: &Origin,
     of: DeclaredModel<'_>,
-) -> Result<(Stretches, Option<PutRight>), InputError> {
+) -> Result<(Stretches, Option<ChannelCorrection>), InputError> {
     let DeclaredModel { model, file } = of;
     let mut all = rows
         .iter()
@@ -215,7 +215,7 @@ fn stretches(
     let mut turned = None;
     let mut first = 0;
     while turned.is_none() && first < all.len() {
-        turned = put_right(settings, &mut all[first], model, file)?;
+        turned = correct_channels(settings, &mut all[first], model, file)?;
         first += 1;
     }
     if let Some(turned) = &turned {

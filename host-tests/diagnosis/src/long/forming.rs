@@ -18,13 +18,13 @@ use rlg_signal::qualify;
 use rlg_signal::streams::{Triad, add};
 
 use super::cut::{Cut, Long};
-use crate::before::{left_behind_known, take_out_hidden, without_known};
-use crate::case_motion::{Motion, estimate, signals};
-use crate::data::{Data, bridged};
-use crate::noise_levels::first_levels;
-use crate::put_right::PutRight;
+use crate::alignment::case_motion::{Motion, estimate, signals};
+use crate::confirm::sums::Summed;
+use crate::iteration::state::{left_behind_known, take_out_hidden, without_known};
+use crate::rows::channel_correction::ChannelCorrection;
+use crate::rows::data::{Data, bridged};
+use crate::rows::noise_levels::first_levels;
 use crate::several::search::Shown;
-use crate::sums::Summed;
 
 /// Inputs known before all rows are read.
 pub(super) struct About<'a> {
@@ -36,7 +36,7 @@ pub(super) struct About<'a> {
     /// Position of each chunk; its attitude is carried on here.
     pub(super) origin: Origin,
     /// Corrections of axes and units.
-    pub(super) turned: Option<&'a PutRight>,
+    pub(super) turned: Option<&'a ChannelCorrection>,
     /// Rows of the stretches.
     pub(super) stretches: &'a [Range<usize>],
 }
@@ -277,9 +277,9 @@ mod tests {
     use rlg_signal::streams::{Streams, Triad};
 
     use super::{About, form};
+    use crate::confirm::sums::Summed;
     use crate::long::Long;
     use crate::several::search::Shown;
-    use crate::sums::Summed;
 
     const RATE_HZ: f64 = 200.0;
     const ROWS: usize = 24_000;

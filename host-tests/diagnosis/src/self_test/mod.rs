@@ -59,9 +59,9 @@ pub trait Trials {
     fn sensitivity(&self, planted: &Self::Planted) -> Option<Sensitivity>;
 
     /// Runs all trials.
-    fn told(&self, seed: u64, plan: &SelfTestPlan) -> Tested {
+    fn tested(&self, seed: u64, plan: &SelfTestPlan) -> Tested {
         Tested {
-            self_test: self.tested(&mut ChaCha8Rng::seed_from_u64(seed), plan),
+            self_test: self.entry(&mut ChaCha8Rng::seed_from_u64(seed), plan),
             sensitivity: self
                 .planted()
                 .into_iter()
@@ -71,7 +71,7 @@ pub trait Trials {
     }
 
     /// Counts false names, detections and correct names.
-    fn tested(&self, random: &mut ChaCha8Rng, plan: &SelfTestPlan) -> SelfTestEntry {
+    fn entry(&self, random: &mut ChaCha8Rng, plan: &SelfTestPlan) -> SelfTestEntry {
         let alone: Vec<Option<&str>> = (0..plan.draws)
             .map(|_| Some(self.in_noise(random)?.kind))
             .collect();
@@ -126,9 +126,9 @@ pub trait Trials {
 }
 
 /// Adds the self-test of another search, on other channels of the same recording: a joint trial is false if either is.
-pub fn tell_also(diagnosis: &mut Diagnosis, tested: Option<Tested>) {
+pub fn add_other_self_test(diagnosis: &mut Diagnosis, tested: Option<Tested>) {
     let (Some(before), Some(also)) = (&mut diagnosis.self_test, &tested) else {
-        diagnosis.tell(tested);
+        diagnosis.add_self_test(tested);
         return;
     };
     let also = &also.self_test;

@@ -18,7 +18,7 @@ use rlg_inference::{Hypothesis, Likelihood, NoiseLevels};
 use rlg_plan::Plan;
 
 use super::{Reach, Said, Trials as _, chance_of_name, sensitivity};
-use crate::scores::integrated;
+use crate::candidates::scores::integrated;
 
 /// Noise of each record, and the found effects, fitted in every trial.
 #[derive(Clone, Copy)]
@@ -41,7 +41,7 @@ pub fn self_test_on(
     seed: u64,
 ) -> Option<Tested> {
     let trials = Trials::new(data, set, rows, plan)?;
-    Some(trials.told(seed, &plan.judgement.self_test))
+    Some(trials.tested(seed, &plan.judgement.self_test))
 }
 
 /// Row of the catalogue as a hypothesis on the records.

@@ -12,20 +12,20 @@ use rlg_signal::streams::{Streams, Triad};
 
 use super::report::{Beside, HeldOut, outcome, powers};
 use super::search::find;
-use crate::before::without_known;
-use crate::case_motion::estimate;
+use crate::alignment::case_motion::estimate;
+use crate::confirm::sharing::{Shared, Sharing, with_noise_of};
+use crate::confirm::sums::Recordings;
+use crate::confirm::together::Together;
 use crate::confirm::{ConfirmedSet, confirmed, fallen, until_none_falls};
-use crate::data::Data;
-use crate::entries_of_rows::channel;
-use crate::noise_levels::reported;
+use crate::iteration::pass::subtract;
+use crate::iteration::state::without_known;
 use crate::outcome::Outcome;
-use crate::pass::subtract;
-use crate::search::Found;
+use crate::rows::data::Data;
+use crate::rows::entries_of_rows::channel;
+use crate::rows::noise_levels::reported;
+use crate::search::structure::Found;
 use crate::settings::{Scope, Settings};
-use crate::sharing::{Shared, Sharing, with_noise_of};
-use crate::sums::Recordings;
-use crate::together::Together;
-use crate::validate::validate;
+use crate::tiles::held_out_figures::validate;
 
 /// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments; `None` where too few
 /// rows of one can be fitted.
@@ -73,7 +73,7 @@ pub fn diagnose_also<T>(
             },
             progress,
         )?;
-        progress("trying the search on these recordings");
+        progress("self-test on these recordings");
         let tested_on = together.self_test(None, plan, seed);
         progress("confirming the findings");
         together.release();
@@ -102,7 +102,7 @@ pub fn diagnose_also<T>(
         Beside::HeldOut(held_out),
         settings,
     );
-    outcome.diagnosis.tell(tested_on);
+    outcome.diagnosis.add_self_test(tested_on);
     Ok(Some((outcome, together.found.iter().map(also).collect())))
 }
 

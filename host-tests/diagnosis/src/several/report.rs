@@ -13,12 +13,12 @@ use rlg_model::kinds::NOISE_KINDS;
 use rlg_signal::fault::Fault;
 
 use crate::confirm::Confirmed;
-use crate::data::Data;
-use crate::findings::written;
+use crate::confirm::together::Together;
 use crate::outcome::Outcome;
-use crate::pictures::Pictures;
+use crate::report::findings::written;
+use crate::rows::data::Data;
 use crate::settings::Settings;
-use crate::together::Together;
+use crate::tiles::pictures::Pictures;
 
 /// Findings of one recording, before they are joined.
 struct OfRecording {

@@ -11,19 +11,19 @@ use rlg_inference::search::best_of;
 use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
 
 use super::delays::{joint_delay, mean_delay};
-use crate::data::Data;
-use crate::linearisation::is_seen;
-use crate::noise_levels::joint_drift;
-use crate::pass::Pass;
-use crate::path::{delays, is_settled, path_of};
-use crate::search::Found;
-use crate::settings::Scope;
-use crate::settle::{Begun, Rows, Settled, settle};
-use crate::sharing::{
-    Kin, RECORDS, Shared, Sharing, in_recording, seen_by, spelt_out, with_noise_of,
+use crate::confirm::sharing::{
+    Grouping, RECORDS, Shared, Sharing, in_recording, seen_by, spelt_out, with_noise_of,
 };
-use crate::sums::Side;
-use crate::together::Together;
+use crate::confirm::sums::Side;
+use crate::confirm::together::Together;
+use crate::iteration::pass::Pass;
+use crate::iteration::path::{delays, is_settled, path_of};
+use crate::rows::data::Data;
+use crate::rows::noise_levels::joint_drift;
+use crate::search::linearisation::is_seen;
+use crate::search::passes::{Begun, Rows, Settled, settle};
+use crate::search::structure::Found;
+use crate::settings::Scope;
 
 /// State of one recording between two passes.
 struct Recording {
@@ -44,7 +44,7 @@ fn side_of(pass: &Pass) -> Side<'_> {
 /// Recordings with a converged set and delays.
 pub(crate) struct Standing {
     recordings: Vec<Recording>,
-    kin: Kin,
+    grouping: Grouping,
     shared: Vec<Shared>,
     fit: Fit,
     tried: usize,
@@ -52,7 +52,7 @@ pub(crate) struct Standing {
 
 /// Finds the best set of all recordings; `None` where too few rows of one can be fitted.
 pub(crate) fn find(all: &mut [Data], scope: Scope, progress: &dyn Fn(&str)) -> Option<Together> {
-    let standing = stand(all, Kin::Recordings, scope, progress)?;
+    let standing = stand(all, Grouping::Recordings, scope, progress)?;
     Some(standing.judged(None, scope.plan))
 }
 
@@ -60,7 +60,7 @@ pub(crate) fn find(all: &mut [Data], scope: Scope, progress: &dyn Fn(&str)) -> O
 /// can be fitted.
 pub(crate) fn stand(
     all: &mut [Data],
-    kin: Kin,
+    grouping: Grouping,
     scope: Scope,
     progress: &dyn Fn(&str),
 ) -> Option<Standing> {
@@ -76,14 +76,14 @@ pub(crate) fn stand(
         fits.push(settled.fit.clone());
         recordings.push(Recording::new(settled));
     }
-    join_delays(all, &mut recordings, kin, &fits, scope);
+    join_delays(all, &mut recordings, grouping, &fits, scope);
     spell_in_all(&mut recordings, &fits);
     let mut levels: Vec<NoiseLevels> = fits.iter().flat_map(|fit| fit.levels.clone()).collect();
     let mut before: Option<Vec<Shared>> = None;
     for pass in 1..=plan.judgement.passes {
         progress(&format!("all together, pass {pass}"));
         let sides: Vec<Side> = recordings.iter().map(|one| side_of(&one.pass)).collect();
-        let shared = spell(&sides, kin, plan);
+        let shared = spell(&sides, grouping, plan);
         let start = match &before {
             Some(before) => Start::Only(places_of(before, &shared)),
             None => Start::Also(found_alone(&shared, &fits)),
@@ -109,7 +109,7 @@ pub(crate) fn stand(
         if nothing || (is_same && stands) || pass == plan.judgement.passes {
             return Some(Standing {
                 recordings,
-                kin,
+                grouping,
                 shared,
                 fit,
                 tried,
@@ -216,7 +216,7 @@ impl Standing {
             let mut levels = self.fit.levels.clone();
             levels.extend(sums.levels);
             sides.push(sums);
-            self.shared = spell(&sides, self.kin, plan);
+            self.shared = spell(&sides, self.grouping, plan);
             let start = Start::Also(places_of(&members, &self.shared));
             let (fit, looked_at) = search(&sides, &self.shared, start, (&levels, plan));
             self.fit = fit;
@@ -275,9 +275,9 @@ fn judged_in(judged: &[Judged], recording: usize) -> Vec<Judged> {
 }
 
 /// Forms the shared candidates of all sides.
-fn spell(sides: &[Side], kin: Kin, plan: &Plan) -> Vec<Shared> {
+fn spell(sides: &[Side], grouping: Grouping, plan: &Plan) -> Vec<Shared> {
     let candidates: Vec<&[Candidate]> = sides.iter().map(|one| one.candidates).collect();
-    spelt_out(&candidates, kin, &plan.several)
+    spelt_out(&candidates, grouping, &plan.several)
 }
 
 /// Members of a set.
@@ -336,7 +336,7 @@ impl Recording {
 fn join_delays(
     all: &mut [Data],
     recordings: &mut Vec<Recording>,
-    kin: Kin,
+    grouping: Grouping,
     fits: &[Fit],
     scope: Scope,
 ) {
@@ -351,9 +351,9 @@ fn join_delays(
             each[place].1[gyro].is_finite() || recordings[place].may_show_delay(gyro)
         };
         let own = (0..each.len()).map(|place| (each[place].0[gyro], each[place].1[gyro]));
-        match kin {
-            Kin::Stretches => Some(mean_delay(own).map_or(0.0, |(mean_s, _)| mean_s)),
-            Kin::Recordings => {
+        match grouping {
+            Grouping::Stretches => Some(mean_delay(own).map_or(0.0, |(mean_s, _)| mean_s)),
+            Grouping::Recordings => {
                 let spoken = own.enumerate().filter(|(place, _)| speaks(*place));
                 let spoken: Vec<(f64, f64)> = spoken.map(|(_, own)| own).collect();
                 joint_delay(&spoken, scope.plan.several.same_delay)

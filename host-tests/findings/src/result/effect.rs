@@ -127,7 +127,7 @@ pub struct EvidenceEntry {
 pub const UNLISTED: &str = "unlisted";
 
 /// Note on a listed kind that may be [`UNLISTED`], without a rival expression.
-pub const ONLY_DESCRIBED: &str = "Much beside it on the same gyro is only described: both may be one cause that is not in the catalogue.";
+pub const ONLY_DESCRIBED: &str = "Expressions describe most of the residual of the same gyro: both may have one cause outside the catalogue.";
 
 impl EffectEntry {
     /// True if its class contains an effect outside the catalogue.

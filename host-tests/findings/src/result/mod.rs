@@ -53,7 +53,7 @@ impl Verdict {
     }
 
     /// True if no mismatch is left unexplained.
-    pub fn is_told(self) -> bool {
+    pub fn is_consistent(self) -> bool {
         matches!(self, Verdict::Matches | Verdict::Explained)
     }
 }
@@ -154,15 +154,15 @@ impl Diagnosis {
                 )
             })
             .collect();
-        self.say_first(vec![format!(
-            "With other thresholds than the defaults: {}.",
+        self.prepend(vec![format!(
+            "Thresholds other than the defaults: {}.",
             each.join("; ")
         )]);
         self.plan = changed;
     }
 
     /// Adds the self-test and the sensitivity, if they were computed.
-    pub fn tell(&mut self, tested: Option<Tested>) {
+    pub fn add_self_test(&mut self, tested: Option<Tested>) {
         if let Some(tested) = tested {
             self.self_test = Some(tested.self_test);
             self.sensitivity = tested.sensitivity;
@@ -170,7 +170,7 @@ impl Diagnosis {
     }
 
     /// Inserts sentences into the summary, after the verdict's.
-    pub fn say_first(&mut self, sentences: Vec<String>) {
+    pub fn prepend(&mut self, sentences: Vec<String>) {
         let at = self.summary.len().min(1);
         self.summary.splice(at..at, sentences);
     }
@@ -183,7 +183,7 @@ impl Diagnosis {
             version: env!("CARGO_PKG_VERSION").to_string(),
             seed,
             verdict: Verdict::Unusable,
-            summary: vec![format!("Nothing can be said of this recording: {why}.")],
+            summary: vec![format!("This recording cannot be diagnosed: {why}.")],
             locations: Vec::new(),
             effects: Vec::new(),
             registration: Vec::new(),

@@ -12,7 +12,7 @@ use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FiguresEntry, FitEntry, ForceNoiseEntry,
     Identifiable, LocationEntry, ParameterEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
-use rlg_findings::updated_model::{say_choice, switch_on};
+use rlg_findings::updated_model::{set_choice, switch_on};
 use rlg_signal::axes::AXES;
 use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
 
@@ -43,7 +43,7 @@ impl Diagnosed {
                 let mut effect = one.effect(self.sizes(place));
                 let (names, ..) = self.numbers(place);
                 let names = names.iter().map(String::as_str);
-                say_choice(&mut effect, choice(names, &self.identifiable(place)));
+                set_choice(&mut effect, choice(names, &self.identifiable(place)));
                 switch_on(&mut model, effect);
             }
         }
@@ -68,7 +68,7 @@ impl Diagnosed {
             runners_up: self.runners_up(),
             ..Diagnosis::unusable(&self.recording, self.seed, "")
         };
-        diagnosis.tell(self.self_test());
+        diagnosis.add_self_test(self.self_test());
         Outcome {
             diagnosis,
             model,

@@ -14,7 +14,7 @@ use crate::findings::MICRO_G;
 use crate::kinds::{KINDS, Kind};
 
 /// Reason why some kinds are not observable.
-const STILL: &str = "the unit stood still wherever it was compared with gravity";
+const STILL: &str = "needs motion; the unit was at rest wherever it was compared with gravity";
 
 impl Diagnosed {
     /// Meaning of a finding, and the ambiguities that remain with gravity alone.
@@ -29,7 +29,7 @@ impl Diagnosed {
             return match (one.position(), one.columns[0].expression()) {
                 (Some(own), _) => self.off(own, self.sizes(place)[0]),
                 (None, Some((axis, text))) => format!(
-                    "Accelerometer {} follows {text}, which is no effect of the catalogue: an expression found by search.",
+                    "Accelerometer {} follows {text}, outside the catalogue: an expression found by search.",
                     AXES[axis]
                 ),
                 (None, None) => String::new(),
@@ -38,10 +38,10 @@ impl Diagnosed {
         let is_equal = are_equal(values, covariance, &self.plan.force);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
-                " All three are the same within their spread: a wrong gravity of the site would look like this too."
+                " All three are equal within their σ: confounded with local g."
             }
             "accel_misalignment" => {
-                " The length of gravity tells the angles between the sensing axes, a difference of two tilts each; how the three as one are turned against the case it does not tell, and the model gives each tilt a half."
+                " The magnitude of gravity determines the angles between the sensing axes, each a difference of two tilts; their common rotation against the case is not identifiable, and the model splits each difference equally."
             }
             _ => "",
         };
@@ -52,7 +52,7 @@ impl Diagnosed {
     fn off(&self, own: usize, size_m_s2: f64) -> String {
         let [from_s, to_s] = self.span_s(self.fitted[own]);
         format!(
-            "The position between {from_s:.1} and {to_s:.1} s shows {:+.1} µg beside all others, and no error of the catalogue does that: it was leaned on, shaken, or set down otherwise.",
+            "The position between {from_s:.1} and {to_s:.1} s deviates by {:+.1} µg from all others, unlike any error of the catalogue: the unit was touched, shaken, or set down differently.",
             size_m_s2 * MICRO_G
         )
     }
@@ -110,7 +110,7 @@ impl Diagnosed {
             .collect();
         (!small.is_empty()).then(|| {
             format!(
-                "{}: of typical size ({:.0e} {}) these positions would show {}",
+                "{}: at its typical size ({:.0e} {}) here {}",
                 kind.kind,
                 kind.typical,
                 kind.unit,
@@ -159,24 +159,24 @@ impl Diagnosed {
         lines.push(match self.observed.gravity_m_s2 {
             [gravity, 0.0] => format!("Compared with the site's gravity, {gravity:.6} m/s²."),
             [gravity, std] => format!(
-                "Compared with standard gravity, {gravity:.5} ± {std:.2} m/s²: a [site] with its gravity would tell a scale error that all three share better than to {:.1} per mille.",
+                "Compared with standard gravity, {gravity:.5} ± {std:.2} m/s²: a [site] with its gravity would determine a common scale error better than to {:.1} per mille.",
                 1e3 * std / gravity
             ),
         });
         lines.extend(effects.iter().flat_map(effect_lines));
         let (levels, unit) = (self.found.named_fit.levels[0], self.found.lengths.unit_m_s2);
         lines.push(format!(
-            "Noise: the rows of a position leave its mean uncertain by {:.2} µg; positions scatter by {:.2} µg besides (one standard deviation).",
+            "Noise: {:.2} µg of a position's mean from its rows, {:.2} µg between positions (1 σ).",
             unit * levels.white.sqrt() * MICRO_G,
             unit * levels.angle.sqrt() * MICRO_G
         ));
         if self.is_scatter_incredible() {
-            lines.push("Left: no bench scatters so much more between positions than within them; more positions would tell whose error that is.".to_string());
+            lines.push("Not explained: the scatter between positions is far above that within them; more positions would show its cause.".to_string());
         }
         if let Some(channel) = channel {
             let [before, after] = [&channel.held_out_before, &channel.held_out_after];
             lines.push(format!(
-                "Proof: on {} held-out positions the squared difference from gravity falls from {:.3e} to {:.2} of what the noise predicts.",
+                "Held out: on {} positions the squared difference from gravity falls from {:.3e} to {:.2} of the noise's prediction.",
                 self.tested.len(),
                 before.normalised_power,
                 after.normalised_power

@@ -188,7 +188,7 @@ fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
                 format!("{}; no effect of the catalogue", words.sizes),
             )
         }
-        Group::Lines => ("steady lines".to_owned(), strongest_of(members)),
+        Group::Lines => ("spectral lines".to_owned(), strongest_of(members)),
         Group::Bands => ("noise in a band".to_owned(), strongest_of(members)),
         Group::Fault(kind) => (plain(kind), faults(members)),
         Group::Sentence(kind) => (plain(kind), members[0].what_was_left_out.clone()),
@@ -289,10 +289,8 @@ fn in_words(places: &[&EffectEntry], of_owner: &str) -> String {
     if let Some(rows) = of("rows").next() {
         // The standard deviation of a time is that of one sample.
         let age_ms = 1e3 * 0.5 * (1.0 - 1.0 / rows) * row_s(places[0]);
-        return format!(
-            "each reading stands for {rows:.4} rows (mean age {age_ms:.1} ms), {between}"
-        )
-        .replace(".0000 rows", " rows");
+        return format!("each sample held for {rows:.4} rows (mean age {age_ms:.1} ms), {between}")
+            .replace(".0000 rows", " rows");
     }
     let rows: f64 = places
         .iter()

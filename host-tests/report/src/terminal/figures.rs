@@ -86,7 +86,7 @@ pub(super) fn drift(diagnosis: &Diagnosis) -> Option<String> {
     let channels = held_out(diagnosis);
     if channels.is_empty() && !diagnosis.fit.fitted_on.is_empty() {
         return Some(
-            "Held out: nothing, for want of rows; the fit is not proved on unseen time.".to_owned(),
+            "Held out: no rows (too few); the fit is not tested on unseen time.".to_owned(),
         );
     }
     let is_significant = |channel: &&ChannelEntry| {
@@ -200,7 +200,7 @@ pub(crate) fn quieter(channels: &[ChannelEntry]) -> Option<String> {
 
 /// Channels with a held-out residual that is not white (unexplained remainder).
 pub(super) fn unlike_noise(diagnosis: &Diagnosis) -> Option<String> {
-    if diagnosis.verdict.is_told() {
+    if diagnosis.verdict.is_consistent() {
         return None;
     }
     let left = held_out(diagnosis).iter().filter_map(|channel| {
@@ -209,5 +209,5 @@ pub(super) fn unlike_noise(diagnosis: &Diagnosis) -> Option<String> {
             .then(|| format!("{} (chance {})", spaced(&channel.channel), chance(p_value)))
     });
     let left: Vec<String> = left.collect();
-    (!left.is_empty()).then(|| format!("Not noise yet on held-out time: {}.", left.join(", ")))
+    (!left.is_empty()).then(|| format!("Held-out residual exceeds its noise: {}.", left.join(", ")))
 }

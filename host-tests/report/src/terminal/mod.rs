@@ -95,5 +95,5 @@ fn sensitive(diagnosis: &Diagnosis) -> Option<String> {
         format!("{} from {}", plain(&one.kind), scale.with_unit(&size))
     });
     let said: Vec<String> = said.collect();
-    (!said.is_empty()).then(|| format!("Would have shown: {}.", said.join(", ")))
+    (!said.is_empty()).then(|| format!("Detectable here: {}.", said.join(", ")))
 }

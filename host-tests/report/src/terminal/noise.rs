@@ -41,7 +41,7 @@ pub(super) fn residual(diagnosis: &Diagnosis) -> Option<String> {
     let noise = (!diagnosis.noise.is_empty()).then(|| {
         let grade = grade(largest_walk(&diagnosis.noise));
         let fitted = fitted(&diagnosis.noise);
-        match diagnosis.verdict.is_told() {
+        match diagnosis.verdict.is_consistent() {
             true => format!("like noise of {fitted} ({grade} grade, reference included)"),
             false => format!("more than noise of {fitted}"),
         }

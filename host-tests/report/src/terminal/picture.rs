@@ -3,7 +3,7 @@
 //! Two dots by four a character. A library of terminal plots draws one function over a frame of its own and puts two curves
 //! into the same dots, indistinguishable without colour; the grid of dots itself is a dozen lines.
 
-use rlg_diagnosis::pictures::Pictures;
+use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, seconds};
 use rlg_findings::result::{Diagnosis, ParameterEntry};
 use rlg_recording::AXES;

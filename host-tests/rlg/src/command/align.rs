@@ -4,7 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rlg_attitude::serves as is_slow;
-use rlg_diagnosis::{Outcome, put_right};
+use rlg_diagnosis::Outcome;
+use rlg_diagnosis::rows::channel_correction;
 use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, RegistrationEntry};
 use rlg_flow::Aligned;
 use rlg_signal::qualify;
@@ -177,16 +178,17 @@ impl Align {
             mut streams,
             restored,
         } = rlg_flow::align(&settings, recording, model)?;
-        let put_right = put_right::put_right(&settings, &mut streams, model, file)?;
-        rlg_diagnosis::model_effects::is_predictable(model, file)?;
+        let correction =
+            channel_correction::correct_channels(&settings, &mut streams, model, file)?;
+        rlg_diagnosis::rows::model_effects::is_predictable(model, file)?;
         let faults =
             qualify::unknown_faults(&mut streams, &model.effects, &settings.plan.signal.faults);
         let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress)?;
         Ok(outcome.map(|mut outcome| {
-            if let Some(put_right) = put_right {
-                put_right.report(&mut outcome);
+            if let Some(correction) = correction {
+                correction.report(&mut outcome);
             }
-            outcome.diagnosis.say_first(restored);
+            outcome.diagnosis.prepend(restored);
             outcome
         }))
     }

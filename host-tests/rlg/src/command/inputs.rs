@@ -122,7 +122,7 @@ pub(super) fn given_or_ideal(
 /// Formats the line about an assumed ideal unit.
 pub(super) fn assumed(model: &Model) -> String {
     let motion = match model.motion {
-        MotionSource::Reference => "moving as the reference says, which turns with the Earth",
+        MotionSource::Reference => "with the motion of the reference, which rotates with the Earth",
         MotionSource::Static => "on the turning Earth, without a reference of its motion",
     };
     format!(

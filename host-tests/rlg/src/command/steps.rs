@@ -68,7 +68,7 @@ const AT_REST: [Step; 5] = [
     ("pass", 0.10),
     ("taking out lines", 0.40),
     ("writing the findings", 0.05),
-    ("searching the same rows shuffled", 0.35),
+    ("permutation control", 0.35),
 ];
 
 const RATES: [Step; 7] = [
@@ -76,7 +76,7 @@ const RATES: [Step; 7] = [
     ("pass 1", 0.17),
     ("pass 2", 0.25),
     ("pass 3", 0.13),
-    ("trying the search on this recording", 0.01),
+    ("self-test on this recording", 0.01),
     ("writing the findings", 0.07),
     ("predicting the accelerometers", 0.01),
 ];
@@ -93,7 +93,7 @@ const DITHERED_IN_MEMORY: [Step; 8] = [
     ("pass 1", 0.25),
     ("pass 2", 0.30),
     ("pass 3", 0.15),
-    ("trying the search on this recording", 0.01),
+    ("self-test on this recording", 0.01),
     ("writing the findings", 0.12),
     ("predicting the accelerometers", 0.08),
     ("searching the accelerometers' effects", 0.02),

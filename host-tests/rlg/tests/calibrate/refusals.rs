@@ -77,7 +77,7 @@ fn a_reference_in_degrees() {
             .iter_mut()
             .for_each(|value| *value = value.to_degrees());
     }
-    is_refused(&[&made], &["do not show the same motion", "gyro_scale"]);
+    is_refused(&[&made], &["measure different motions", "gyro_scale"]);
 }
 
 #[test]
@@ -85,7 +85,7 @@ fn a_gyro_that_is_dead() {
     for against in [Against::Rates, Against::Attitude(2.0, 1e-6)] {
         let mut made = make(&coning(), &TABLE_3, &against, 1);
         made.recording.tables[0].channels[2].values.fill(0.0);
-        is_refused(&[&made], &["recording.toml", "do not show the same motion"]);
+        is_refused(&[&made], &["recording.toml", "measure different motions"]);
     }
 }
 

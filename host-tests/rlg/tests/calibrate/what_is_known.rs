@@ -51,7 +51,7 @@ fn coning_gives_three_sums_and_says_that_the_differences_are_not_known() {
         let model = flexure(&outcome);
         assert_eq!(model.number("xy"), model.number("xz"));
         let choice = model.choice().expect("differences are a choice");
-        assert!(choice.starts_with("xy - xz: not fixed"), "{choice}");
+        assert!(choice.starts_with("xy - xz: not identifiable"), "{choice}");
         assert!(
             calibration.summary.len() <= 20,
             "{:#?}",

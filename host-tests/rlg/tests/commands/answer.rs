@@ -88,7 +88,8 @@ fn the_whole_answer_stands_on_standard_output_and_nothing_beside_it() {
         "no progress where standard error is no terminal"
     );
     assert!(said.lines().count() <= MOST_LINES, "{said}");
-    let assumed = "Assumed, as no --model is given: an ideal unit, moving as the reference says";
+    let assumed =
+        "Assumed, as no --model is given: an ideal unit, with the motion of the reference";
     let count = said
         .lines()
         .filter(|line| line.starts_with(assumed))
@@ -298,7 +299,7 @@ fn answers_on_recordings_of_others_are_short_and_whole() {
         ),
         (
             "held-7-rows",
-            &["each reading stands for 7 rows (mean age 15.0 ms)"],
+            &["each sample held for 7 rows (mean age 15.0 ms)"],
         ),
         (
             "wrapped-rate",
@@ -316,10 +317,7 @@ fn answers_on_recordings_of_others_are_short_and_whole() {
                 " % of the motion, like noise of N x ",
             ],
         ),
-        (
-            "two-attitudes-bias",
-            &["Held out: nothing, for want of rows"],
-        ),
+        ("two-attitudes-bias", &["Held out: no rows"]),
     ] {
         let bench = folder.join("outside").join(name);
         let output = rlg(&["diagnose", "-m"], &[&bench.join("model.toml"), &bench]);

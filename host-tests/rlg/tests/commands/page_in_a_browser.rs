@@ -154,7 +154,7 @@ fn the_saved_numbers_are_those_of_the_plot_in_a_browser() {
     let text = saved(&mut browser, "residual-angle-y");
     let pictures = pictures(60.0);
     let (head, rows) = text.split_once('\n').expect("a head");
-    let names = "time [s],before: the model as it was: residual angle [″],after: with what was found: residual angle [″]";
+    let names = "time [s],before: the model as given: residual angle [″],after: with the effects found: residual angle [″]";
     assert_eq!(head, names);
     let rows: Vec<Vec<f64>> = rows
         .lines()

@@ -78,7 +78,7 @@ fn findings_stand_on_the_page_as_people_read_them() {
         "10⁻⁴¹",
         "Explains 34.2 % of the power",
         "cross-validated over blocks of rows, the log score rises by 71.3",
-        "Simulated 8 times without it, the recording shows it with a squared size of 1.13 σ² a number",
+        "Simulated 8 times without it (parametric bootstrap), its squared estimate is 1.13 σ² per parameter",
         "ω<sub>z</sub>",
         "δ<sub>ij</sub>",
         "coning-x",
@@ -92,7 +92,7 @@ fn findings_stand_on_the_page_as_people_read_them() {
         "15.9–21.0 s",
         "(coherence 0.987, 2.5 ms late, chance 10⁻⁷)",
         // 31 and 30 of 42
-        "it found 74 % and rightly named 71 %",
+        "it found 74 % and named correctly 71 %",
         "gyro scale in 1",
         "below 2.3 % with 95 % confidence",
     ] {
@@ -224,7 +224,7 @@ fn an_unusable_recording_has_a_page_without_pictures() {
     assert!(page.contains("Unusable") && page.contains("Nothing can be said: too short."));
     assert!(page.contains("every kind"));
     assert!(!page.contains("<svg"), "there is nothing to draw");
-    assert!(!page.contains("What was left out"), "nothing was found");
+    assert!(!page.contains("Effects found"), "nothing was found");
 }
 
 #[test]
@@ -237,13 +237,13 @@ fn a_matching_recording_says_how_sensitive_it_was_and_claims_no_before_and_after
         ..explained()
     };
     let page = page(&diagnosis, Some(&pictures(60.0)));
-    assert!(page.contains("How sensitive this recording is"));
+    assert!(page.contains("Sensitivity of this recording"));
     // typical 1e-7 s² at SNR 29.83 and 4.1, and 7 needed
     assert!(page.contains("23 to 170 × 10⁻⁹ s²"));
     let (told, _) = page.split_once("<pre>").expect("the data end the page");
     for claim in [
         "the model as it was",
-        "What was left out",
+        "Effects found",
         "Before and after",
         "instead of a finding above",
     ] {
@@ -374,8 +374,8 @@ pub(super) fn explained() -> Diagnosis {
         seed: 5,
         verdict: Verdict::Explained,
         summary: vec![
-            "The recording differs from its model, and what was left out explains it.".to_string(),
-            "Not named: reference_delay fits in part, but not in every regime.".to_string(),
+            "The recording differs from its model; the effects found explain it.".to_string(),
+            "Rejected: reference_delay fits in part, but not in every regime.".to_string(),
         ],
         locations: vec![LocationEntry {
             recording: None,

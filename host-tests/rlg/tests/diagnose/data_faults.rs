@@ -117,7 +117,7 @@ fn readings_that_stand_for_five_rows_are_said_once_a_channel() {
     assert_eq!(count(&diagnosis, "stuck_channel"), 0);
     says(
         &diagnosis,
-        "gyro_x, gyro_y, gyro_z stands for 5 rows (mean age 2 rows, 10.0 ms)",
+        "gyro_x, gyro_y, gyro_z is held for 5 rows (mean age 2 rows, 10.0 ms)",
     );
 }
 

@@ -11,9 +11,9 @@ use rlg::diagnose::streams::Streams;
 use rlg::diagnose::{Settings, diagnose_under};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
-use rlg_diagnosis::data::Data;
 use rlg_diagnosis::diagnose;
-use rlg_diagnosis::entries_of_findings::DRIFT;
+use rlg_diagnosis::report::entries_of_findings::DRIFT;
+use rlg_diagnosis::rows::data::Data;
 use rlg_signal::partition::Use;
 
 const STILL_SLEWS_AND_VIBRATION: &str = include_str!("../../../scenarios/null.toml");

@@ -235,7 +235,7 @@ fn a_low_pass_of_33_ms_is_a_low_pass() {
         }
         assert!(says(
             diagnosis,
-            "Not named: elastic_rate_by_jerk: fitted again"
+            "Rejected: elastic_rate_by_jerk: fitted again"
         ));
     });
 }
@@ -247,7 +247,7 @@ fn the_second_pass_takes_the_flexure_off_a_motor() {
         assert_eq!(count(diagnosis, "elastic_rate_by_jerk"), 0);
         assert!(says(
             diagnosis,
-            "Not named: elastic_rate_by_jerk: fitted again"
+            "Rejected: elastic_rate_by_jerk: fitted again"
         ));
     });
 }
@@ -275,7 +275,7 @@ fn readings_that_stand_for_seven_rows_are_read_once() {
         assert_eq!(count(diagnosis, "held_values"), 3);
         assert!(says(
             diagnosis,
-            "stands for 7 rows (mean age 3 rows, 15.0 ms)"
+            "held for 7 rows (mean age 3 rows, 15.0 ms)"
         ));
         for kind in [
             "stuck_channel",
@@ -486,7 +486,7 @@ fn an_autopilots_own_attitude_shows_its_delay_and_a_bias() {
     accepted("autopilot-attitude", false, |diagnosis| {
         // Its filter has larger errors while it is moved by hand.
         assert_eq!(diagnosis.verdict, Verdict::PartlyExplained);
-        assert!(says(diagnosis, "What is left moves with the motion"));
+        assert!(says(diagnosis, "Residual correlates with the motion"));
         let mut named = kinds(diagnosis);
         named.retain(|kind| *kind != "lost_samples");
         assert_eq!(named, ["gyro_bias", "reference_delay"]);
@@ -522,7 +522,7 @@ fn one_turn_between_two_attitudes_shows_a_bias_and_no_more() {
 fn gyros_and_a_reference_of_two_motions_are_unusable_and_nothing_is_named() {
     accepted("unrelated", false, |diagnosis| {
         assert_eq!(diagnosis.verdict, Verdict::Unusable);
-        assert!(says(diagnosis, "do not show the same motion"));
+        assert!(says(diagnosis, "measure different motions"));
         assert!(diagnosis.effects.is_empty());
     });
 }
@@ -548,7 +548,7 @@ fn of_two_motions_no_model_is_written() {
         .success();
     assert!(!out.path().join("model.toml").exists());
     let written = std::fs::read_to_string(out.path().join("diagnosis.json")).expect("read");
-    assert!(written.contains("do not show the same motion"), "{written}");
+    assert!(written.contains("measure different motions"), "{written}");
 }
 
 #[test]
@@ -615,7 +615,7 @@ fn a_pull_that_no_kind_explains_is_in_step_with_the_motion() {
         .unwrap_or_else(|error| panic!("{error}"));
     assert_ne!(said.diagnosis.verdict, Verdict::Matches);
     assert_ne!(said.diagnosis.verdict, Verdict::Explained);
-    assert!(says(&said.diagnosis, "What is left moves with the motion"));
+    assert!(says(&said.diagnosis, "Residual correlates with the motion"));
 }
 
 #[test]
@@ -648,7 +648,7 @@ fn a_vibration_of_the_gyros_alone_is_a_line_with_its_amplitudes_and_nothing_else
     accepted("line-on-gyros", false, |diagnosis| {
         is_explained(diagnosis);
         assert_eq!(kinds(diagnosis), ["unlisted"]);
-        assert!(says(diagnosis, "The reference does not have it."));
+        assert!(says(diagnosis, "Absent from the reference."));
         let (hz, std_hz) = number(diagnosis, "unlisted", "frequency_hz");
         assert!(
             (hz - 6.7).abs() < 4.0 * std_hz && std_hz < 1e-3,

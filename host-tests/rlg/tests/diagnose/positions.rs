@@ -8,11 +8,11 @@ use rand_chacha::ChaCha8Rng;
 use rand_distr::{Distribution as _, StandardNormal};
 
 use super::support::{holds, kinds, names_nothing, number};
+use rlg::challenge::acceptance::read_as::ReadAs;
+use rlg::challenge::acceptance::run::{Plan, prepare};
+use rlg::challenge::acceptance::table::{Scores, score};
+use rlg::challenge::acceptance::under_test::UnderTest;
 use rlg::challenge::marks::family::Family;
-use rlg::challenge::marks::read_as::ReadAs;
-use rlg::challenge::marks::run::{Plan, prepare};
-use rlg::challenge::marks::table::{Scores, score};
-use rlg::challenge::marks::under_test::UnderTest;
 use rlg::diagnose::result::{Diagnosis, Verdict};
 use rlg::diagnose::{Outcome, diagnose};
 use rlg::error::InputError;

@@ -3,8 +3,8 @@
 use rlg::diagnose::streams::Streams;
 use rlg::model::Model;
 use rlg::simulate::coning_demo;
-use rlg_diagnosis::data::Data;
-use rlg_diagnosis::portion::{Portion, inner};
+use rlg_diagnosis::rows::data::Data;
+use rlg_diagnosis::tiles::portion::{Portion, inner};
 use rlg_plan::{AlignPlan, HeldOutPlan, Plan};
 use std::path::Path;
 

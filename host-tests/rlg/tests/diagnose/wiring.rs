@@ -100,17 +100,14 @@ fn exchanged_channels_are_told_with_both_axes() {
         gyros,
         &[
             "gyro x reads 1.105",
-            "says of y",
+            "the reference on y",
             "exchanged with another axis",
         ],
     );
     let reference = said(&simulation, |r, _| {
         exchange(r, &Quantity::ReferenceIncrement, "y", "z");
     });
-    is_refused(
-        reference,
-        &["gyro z reads 1.000 times what the reference says of y"],
-    );
+    is_refused(reference, &["gyro z reads 1.000 times the reference on y"]);
 }
 
 #[test]

@@ -1,4 +1,5 @@
-//! The rule of words of CONTRIBUTING.md over comments: the subject is a named quantity, not a clause.
+//! The rule of words of CONTRIBUTING.md over comments and over sentences of a report: the subject is a named quantity, not a
+//! clause.
 
 use std::path::Path;
 
@@ -73,9 +74,65 @@ fn comments_name_quantities() {
     assert!(all.is_empty(), "{}", all.join("\n"));
 }
 
+/// Packages with the sentences of a diagnosis and of its report.
+const SENTENCES: [&str; 10] = [
+    "attitude",
+    "catalogue",
+    "diagnosis",
+    "findings",
+    "flow",
+    "force",
+    "inference",
+    "plan",
+    "report",
+    "signal",
+];
+
+/// Sentences in a source, its unit tests apart, that break the rule.
+fn broken_sentences(text: &str) -> Vec<(usize, String)> {
+    let is_word = |letter: char| !letter.is_alphabetic();
+    let mut found = Vec::new();
+    let rows = text.lines().enumerate();
+    for (row, line) in rows.take_while(|(_, line)| !line.starts_with("#[cfg(test)]")) {
+        if line.trim_start().starts_with("//") {
+            continue;
+        }
+        for quoted in line.split('"').skip(1).step_by(2) {
+            let mut words = quoted.split(is_word);
+            if quoted.contains(' ') && words.any(|word| PERSONAL.contains(&word)) {
+                found.push((row + 1, quoted.to_owned()));
+            }
+        }
+    }
+    found
+}
+
+#[test]
+fn sentences_of_a_report_name_quantities() {
+    let mut all = Vec::new();
+    for package in SENTENCES {
+        let mut files = Vec::new();
+        let folder = root().join("host-tests").join(package).join("src");
+        sources(&folder, &mut files);
+        assert!(!files.is_empty(), "{package}");
+        for file in files {
+            let text = std::fs::read_to_string(&file).expect("UTF-8");
+            let broken = broken_sentences(&text).into_iter();
+            all.extend(broken.map(|(row, said)| format!("{}:{row}: {said}", file.display())));
+        }
+    }
+    assert!(all.is_empty(), "{}", all.join("\n"));
+}
+
 #[test]
 fn a_clause_and_a_person_are_found() {
     let text = "/// What is left.\n//! A test says so.\nlet x = 1; // Whether\n/// ```\n/// // What\n/// ```\n/// Residual.";
     let rows: Vec<usize> = broken(text).into_iter().map(|(row, _)| row).collect();
     assert_eq!(rows, [1, 2]);
+    let code = "let told = \"told\"; // says\nlet line = \"gravity tells them apart\";\n#[cfg(test)]\n\"it says so\"";
+    let rows: Vec<usize> = broken_sentences(code)
+        .into_iter()
+        .map(|(row, _)| row)
+        .collect();
+    assert_eq!(rows, [2]);
 }

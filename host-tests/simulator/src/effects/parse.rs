@@ -6,7 +6,7 @@
 use super::expression::Expression;
 use super::faults::{Failure, FaultEntry};
 use super::{Effects, FlexureMode, Harmonic, Jump};
-use crate::scenario::Entry;
+use crate::entry::Entry;
 use nalgebra::{Matrix3, Vector3};
 use rlg_model::catalogue::Kind;
 use rlg_model::{EffectValue, ModelEffect};

@@ -3,8 +3,8 @@
 //! Each section is an [`Entry`]; its numbers must be finite and in range, and the first that is not is reported with its
 //! line. SI units; x, y, z for triples.
 
-use super::Entry;
 use super::instrument::TINY;
+use crate::entry::Entry;
 use crate::isolator::IsolatorEntry;
 use crate::surroundings::{MagneticEntry, ThermalEntry};
 use rlg_recording::error::InputError;

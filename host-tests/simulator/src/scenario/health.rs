@@ -2,9 +2,9 @@
 //!
 //! Each is an [`Entry`]; its numbers must be finite and in range, and the first that is not is reported with its line.
 
-use super::Entry;
 use super::environment::slow_rate;
 use super::instrument::TINY;
+use crate::entry::Entry;
 use crate::slow_channels::{PulseEntry, SlowChannelsEntry};
 use crate::unit_faults::{KINDS, UnitFault};
 use rlg_recording::error::InputError;

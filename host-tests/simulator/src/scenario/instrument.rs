@@ -4,7 +4,7 @@
 //! with its line. The bounds refuse wrong units and typing errors; they do not rate an instrument. SI units; x, y, z for
 //! triples.
 
-use super::Entry;
+use crate::entry::Entry;
 use rlg_model::Installation;
 use rlg_recording::error::InputError;
 

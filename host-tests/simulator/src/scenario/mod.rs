@@ -9,7 +9,6 @@
 //!
 //! There are no defaults for the instrument: a scenario states all of it.
 
-mod entry;
 pub(crate) mod environment;
 pub(crate) mod health;
 mod instrument;
@@ -22,7 +21,7 @@ use super::isolator::IsolatorEntry;
 use super::slow_channels::SlowChannelsEntry;
 use super::surroundings::{MagneticEntry, ThermalEntry};
 use super::unit_faults::UnitFaults;
-pub use entry::Entry;
+
 pub use instrument::{DitherEntry, GyroEntry, GyroOutput};
 pub use other_instruments::{AccelerometerEntry, EncoderEntry, FibreOpticEntry, ReferenceEntry};
 use rlg_model::ModelEffect;

@@ -3,7 +3,7 @@
 //! From one entry and the sample rate in Hz, a [`SegmentEntry`]: its length in whole rows, every frequency below half the
 //! sample rate; and the largest rate of its motion, for the check against the counter.
 
-use super::Entry;
+use crate::entry::Entry;
 use crate::motion::Profile;
 use crate::motion::rotation_vector::ConingTone;
 use crate::motion::vibration::Spectrum;

@@ -3,8 +3,8 @@
 //! From TOML text and its path, a [`Source`], whose sections are read as [`Entry`], so that every error has file and line.
 //! Numbers are checked when the sections are read.
 
-use super::Entry;
-use super::entry::line_of;
+use crate::entry::Entry;
+use crate::entry::line_of;
 use rlg_recording::error::InputError;
 use serde::Deserialize;
 use std::path::{Path, PathBuf};

@@ -123,7 +123,7 @@ impl Turned {
         let diagnosis = &mut outcome.diagnosis;
         let is_left = self.is_scatter_incredible();
         let lines = self.sentences(&effects, is_left);
-        let is_consistent = diagnosis.verdict.is_told() && !is_left;
+        let is_consistent = diagnosis.verdict.is_consistent() && !is_left;
         diagnosis.effects.extend(effects);
         let is_listed = |one: &EffectEntry| one.kind != UNLISTED;
         diagnosis.verdict = Verdict::of(diagnosis.effects.iter().any(is_listed), is_consistent);
