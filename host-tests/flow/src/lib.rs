@@ -8,7 +8,8 @@
 //! | a recording longer than memory | `rlg-diagnosis::long` (`long.rs`) |
 //! | gyros with attitudes, or with increments on other rows | `rlg-attitude` (`attitudes.rs`) |
 //! | accelerometers, with each of these | `rlg-force` |
-//! | accelerometers in still positions, without a reference | `rlg-force::positions` |
+//! | accelerometers in still positions, gyros turned between them | `rlg-force::positions` |
+//! | gyros that move without a reference | none (`rlg-force::without_reference`) |
 //!
 //! Input: a recording and the model that predicts it. Output: [`Outcome`]. No truth file is read and the simulator is
 //! not imported.
@@ -31,6 +32,7 @@ pub use rlg_diagnosis::tiles::{locate, pictures};
 pub use rlg_diagnosis::{Outcome, Settings};
 pub use rlg_findings::result;
 pub use rlg_force::positions::serves as stands_in_positions;
+pub use rlg_force::without_reference::diagnose_without_reference;
 pub use rlg_signal::{qualify, streams};
 pub use together::diagnose_together;
 

@@ -45,6 +45,8 @@ pub mod whose;
 
 pub mod positions;
 
+pub mod without_reference;
+
 pub use diagnose::{Asked, Diagnosed, Part, diagnose, why_not_at_rest};
 pub use findings::say_why_not;
 pub use reference::ReferenceNoise;

@@ -83,6 +83,15 @@ pub fn check(
     gravity(file, recording, &turning, bounds)
 }
 
+/// True if gyros turn to and fro without a reference, so that [`check`] would refuse the motion.
+pub fn is_unreferenced_motion(recording: &Recording, model: &Model, bounds: &Bounds) -> bool {
+    let Some((table, quantity)) = gyros(recording) else {
+        return false;
+    };
+    let turning = windows(table, quantity, to_rad_s(table, quantity, model), bounds);
+    motion(Path::new(""), model, &turning, bounds).is_err()
+}
+
 /// Returns a warning if the mean rate of a unit at rest is the Earth's in another unit: no refusal, because a bias may be as
 /// large.
 pub fn doubt(recording: &Recording, model: &Model, bounds: &Bounds) -> Option<String> {

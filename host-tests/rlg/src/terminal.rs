@@ -4,7 +4,7 @@
 //! only; `--quiet` silences standard error but for errors. A closed reader (`rlg ... | head`) is no error.
 
 use std::fmt::{Display, Write};
-use std::io::{self, Write as _};
+use std::io::{self, IsTerminal as _, Write as _};
 use std::sync::{Arc, Mutex, OnceLock, PoisonError};
 use std::time::Duration;
 
@@ -115,6 +115,15 @@ impl Terminal {
         self.lost.get().map_or(Ok(()), |reason| {
             Err(InputError::new("standard output", reason.clone()))
         })
+    }
+
+    /// Returns the terminal to ask on: where standard input and standard error are one, and neither `--quiet` nor a program
+    /// in this process listens.
+    pub fn to_ask_on(&self) -> Option<Term> {
+        let is_own = matches!(self.results, Results::Words | Results::Json);
+        let is_seen = is_own && !self.quiet;
+        let is_one = || io::stdin().is_terminal() && io::stderr().is_terminal();
+        (is_seen && is_one()).then(Term::stderr)
     }
 
     /// Shows a step of the work on `bar`, and to a listening program.

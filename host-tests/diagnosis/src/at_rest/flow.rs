@@ -1,14 +1,17 @@
 //! Diagnosis of a unit at rest, from its aligned channels to its findings.
 
 use rlg_findings::result::ForceNoiseEntry;
+use rlg_inference::Observations;
 use rlg_model::DeclaredModel;
+use rlg_plan::Plan;
 use rlg_recording::error::InputError;
+use rlg_signal::accelerometer_rows::Rows;
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::{AXES, Streams, add_triad};
 
 use super::answer::{Answer, Recorder};
 use super::one_rate::look;
-use super::{allan_terms, control, rows};
+use super::{allan_terms, control, narrowband, rows};
 use crate::outcome::Outcome;
 use crate::settings::Settings;
 
@@ -56,6 +59,31 @@ pub fn diagnose(
         answer.take_slow(next);
     }
     Ok(Some(answer.outcome(forces_in_words(&forces), forces)))
+}
+
+/// Noise of accelerometers that stand still, as entries, and in words with their steady lines.
+pub fn still_forces(rows: &Rows, plan: &Plan) -> (Vec<ForceNoiseEntry>, Vec<String>) {
+    let forces = allan_terms::of_accelerometers(rows, plan).unwrap_or_default();
+    let mut said = forces_in_words(&forces);
+    let Some(observations) = Observations::bridged(&rows.usable) else {
+        return (forces, said);
+    };
+    for (axis, name) in AXES.iter().enumerate() {
+        let lines = narrowband::lines(&rows.sensed_m_s[axis], &observations, &plan.rest.steady);
+        let each = lines.iter().map(|line| {
+            let of_row_hz = rows.rate_hz;
+            format!(
+                "{:.2} Hz of {:.2e} m/s²",
+                line.share * of_row_hz,
+                line.amplitude * of_row_hz
+            )
+        });
+        let each: Vec<String> = each.collect();
+        if !each.is_empty() {
+            said.push(format!("Lines: accelerometer {name}: {}.", each.join(", ")));
+        }
+    }
+    (forces, said)
 }
 
 fn forces_in_words(forces: &[ForceNoiseEntry]) -> Vec<String> {

@@ -40,4 +40,4 @@ mod flow;
 
 pub use kinds::KINDS;
 
-pub use flow::diagnose;
+pub use flow::{diagnose, still_forces};

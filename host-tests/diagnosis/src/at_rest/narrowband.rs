@@ -1,4 +1,4 @@
-//! Removes steady lines from a residual: coefficients far above their neighbours.
+//! Steady lines of a residual: coefficients far above their neighbours, removed or listed.
 
 use rlg_inference::{Dct, Observations};
 use rlg_plan::SteadyPlan;
@@ -22,6 +22,44 @@ pub(super) fn without_lines(
         }
         quiet
     })
+}
+
+/// A steady line.
+#[derive(Debug, Clone, Copy, PartialEq)]
+pub(super) struct Steady {
+    /// Frequency as a share of the row rate.
+    pub(super) share: f64,
+    /// Amplitude, in the unit of the values.
+    pub(super) amplitude: f64,
+}
+
+/// Lists the steady lines of one channel: neighbouring coefficients count as one.
+pub(super) fn lines(values: &[f64], observations: &Observations, plan: &SteadyPlan) -> Vec<Steady> {
+    let mut found = Vec::new();
+    for span in &observations.spans {
+        let mut before = span.bridge(values);
+        let rows = before.len() as f64;
+        Dct::new(before.len()).forward(&mut before);
+        let mut after = before.clone();
+        clip(&mut after, plan);
+        let is_out = |k: &usize| before[*k] != after[*k];
+        let mut out = (0..before.len()).filter(is_out).peekable();
+        while let Some(first) = out.next() {
+            let mut last = first;
+            while let Some(next) = out.next_if(|next| *next <= last + plan.beside / 2) {
+                last = next;
+            }
+            let near = first.saturating_sub(1)..(last + 2).min(before.len());
+            let power = |k: usize| before[k] * before[k];
+            let sum: f64 = near.clone().map(power).sum();
+            let middle: f64 = near.map(|k| power(k) * k as f64).sum::<f64>() / sum;
+            found.push(Steady {
+                share: 0.5 * middle / rows,
+                amplitude: (2.0 * sum / rows).sqrt(),
+            });
+        }
+    }
+    found
 }
 
 fn clip(spectrum: &mut [f64], plan: &SteadyPlan) {
@@ -49,7 +87,8 @@ fn clip(spectrum: &mut [f64], plan: &SteadyPlan) {
 
 #[cfg(test)]
 mod tests {
-    use super::clip;
+    use super::{clip, lines};
+    use rlg_inference::Observations;
 
     #[test]
     fn a_line_goes_and_what_is_as_strong_as_its_neighbours_stays() {
@@ -61,5 +100,21 @@ mod tests {
         assert!(spectrum[200].abs() < 2.0);
         assert_eq!(spectrum[3], 1e5);
         assert_eq!(spectrum[201..], before[201..]);
+    }
+
+    #[test]
+    fn a_line_is_listed_once_with_its_frequency_and_amplitude() {
+        let noise = |row: usize| (row as f64 * 0.754_877_666).fract() - 0.5;
+        let turn = std::f64::consts::TAU * 0.1234;
+        let values: Vec<f64> = (0..6000)
+            .map(|row| noise(row * row) + 0.8 * (turn * row as f64 + 0.4).sin())
+            .collect();
+        let seen = Observations::bridged(&[true; 6000]).expect("rows");
+        let found = lines(&values, &seen, &rlg_plan::SteadyPlan::default());
+        let [line] = found[..] else {
+            panic!("{found:?}");
+        };
+        assert!((line.share - 0.1234).abs() < 1e-4, "{line:?}");
+        assert!((line.amplitude - 0.8).abs() < 0.05, "{line:?}");
     }
 }

@@ -5,7 +5,6 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use rlg_diagnosis::{Outcome, Settings};
-use rlg_findings::result::Diagnosis;
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_recording::units::STANDARD_GRAVITY_M_S2;
@@ -17,6 +16,7 @@ use super::errors::Errors;
 use super::lengths::Readings;
 use super::search::{Found, Observed, find};
 use super::still::{self, Position};
+use super::too_few;
 
 /// Result of the diagnosis of still positions.
 pub struct Diagnosed {
@@ -24,7 +24,7 @@ pub struct Diagnosed {
     pub recording: String,
     /// The model that was diagnosed.
     pub model: Model,
-    /// The recording has gyros, but no reference for their motion.
+    /// The recording has gyros, too.
     pub has_gyros: bool,
     /// Rows of the accelerometers.
     pub rows: Rows,
@@ -157,7 +157,9 @@ pub fn diagnose(
     }
     let attitudes = attitudes(&positions, own);
     if attitudes < own.least_attitudes {
-        return Ok(not_moved(recording, model, (settings.seed, attitudes, own)));
+        let of = (recording, model, settings);
+        let read = (&rows, positions.as_slice());
+        return Ok(too_few::outcome(of, read, attitudes, gravity_m_s2));
     }
     let is_last_of_some = |place: usize| place % own.held_out_every == own.held_out_every - 1;
     let (tested, fitted): (Vec<usize>, Vec<usize>) = (0..positions.len())
@@ -189,31 +191,30 @@ pub fn diagnose(
         left_out: settings.left_out.iter().map(ToString::to_string).collect(),
         seed: settings.seed,
     };
-    Ok(diagnosed.outcome())
+    Ok(diagnosed.with_gyros(recording, progress))
 }
 
-/// Outcome of a recording with the unit in too few attitudes.
-fn not_moved(
-    recording: &Recording,
-    model: &Model,
-    (seed, attitudes, plan): (u64, usize, &PositionPlan),
-) -> Outcome {
-    let why = format!(
-        "the accelerometers stood still in {attitudes} attitudes, and {} at least are needed: with gravity alone as the reference, one attitude shows one number",
-        plan.least_attitudes
-    );
-    Outcome {
-        diagnosis: Diagnosis {
-            next_experiment: NEXT.to_string(),
-            ..Diagnosis::unusable(&recording.name, seed, &why)
-        },
-        model: model.clone(),
-        pictures: None,
+impl Diagnosed {
+    /// Outcome of the accelerometers and, if there are any, of the gyros.
+    fn with_gyros(&self, recording: &Recording, progress: &dyn Fn(&str)) -> Outcome {
+        let mut outcome = self.outcome();
+        if !self.has_gyros {
+            return outcome;
+        }
+        progress("carrying gravity by the gyros");
+        match self.turned(recording) {
+            Ok(found) => found.add_to(&mut outcome),
+            Err(reason) => {
+                let diagnosis = &mut outcome.diagnosis;
+                let said = format!("The gyros are not compared: {reason}.");
+                diagnosis.summary.push(said);
+                let why = format!("every kind of the gyros: {reason}");
+                diagnosis.not_excluded.push(why);
+            }
+        }
+        outcome
     }
 }
-
-/// Next experiment if nothing is confounded.
-pub(super) const NEXT: &str = "Hold the unit still in 18 positions or more, ten seconds each: every axis up and down, and between two axes by 45 degrees.";
 
 /// Warming of each block at each position since the first \[K\]; `None` if a thermometer has no sample there.
 fn warming_k(

@@ -5,7 +5,7 @@
 //! [`search`] (alternate linearisation and structure search) → [`mod@diagnose`] (the flow) → `words` and [`findings`].
 //!
 //! The length of gravity determines bias, scale error, quadratic error and the three angles between the sensing axes (IEEE
-//! 1293, multi-position test; Shin and El-Sheimy 2002). The rotation of the triad against the case is not observable.
+//! 1293, multi-position test; Shin and El-Sheimy 2002); beside it, [`turns`] compares gyros, if there are any. The rotation of the triad against the case is not observable.
 
 pub mod still;
 
@@ -20,6 +20,10 @@ pub mod search;
 pub mod diagnose;
 
 mod words;
+
+mod too_few;
+
+pub mod turns;
 
 pub mod findings;
 

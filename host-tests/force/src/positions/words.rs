@@ -7,7 +7,8 @@ use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_signal::axes::AXES;
 
 use super::candidates::{Column, names, shows};
-use super::diagnose::{Diagnosed, NEXT};
+use super::diagnose::Diagnosed;
+use super::too_few::NEXT;
 use crate::effects::are_equal;
 use crate::findings::MICRO_G;
 use crate::kinds::{KINDS, Kind};
@@ -92,12 +93,6 @@ impl Diagnosed {
             }
         }
         all.push("accel_misalignment of the three accelerometers as one against the case: it changes no length of gravity".to_string());
-        if self.has_gyros {
-            all.push(
-                "every kind of the gyros: no reference for the rotations between the positions"
-                    .to_string(),
-            );
-        }
         all
     }
 

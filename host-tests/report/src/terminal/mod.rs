@@ -52,6 +52,11 @@ pub fn lines(diagnosis: &Diagnosis, note: Option<&str>) -> Vec<String> {
     if diagnosis.verdict != Verdict::Unusable {
         head.extend(noise::residual(diagnosis));
     }
+    if diagnosis.verdict == Verdict::Unusable {
+        // There is no finding to format: the rest are sentences.
+        let left = diagnosis.summary.iter().skip(1);
+        head.extend(left.filter(|line| !line.starts_with(READ_AS)).cloned());
+    }
     head.extend(note.map(str::to_owned));
     let mut tail = Vec::new();
     if diagnosis.verdict != Verdict::Unusable {

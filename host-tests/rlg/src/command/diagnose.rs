@@ -18,12 +18,13 @@ use super::steps::{Steps, Work};
 use super::timings::Timings;
 use crate::diagnose::{
     LongRecording, MOST_ROWS, Settings, align, diagnose_together, diagnose_under,
-    stands_in_positions,
+    diagnose_without_reference, stands_in_positions,
 };
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
 use crate::model::{DeclaredModel, Model, MotionSource};
 use crate::output::OutputFolder;
+use crate::plausibility::{Bounds, is_unreferenced_motion};
 use crate::recording::{About, Quantity, Recording};
 use crate::report::beside::{Beside, Rate, rates};
 use crate::report::terminal::{lines, picture};
@@ -290,7 +291,16 @@ impl Diagnose {
         let check = |folder: &Path, recording: &Recording| {
             let listener = Listener::new(|_| ());
             let heard = Terminal::heard_by(listener.clone());
-            let checked = check_plausible(folder, recording, &model, self.anyway, &heard);
+            // One recording that moves without a reference is no contradiction: it shows what it can.
+            let moving = Model {
+                motion: MotionSource::Reference,
+                ..model.clone()
+            };
+            let model = match folders.len() == 1 && self.is_unreferenced(recording, &model) {
+                true => &moving,
+                false => &model,
+            };
+            let checked = check_plausible(folder, recording, model, self.anyway, &heard);
             for warning in listener.take().warnings {
                 given.warn(&warning, terminal);
             }
@@ -330,6 +340,11 @@ impl Diagnose {
         })
     }
 
+    /// True for gyros that move without a reference, unless the caller takes them to be at rest anyway.
+    fn is_unreferenced(&self, recording: &Recording, model: &Model) -> bool {
+        !self.anyway && is_unreferenced_motion(recording, model, &Bounds::default())
+    }
+
     /// Reads and diagnoses one recording, or several together; `recorded` takes the rates of a recording in memory.
     fn outcome(
         &self,
@@ -353,6 +368,11 @@ impl Diagnose {
         check(folder, &recording)?;
         expect(work(&recording, model), rows(&recording));
         *recorded = rates(&recording, model.gyro.pulse_weight_rad);
+        if self.is_unreferenced(&recording, model)
+            && !stands_in_positions(&recording, &settings.plan)
+        {
+            return diagnose_without_reference(settings, &recording, model, progress);
+        }
         diagnose_under(settings, recording, model, file, progress)
     }
 }

@@ -8,9 +8,10 @@ use serde_json::json;
 use trueaxis::health::item;
 use trueaxis::{SelfTest, Status};
 
-use super::import_columns::{ColumnOptions, Request};
+use super::import_columns::ColumnOptions;
 use super::import_counts::Destination;
 use super::import_format::Format;
+use super::import_said::Request;
 use super::{import_bank, import_raw};
 use crate::error::InputError;
 use crate::import::files::columns::Column;

@@ -1,19 +1,22 @@
 //! `rlg import` of files with columns: CSV, MATLAB, HDF5, Parquet.
 
 use std::fs;
-use std::path::{Path, PathBuf};
+use std::path::Path;
 
 use clap::{Args, ValueEnum as _};
-use serde_json::{Value, json};
+use serde_json::json;
 use sha2::{Digest as _, Sha256};
 
+use super::import_answers::{self, Answer};
 use super::import_format::Format;
+use super::import_said::{Request, result, say};
 use super::inputs::check_plausible;
+use crate::diagnose::stands_in_positions;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column, Dates, blocks};
 use crate::import::files::date_times::{is_rfc3339, rfc3339};
 use crate::import::files::{beside, hdf5_file, mat_file, text_table};
-use crate::import::forming::assemble::{Assembled, assemble};
+use crate::import::forming::assemble::{Assembled, Values, assemble};
 use crate::import::forming::attitudes::EulerOrder;
 use crate::import::forming::clocks::{Said, TimeOption, check_times};
 use crate::import::forming::described;
@@ -22,11 +25,10 @@ use crate::import::known;
 use crate::import::mapping::column_names::{time_in, time_unit};
 use crate::import::mapping::own_rows;
 use crate::import::mapping::questions;
-use crate::import::still::WITHOUT_SITE;
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::plausibility::{self, Bounds};
-use crate::recording::{Clock, ForeignColumn, Head, Quantity, Site, parquet_columns};
+use crate::recording::{ForeignColumn, Head, Quantity, Recording, parquet_columns};
 use crate::terminal::Terminal;
 
 /// What the columns of a file are, where their names do not say it.
@@ -64,16 +66,6 @@ pub(super) struct ColumnOptions {
     yes: bool,
 }
 
-/// Remaining arguments of the command line.
-pub(super) struct Request<'a> {
-    pub(super) files: &'a [PathBuf],
-    pub(super) format: Option<Format>,
-    pub(super) rate_hz: Option<f64>,
-    pub(super) site: Option<Site>,
-    pub(super) sha256: Option<&'a str>,
-    pub(super) target: &'a Path,
-}
-
 impl ColumnOptions {
     /// True if no option is given.
     pub(super) fn is_empty(&self) -> bool {
@@ -92,19 +84,7 @@ impl ColumnOptions {
         terminal: &Terminal,
     ) -> Result<(), InputError> {
         let first = &request.files[0];
-        let mut sums = Vec::new();
-        let mut blocks: Vec<Block> = match in_memory {
-            Some(columns) => blocks(first, columns, None),
-            None => {
-                let mut all = Vec::new();
-                for file in request.files {
-                    let (read, sum) = read(file, request)?;
-                    all.extend(read);
-                    sums.push(sum);
-                }
-                all
-            }
-        };
+        let (mut blocks, sums) = all_blocks(request, in_memory)?;
         blocks.retain(|block| block.rows > 1);
         if blocks.is_empty() {
             return Err(InputError::new(first, "holds no column of numbers")
@@ -140,10 +120,22 @@ impl ColumnOptions {
             questions: Vec::new(),
         };
         let mut plan = settled.settle(&mut blocks)?;
-        self.answer(request, &settled, terminal)?;
+        if let Some(answers) = self.answer(request, &settled, terminal)? {
+            // Read again: the answers may leave other questions open.
+            drop((blocks, plan, settled));
+            let (options, rate_hz) = self.answered(first, answers, request.rate_hz)?;
+            let request = Request {
+                rate_hz,
+                ..*request
+            };
+            options.run(&request, None, out, terminal)?;
+            let command = questions::line(&options.command(&request));
+            terminal.note(format!("The same without questions: {command}"));
+            return Ok(());
+        }
         let said = settled.said;
         own_rows::separate(&mut blocks, &mut plan, said.rate_hz);
-        let mut assembled = assemble(&blocks, &plan, &said)?;
+        let mut assembled = assemble(&mut blocks, &plan, &said, Values::Moved)?;
         for (column, reason) in &mut plan.left_out {
             if time_unit(column).is_some() {
                 *reason = "a time that is not used".to_owned();
@@ -160,20 +152,10 @@ impl ColumnOptions {
                 assembled.notes.push(note.to_owned());
             }
         }
-        let recording = described::recording(first, request.site, &assembled);
+        drop(blocks);
+        let recording = described::recording(first, request.site, &mut assembled);
         recording.check_values(first)?;
-        let ideal = described::ideal(&assembled);
-        let moving = Model {
-            motion: MotionSource::Reference,
-            ..ideal.clone()
-        };
-        check_plausible(first, &recording, &moving, self.anyway, terminal)?;
-        if ideal.motion == MotionSource::Static
-            && plausibility::check(first, &recording, &moving, &Bounds::default()).is_ok()
-        {
-            // A moving unit without a reference may serve another purpose than a diagnosis.
-            check_plausible(first, &recording, &ideal, true, terminal)?;
-        }
+        self.check(first, &recording, &mut assembled, terminal)?;
         described::write(
             request.files,
             &recording,
@@ -183,31 +165,60 @@ impl ColumnOptions {
             &mut out,
         )?;
         out.commit()?;
-        say(request, &assembled, &plan.left_out, terminal);
-        let mut result = result(request, &assembled, &plan.left_out, &sums);
+        say(request, (&recording, &assembled), &plan.left_out, terminal);
+        let mut result = result(request, (&recording, &assembled), &plan.left_out, &sums);
         result["instrument"] = json!(labels.instrument);
         result["start"] = json!(labels.start);
         terminal.result(&result)
     }
 
-    /// Asks all questions in one message, or says which guesses `--yes` takes.
+    /// Refuses what cannot be plausible, and notes a motion that no reference shows.
+    fn check(
+        &self,
+        file: &Path,
+        recording: &Recording,
+        assembled: &mut Assembled,
+        terminal: &Terminal,
+    ) -> Result<(), InputError> {
+        let ideal = described::ideal(recording, assembled);
+        let moving = Model {
+            motion: MotionSource::Reference,
+            ..ideal.clone()
+        };
+        check_plausible(file, recording, &moving, self.anyway, terminal)?;
+        let bounds = Bounds::default();
+        let is_sound = plausibility::check(file, recording, &moving, &bounds).is_ok();
+        if ideal.motion == MotionSource::Static && is_sound {
+            // A moving unit without a reference may serve another purpose than a diagnosis.
+            match plausibility::is_unreferenced_motion(recording, &ideal, &bounds) {
+                true => assembled.notes.push(unreferenced(recording)),
+                false => check_plausible(file, recording, &ideal, true, terminal)?,
+            }
+        }
+        Ok(())
+    }
+
+    /// Asks all questions, on a terminal one by one, elsewhere in one message; or warns of the guesses that `--yes` takes.
+    ///
+    /// # Returns
+    /// Answers that are to be added to the options.
     fn answer(
         &self,
         request: &Request<'_>,
         settled: &Settled,
         terminal: &Terminal,
-    ) -> Result<(), InputError> {
+    ) -> Result<Option<Vec<Answer>>, InputError> {
         let questions = &settled.questions;
         let is_answered = self.yes && questions.iter().all(|question| question.is_guess);
         if questions.is_empty() {
-            return Ok(());
+            return Ok(None);
         }
+        let file = &request.files[0];
         if !is_answered {
-            return Err(questions::ask(
-                &request.files[0],
-                questions,
-                &self.command(request),
-            ));
+            return match terminal.to_ask_on() {
+                Some(term) if !self.yes => import_answers::ask(&term, file, questions).map(Some),
+                _ => Err(questions::ask(file, questions, &self.command(request))),
+            };
         }
         for question in questions {
             terminal.warn(format!(
@@ -217,7 +228,36 @@ impl ColumnOptions {
                 question.evidence
             ));
         }
-        Ok(())
+        Ok(None)
+    }
+
+    /// Returns the options with answers, and the rate.
+    fn answered(
+        &self,
+        file: &Path,
+        answers: Vec<Answer>,
+        mut rate_hz: Option<f64>,
+    ) -> Result<(Self, Option<f64>), InputError> {
+        let mut options = self.clone();
+        for (option, value) in answers {
+            match option {
+                "--map" => options.map.push(value),
+                "--unit" => options.unit.push(value),
+                "--time" => options.time.push(value),
+                "--euler" => options.euler = Some(value),
+                _ => {
+                    let given = value.parse().ok();
+                    let given = given.filter(|rate: &f64| rate.is_finite() && *rate > 0.0);
+                    rate_hz = Some(given.ok_or_else(|| {
+                        InputError::new(file, "cannot be read at this rate")
+                            .channel(option)
+                            .value(&value)
+                            .expected("a positive number of rows a second")
+                    })?);
+                }
+            }
+        }
+        Ok((options, rate_hz))
     }
 
     /// Returns the command line so far.
@@ -336,24 +376,48 @@ fn sampled_at_an_instant(file: &Path, said: &[String]) -> Result<Vec<Quantity>, 
     Ok(instants)
 }
 
+/// Reads the columns of all files with their SHA-256, or takes those in memory.
+fn all_blocks(
+    request: &Request<'_>,
+    in_memory: Option<Vec<Column>>,
+) -> Result<(Vec<Block>, Vec<String>), InputError> {
+    if let Some(columns) = in_memory {
+        return Ok((blocks(&request.files[0], columns, None), Vec::new()));
+    }
+    let (mut all, mut sums) = (Vec::new(), Vec::new());
+    for file in request.files {
+        let (read, sum) = read(file, request)?;
+        all.extend(read);
+        sums.push(sum);
+    }
+    Ok((all, sums))
+}
+
 /// Reads the columns of a file and its SHA-256.
 fn read(file: &Path, request: &Request<'_>) -> Result<(Vec<Block>, String), InputError> {
     let format = match request.format {
         Some(format) => format,
         None => Format::of_file(file)?,
     };
+    let check = |sum: &str| match request.sha256 {
+        Some(given) => known::check(file, sum, Some(&known::expected_sum(file, given)?)),
+        None => Ok(()),
+    };
+    if !matches!(format, Format::Mat | Format::Hdf5 | Format::Parquet) {
+        // Row by row: a text is several times as long as its numbers.
+        let (block, sum) = text_table::read(file, check)?;
+        return Ok((vec![block], sum));
+    }
     let bytes = fs::read(file).map_err(|error| InputError::unreadable(file, &error))?;
     let sum: String = Sha256::digest(&bytes)
         .iter()
         .map(|byte| format!("{byte:02x}"))
         .collect();
-    if let Some(given) = request.sha256 {
-        known::check(file, &sum, Some(&known::expected_sum(file, given)?))?;
-    }
+    check(&sum)?;
     let read = match format {
         Format::Mat if !hdf5_file::is_hdf5(&bytes) => mat_file::read(file, &bytes)?,
         Format::Mat | Format::Hdf5 => hdf5_file::read(file, bytes)?,
-        Format::Parquet => {
+        _ => {
             let columns = parquet_columns(file)?;
             let column = |foreign: ForeignColumn| Column {
                 dates: foreign.origin_s.map(|origin_s| Dates {
@@ -365,102 +429,17 @@ fn read(file: &Path, request: &Request<'_>) -> Result<(Vec<Block>, String), Inpu
             };
             blocks(file, columns.into_iter().map(column).collect(), None)
         }
-        _ => vec![text_table::read(file, &bytes)?],
     };
     Ok((read, sum))
 }
 
-/// Formats rows and clock of a table in words.
-fn clock(clock: &Clock) -> String {
-    match clock {
-        Clock::Uniform { rate_hz, start_s } => format!("at {rate_hz} Hz from {start_s} s"),
-        Clock::Stamped { stamps_s, .. } => format!(
-            "with stamps, {} to {} s",
-            stamps_s.first().unwrap_or(&0.0),
-            stamps_s.last().unwrap_or(&0.0)
-        ),
-    }
-}
-
-fn say(
-    request: &Request<'_>,
-    assembled: &Assembled,
-    left_out: &[(String, String)],
-    terminal: &Terminal,
-) {
-    let out = request.target.display();
-    for table in &assembled.tables {
-        terminal.say(format!(
-            "{out}/{}: {} rows {}",
-            table.file,
-            table.rows,
-            clock(&table.clock)
-        ));
-        for taken in assembled
-            .taken
-            .iter()
-            .filter(|taken| taken.table == table.file)
-        {
-            terminal.say(format!(
-                "  {:<12} {} {} <- {}",
-                taken.column,
-                taken.quantity,
-                taken.axis.as_deref().unwrap_or("-"),
-                taken.origin
-            ));
+/// Note on a unit that moves without a reference: what a diagnosis can compare it with.
+fn unreferenced(recording: &Recording) -> String {
+    let told = match stands_in_positions(recording, &rlg_plan::Plan::default()) {
+        true => "its still positions and the turns between them are compared with gravity",
+        false => {
+            "rlg diagnose can tell a bound of its noise and faults of the data, and no error of the gyros"
         }
-    }
-    for (column, reason) in left_out {
-        terminal.say(format!("  left out     {column}: {reason}"));
-    }
-    for note in &assembled.notes {
-        terminal.warn(note);
-    }
-    if described::ideal(assembled).motion == MotionSource::Static && request.site.is_none() {
-        terminal.warn(WITHOUT_SITE);
-    }
-    terminal.say(format!(
-        "To diagnose: rlg diagnose {out} --model {out}/model.toml --out DIR"
-    ));
-}
-
-fn result(
-    request: &Request<'_>,
-    assembled: &Assembled,
-    left_out: &[(String, String)],
-    sums: &[String],
-) -> Value {
-    let tables: Vec<Value> = assembled
-        .tables
-        .iter()
-        .map(|table| {
-            let (rate_hz, start_s) = match table.clock {
-                Clock::Uniform { rate_hz, start_s } => (Some(rate_hz), start_s),
-                Clock::Stamped { .. } => (None, table.start_s()),
-            };
-            json!({"file": table.file, "rows": table.rows, "rate_hz": rate_hz, "start_s": start_s})
-        })
-        .collect();
-    let channels: Vec<Value> = assembled
-        .taken
-        .iter()
-        .map(|taken| {
-            json!({
-                "table": taken.table, "column": taken.column, "quantity": taken.quantity, "axis": taken.axis,
-                "origin": taken.origin,
-            })
-        })
-        .collect();
-    let left_out: Vec<Value> = left_out
-        .iter()
-        .map(|(column, reason)| json!({"column": column, "reason": reason}))
-        .collect();
-    json!({
-        "recording": request.target,
-        "tables": tables,
-        "channels": channels,
-        "left_out": left_out,
-        "notes": assembled.notes,
-        "sha256": sums,
-    })
+    };
+    format!("the unit turns, and no reference shows how: {told}")
 }

@@ -123,7 +123,7 @@ pub(super) fn given_or_ideal(
 pub(super) fn assumed(model: &Model) -> String {
     let motion = match model.motion {
         MotionSource::Reference => "with the motion of the reference, which rotates with the Earth",
-        MotionSource::Static => "at rest on the turning Earth",
+        MotionSource::Static => "on the turning Earth, without a reference of its motion",
     };
     format!(
         "Assumed, as no --model is given: an ideal unit, {motion}; no bias, no scale error, noise as measured."

@@ -34,12 +34,14 @@ mod firmware;
 mod given;
 mod golden;
 mod import;
+mod import_answers;
 mod import_bank;
 
 mod import_columns;
 mod import_counts;
 mod import_format;
 mod import_raw;
+mod import_said;
 mod inputs;
 mod inspect;
 mod interrupt;

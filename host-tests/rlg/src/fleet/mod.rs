@@ -12,4 +12,6 @@ pub mod summary;
 
 pub mod table;
 
+mod pictures;
+
 pub mod page;

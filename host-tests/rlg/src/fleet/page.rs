@@ -1,11 +1,12 @@
 //! Writes a fleet as one HTML page, without scripts and external resources.
 //!
-//! headline → unusable inputs → outliers → trends → every run
+//! headline → unusable inputs → outliers → trends → pictures → every run
 
 use std::path::{Component, Path};
 
 use maud::{Markup, html};
 
+use super::pictures;
 use super::statistics::Measured;
 use super::summary::{Found, Line, Summary, SummaryPlan};
 use rlg_findings::names::{plain, spaced};
@@ -36,6 +37,7 @@ pub fn page(summary: &Summary, target: &Path) -> String {
         } }
         (outliers(summary))
         (trends(summary))
+        (pictures::section(summary))
         (recordings(summary, target))
     };
     rlg_report::document("Fleet", &main)

@@ -2,6 +2,8 @@
 
 mod align;
 mod answer;
+#[cfg(target_os = "linux")]
+mod asked;
 mod browser;
 mod challenge;
 mod close_loop;

@@ -250,6 +250,12 @@ fn of_three_instruments_the_one_off_and_the_one_that_drifts_stand_in_the_headlin
             "{line}: {said}"
         );
     }
+    // Of the one number a picture against date and one against temperature: 18 points each, and three instruments in the legend.
+    assert_eq!(page.matches("<circle").count(), 2 * 18 + 3, "{page}");
+    assert!(
+        page.contains("date (UTC)") && page.contains("temperature [°C]"),
+        "{page}"
+    );
     // Eighteen rows are folded by instrument, each linked to its page, beside the summary and with its spaces encoded.
     assert_eq!(page.matches("<details>").count(), 3, "{page}");
     assert!(

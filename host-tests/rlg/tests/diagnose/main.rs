@@ -27,4 +27,5 @@ mod several;
 mod slow_reference;
 mod stages;
 mod support;
+mod tumble;
 mod wiring;

@@ -106,6 +106,24 @@ fn recorded(
     }
 }
 
+/// Records one position for two minutes.
+fn recorded_at_rest(more: impl Fn(usize, f64) -> Vector3<f64>) -> Recording {
+    let mut rng = ChaCha8Rng::seed_from_u64(12);
+    let mut recording = recorded(1, Hidden::default(), none, 12);
+    let rows = (120.0 * RATE_HZ) as usize;
+    for (axis, channel) in recording.tables[0].channels.iter_mut().enumerate() {
+        let still = if axis == 0 { GRAVITY_M_S2 } else { 0.0 };
+        let read = (0..rows).map(|row| {
+            let noise: f64 = StandardNormal.sample(&mut rng);
+            let held_s = (row as f64 + 0.5) / RATE_HZ;
+            still + 2e-3 * noise + more(0, held_s)[axis]
+        });
+        channel.values = read.collect();
+    }
+    recording.tables[0].rows = rows;
+    recording
+}
+
 fn none(_: usize, _: f64) -> Vector3<f64> {
     Vector3::zeros()
 }
@@ -246,6 +264,27 @@ fn too_few_attitudes_say_nothing_and_too_few_channels_are_refused() {
     assert_eq!(diagnosis.verdict, Verdict::Unusable);
     let words = &diagnosis.summary[0];
     assert!(words.contains("in 2 attitudes, and 3 at least"), "{words}");
+    // Noise and a line of one rest are found all the same: 2e-3 m/s² a row at 50 Hz, 0.05 m/s² at 7.3 Hz on y.
+    let hums = |_: usize, held_s: f64| match held_s > 0.0 {
+        true => Vector3::y() * 0.05 * (std::f64::consts::TAU * 7.3 * held_s).sin(),
+        false => Vector3::zeros(),
+    };
+    let one = diagnosed(&recorded_at_rest(hums), &ideal()).diagnosis;
+    assert_eq!(one.verdict, Verdict::Unusable);
+    let says = |words: &str| one.summary.iter().any(|line| line.contains(words));
+    assert!(says("in 1 attitude"), "{:#?}", one.summary);
+    let line = one.summary.iter().find(|line| line.starts_with("Lines: "));
+    let line = line.unwrap_or_else(|| panic!("{:#?}", one.summary));
+    let size = line.strip_prefix("Lines: accelerometer y: 7.30 Hz of ");
+    let size = size.and_then(|size| size.split(' ').next()?.parse::<f64>().ok());
+    // Between two coefficients some per cent of a line's amplitude lie farther off.
+    assert!(
+        (size.expect("one line") / 0.05 - 1.0).abs() < 0.05,
+        "{line}"
+    );
+    let noise = one.accelerometer_noise[0].noise_m_s2_sqrt_hz;
+    let truth = 2e-3 * (2.0 / RATE_HZ).sqrt();
+    assert!((noise / truth - 1.0).abs() < 0.1, "{noise} {truth}");
     let mut recording = recorded(6, UNIT, none, 8);
     recording.tables[0].channels.pop();
     let Err(error) = tried(&recording, &ideal()) else {

@@ -6,6 +6,8 @@ pub mod columns;
 
 pub mod matrix;
 
+mod text_lines;
+
 pub mod text_table;
 
 pub mod mat_file;

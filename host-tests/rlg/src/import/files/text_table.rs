@@ -5,10 +5,12 @@
 //! joined, the upper one carried to the right over its empty cells; a line of units gives units. Decimal commas are read if
 //! the delimiter is `;` or tab. Date-times become seconds.
 
+use std::collections::VecDeque;
 use std::path::Path;
 
 use super::columns::{Block, Column};
 use super::date_times;
+use super::text_lines::{BodyLine, Text};
 use crate::error::InputError;
 use crate::recording::units::Unit;
 
@@ -33,102 +35,71 @@ const DELIMITERS: [Delimiter; 4] = [
     Delimiter::Blanks,
 ];
 
-/// Lines of a text, sorted.
-struct Lines<'a> {
-    /// Comments without their sign.
-    comments: Vec<&'a str>,
-    /// All other lines that are not blank, with their number in the file from 1.
-    body: Vec<(usize, &'a str)>,
-    /// Number of the first blank line that is followed by others.
-    blank: Option<usize>,
-}
-
-/// Reads the columns of the text `bytes`, which is `file`.
-pub fn read(file: &Path, bytes: &[u8]) -> Result<Block, InputError> {
-    let text = decode(file, bytes)?;
-    let lines = sort(&text);
-    let delimiter = delimiter(&lines.body);
-    let is_row = |cells: &[String]| {
-        let filled = cells.iter().filter(|cell| !cell.is_empty());
-        let numbers = filled
-            .clone()
-            .filter(|cell| delimiter.number(cell).is_some());
-        2 * numbers.count() >= filled.count().max(1)
-    };
-    let first = lines
-        .body
-        .iter()
-        .position(|(_, line)| is_row(&delimiter.split(line)))
-        .ok_or_else(|| {
+/// Reads the columns of a text file, row by row, and its SHA-256; `check` may refuse the sum before the rows are read.
+pub fn read(
+    file: &Path,
+    check: impl FnOnce(&str) -> Result<(), InputError>,
+) -> Result<(Block, String), InputError> {
+    let mut text = Text::open(file)?;
+    let survey = text.survey(SAMPLE_ROWS)?;
+    check(&survey.sha256)?;
+    let delimiter = delimiter(&survey.last);
+    let mut body = text.body()?;
+    let mut above: VecDeque<BodyLine> = VecDeque::new();
+    let mut rows = survey.body;
+    let first = loop {
+        let line = body.next()?.ok_or_else(|| {
             InputError::new(file, "holds no row of numbers")
-                .value(format!("{} lines of text", lines.body.len()))
+                .value(format!("{} lines of text", survey.body))
                 .expected("a header and rows of numbers, parted by `,`, `;`, tabs or blanks")
         })?;
-    let (above, rows) = lines.body.split_at(first);
-    if let Some(blank) = lines.blank.filter(|blank| *blank > rows[0].0) {
+        if delimiter.is_row(&line.1) {
+            break line;
+        }
+        if above.len() == MOST_HEADER_LINES {
+            above.pop_front();
+        }
+        above.push_back(line);
+        rows -= 1;
+    };
+    if let Some(blank) = survey.blank.filter(|blank| *blank > first.0) {
         return Err(InputError::new(file, "has a blank line between its rows")
             .channel(format!("line {blank}"))
             .expected("a row of cells, empty ones where nothing was measured"));
     }
-    let width = width(&delimiter, above, rows);
-    let (names, units) = header(&delimiter, above, &lines.comments, width);
-    let mut notes = Vec::new();
-    let columns = cells(file, &delimiter, rows, names, units, &text, &mut notes)?;
-    let rate_hz = lines
-        .comments
-        .iter()
-        .find_map(|comment| stated_rate(comment));
-    Ok(Block {
-        file: file.to_path_buf(),
-        rows: columns.first().map_or(0, |column| column.values.len()),
-        columns,
-        rate_hz,
-        notes,
-    })
-}
-
-/// Decodes UTF-8 with or without a byte-order mark, else Latin-1, in which older loggers write the degree sign.
-fn decode(file: &Path, bytes: &[u8]) -> Result<String, InputError> {
-    let bytes = bytes.strip_prefix(b"\xEF\xBB\xBF").unwrap_or(bytes);
-    if bytes.contains(&0) {
-        return Err(InputError::new(file, "is no text: it holds zero bytes")
-            .expected("UTF-8 text, or --format mat|hdf5|parquet"));
-    }
-    Ok(match std::str::from_utf8(bytes) {
-        Ok(text) => text.to_owned(),
-        Err(_) => bytes.iter().map(|byte| char::from(*byte)).collect(),
-    })
-}
-
-fn sort(text: &str) -> Lines<'_> {
-    let mut lines = Lines {
-        comments: Vec::new(),
-        body: Vec::new(),
-        blank: None,
-    };
-    let mut blank = None;
-    for (place, line) in text.lines().enumerate() {
-        let line = line.trim_end_matches('\r');
-        let start = line.trim_start();
-        let comment = ["#", "%", "//"]
-            .into_iter()
-            .find_map(|sign| start.strip_prefix(sign));
-        if start.is_empty() {
-            blank = blank.or(Some(place + 1));
-        } else if let Some(comment) = comment {
-            lines.comments.push(comment.trim());
-        } else {
-            if !lines.body.is_empty() {
-                lines.blank = blank.or(lines.blank);
-            }
-            blank = None;
-            lines.body.push((place + 1, line));
+    let width = width(&delimiter, above.back(), &first);
+    let (names, units) = header(&delimiter, &above, &survey.comments, width);
+    let mut table = Cells::new(file, delimiter, (names, units), rows, survey.is_whole);
+    let mut next = Some(first);
+    while let Some((line, content)) = next {
+        if !table.add(line, &content)? {
+            break;
         }
+        next = body.next()?;
     }
-    lines
+    let mut comments = survey.comments.iter();
+    let block = Block {
+        file: file.to_path_buf(),
+        rows: table
+            .columns
+            .first()
+            .map_or(0, |column| column.values.len()),
+        rate_hz: comments.find_map(|comment| stated_rate(comment)),
+        columns: table.columns,
+        notes: table.notes,
+    };
+    Ok((block, survey.sha256))
 }
 
 impl Delimiter {
+    /// True for a line of numbers: half of its filled cells at least.
+    fn is_row(&self, line: &str) -> bool {
+        let cells = self.split(line);
+        let filled = cells.iter().filter(|cell| !cell.is_empty());
+        let numbers = filled.clone().filter(|cell| self.number(cell).is_some());
+        2 * numbers.count() >= filled.count().max(1)
+    }
+
     /// Splits a line into cells, without blanks and quotes around them; an empty last cell is dropped.
     fn split(&self, line: &str) -> Vec<String> {
         let mut cells: Vec<String> = match self {
@@ -197,8 +168,7 @@ fn quoted_split(line: &str, sign: char) -> Vec<String> {
 }
 
 /// Returns the delimiter that splits the last lines into most numbers.
-fn delimiter(body: &[(usize, &str)]) -> Delimiter {
-    let sample = &body[body.len().saturating_sub(SAMPLE_ROWS)..];
+fn delimiter(sample: &VecDeque<BodyLine>) -> Delimiter {
     let numbers = |delimiter: &Delimiter| -> usize {
         let cells = sample.iter().map(|(_, line)| delimiter.split(line));
         let share = |cells: Vec<String>| {
@@ -219,12 +189,10 @@ fn delimiter(body: &[(usize, &str)]) -> Delimiter {
 
 /// Returns the number of columns: cells of the first row, and one more if the header has it and the row ends with a
 /// delimiter.
-fn width(delimiter: &Delimiter, above: &[(usize, &str)], rows: &[(usize, &str)]) -> usize {
-    let cells = delimiter.split(rows[0].1).len();
-    let header = above
-        .last()
-        .map_or(0, |(_, line)| delimiter.split(line).len());
-    match header == cells + 1 && delimiter.ends(rows[0].1) {
+fn width(delimiter: &Delimiter, above: Option<&BodyLine>, (_, first): &BodyLine) -> usize {
+    let cells = delimiter.split(first).len();
+    let header = above.map_or(0, |(_, line)| delimiter.split(line).len());
+    match header == cells + 1 && delimiter.ends(first) {
         true => header,
         false => cells,
     }
@@ -233,8 +201,8 @@ fn width(delimiter: &Delimiter, above: &[(usize, &str)], rows: &[(usize, &str)])
 /// Returns names and units of `width` columns, from the lines above the numbers or, if there are none, from a comment.
 fn header(
     delimiter: &Delimiter,
-    above: &[(usize, &str)],
-    comments: &[&str],
+    above: &VecDeque<BodyLine>,
+    comments: &[String],
     width: usize,
 ) -> (Vec<String>, Vec<Option<String>>) {
     let fits = |cells: &Vec<String>| cells.len() == width;
@@ -303,66 +271,93 @@ fn bare(cell: &str) -> &str {
     cell.trim_matches(['[', ']', '(', ')'])
 }
 
-/// Parses the values of all rows.
-fn cells(
-    file: &Path,
-    delimiter: &Delimiter,
-    rows: &[(usize, &str)],
-    names: Vec<String>,
-    units: Vec<Option<String>>,
-    text: &str,
-    notes: &mut Vec<String>,
-) -> Result<Vec<Column>, InputError> {
-    let width = names.len();
-    let mut columns: Vec<Column> = names
-        .into_iter()
-        .zip(units)
-        .map(|(name, unit)| Column {
+/// Values of the rows so far.
+struct Cells<'a> {
+    file: &'a Path,
+    delimiter: Delimiter,
+    columns: Vec<Column>,
+    /// Columns that hold a number.
+    has_number: Vec<bool>,
+    /// Rows read, and rows of the file.
+    read: usize,
+    rows: usize,
+    /// True if the last line of the file ends as a line.
+    is_whole: bool,
+    notes: Vec<String>,
+}
+
+impl<'a> Cells<'a> {
+    fn new(
+        file: &'a Path,
+        delimiter: Delimiter,
+        (names, units): (Vec<String>, Vec<Option<String>>),
+        rows: usize,
+        is_whole: bool,
+    ) -> Self {
+        let column = |(name, unit)| Column {
             unit,
-            ..Column::new(name, Vec::with_capacity(rows.len()))
-        })
-        .collect();
-    for (row, (line, content)) in rows.iter().enumerate() {
-        let mut cells = delimiter.split(content);
-        if cells.len() + 1 == width && delimiter.ends(content) {
+            ..Column::new(name, Vec::with_capacity(rows))
+        };
+        let columns: Vec<Column> = names.into_iter().zip(units).map(column).collect();
+        Self {
+            file,
+            delimiter,
+            has_number: vec![false; columns.len()],
+            columns,
+            read: 0,
+            rows,
+            is_whole,
+            notes: Vec::new(),
+        }
+    }
+
+    /// Parses a row; false for a last one that is cut short.
+    fn add(&mut self, line: usize, content: &str) -> Result<bool, InputError> {
+        let (width, row) = (self.columns.len(), self.read);
+        let mut cells = self.delimiter.split(content);
+        if cells.len() + 1 == width && self.delimiter.ends(content) {
             // The part behind the last delimiter was a cell.
             cells.push(String::new());
         }
         if cells.len() != width {
-            if row + 1 == rows.len() && cells.len() < width && !text.ends_with('\n') {
-                notes.push(format!(
+            if row + 1 == self.rows && cells.len() < width && !self.is_whole {
+                self.notes.push(format!(
                     "line {line}, cut short at the end of the file, is left out"
                 ));
-                break;
+                return Ok(false);
             }
             return Err(
-                InputError::new(file, "has a row of another length than the first")
+                InputError::new(self.file, "has a row of another length than the first")
                     .channel(format!("line {line}"))
                     .row(row as u64)
                     .value(format!("{} cells", cells.len()))
                     .expected(format!("{width} cells in every row")),
             );
         }
-        for (column, cell) in columns.iter_mut().zip(&cells) {
+        let columns = self.columns.iter_mut().zip(&mut self.has_number);
+        for ((column, has_number), cell) in columns.zip(&cells) {
             let number = match column.dates {
-                None => delimiter.number(cell),
+                None => self.delimiter.number(cell),
                 // An empty cell is a missing time; a number among dates is an error.
                 Some(_) => cell.is_empty().then_some(f64::NAN),
             };
-            let value = number.or_else(|| seconds(column, cell));
+            let value = number.or_else(|| seconds(column, *has_number, cell));
             if value.is_none() && column.bad_cell.is_none() {
                 column.bad_cell = Some((row as u64, cell.clone()));
             }
-            column.values.push(value.unwrap_or(f64::NAN));
+            let value = value.unwrap_or(f64::NAN);
+            *has_number |= !value.is_nan();
+            column.values.push(value);
         }
+        self.read += 1;
+        Ok(true)
     }
-    Ok(columns)
 }
 
 /// Returns a date-time as seconds since the second of the column's first; `None` for other text, or if the column held
 /// numbers.
-fn seconds(column: &mut Column, cell: &str) -> Option<f64> {
-    if column.dates.is_none() && column.values.iter().any(|value| !value.is_nan()) {
+fn seconds(column: &mut Column, has_number: bool, cell: &str) -> Option<f64> {
+    if column.dates.is_none() && has_number {
         return None;
     }
     let (whole_s, fraction_s, dates) = date_times::parse(cell)?;

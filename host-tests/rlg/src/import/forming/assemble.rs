@@ -5,6 +5,7 @@ use std::path::Path;
 
 use super::attitudes::increments_of_angle;
 use super::clocks::{Group, Origin, Said, check_one_rate, origin, stamps_of, times};
+use super::column_stems::stem;
 use super::sense::other_sense;
 use super::stamps::Times;
 use crate::error::InputError;
@@ -52,8 +53,22 @@ const SUMS: [Quantity; 3] = [
     Quantity::ReferenceIncrement,
 ];
 
+/// Use of the blocks' values after an assembly.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub enum Values {
+    /// Kept for another assembly.
+    Kept,
+    /// Moved into the channels, or freed: a long file is in memory once.
+    Moved,
+}
+
 /// Assembles the tables.
-pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled, InputError> {
+pub fn assemble(
+    blocks: &mut [Block],
+    plan: &Plan,
+    said: &Said,
+    values: Values,
+) -> Result<Assembled, InputError> {
     let mut groups: BTreeMap<Group, Vec<&Mapped>> = BTreeMap::new();
     for mapped in &plan.mapped {
         let stamps = stamps_of(blocks, mapped, said)?;
@@ -80,6 +95,9 @@ pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled,
         check_instants(&blocks[group.0], &times, &columns, said)?;
         parts.extend(apart(times, columns));
     }
+    if values == Values::Moved {
+        free_unmapped(blocks, plan);
+    }
     for (place, (times, columns)) in parts.into_iter().enumerate() {
         let name = match place {
             0 => "samples.parquet".to_owned(),
@@ -87,7 +105,9 @@ pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled,
             more => format!("table-{more}.parquet"),
         };
         let mut builder = Builder {
-            blocks,
+            blocks: &mut *blocks,
+            plan,
+            moved: values == Values::Moved,
             name,
             times,
             channels: Vec::new(),
@@ -100,6 +120,18 @@ pub fn assemble(blocks: &[Block], plan: &Plan, said: &Said) -> Result<Assembled,
     }
     check_one_clock(&blocks[0].file, &assembled.tables)?;
     Ok(assembled)
+}
+
+/// Frees the values of columns that are not mapped; clocks are formed already.
+fn free_unmapped(blocks: &mut [Block], plan: &Plan) {
+    for (place, block) in blocks.iter_mut().enumerate() {
+        for (at, column) in block.columns.iter_mut().enumerate() {
+            let mut mapped = plan.mapped.iter();
+            if !mapped.any(|mapped| (mapped.block, mapped.column) == (place, at)) {
+                column.values = Vec::new();
+            }
+        }
+    }
 }
 
 /// Refuses tables that share no time with the gyros': two clocks, or two recordings.
@@ -167,7 +199,9 @@ fn apart(times: Times, columns: Vec<&Mapped>) -> Vec<(Times, Vec<&Mapped>)> {
 
 /// A table under construction.
 pub(super) struct Builder<'a> {
-    pub(super) blocks: &'a [Block],
+    pub(super) blocks: &'a mut [Block],
+    plan: &'a Plan,
+    moved: bool,
     name: String,
     times: Times,
     channels: Vec<Channel>,
@@ -184,27 +218,43 @@ impl Builder<'_> {
     }
 
     /// Returns the values of a column in SI on the table's rows.
-    pub(super) fn values(&self, mapped: &Mapped) -> Vec<f64> {
-        let stored = &self.blocks[mapped.block].columns[mapped.column].values;
-        let values = stored.iter().map(|stored| mapped.unit.to_si(*stored));
+    pub(super) fn values(&mut self, mapped: &Mapped) -> Vec<f64> {
+        let mut values = self.stored_values(mapped);
+        values
+            .iter_mut()
+            .for_each(|value| *value = mapped.unit.to_si(*value));
         match &self.times {
-            Times::Stamped(_) => values.collect(),
-            Times::Resampled { resampling, .. } => {
-                let values: Vec<f64> = values.collect();
-                match &mapped.target {
-                    Target::Stored(quantity) if SUMS.contains(quantity) => resampling.sums(&values),
-                    Target::ReferenceAngle => resampling.steps(&increments_of_angle(&values)),
-                    target if target.is_of_a_period() => resampling.means(&values),
-                    _ => resampling.latest(&values),
-                }
-            }
+            Times::Stamped(_) => values,
+            Times::Resampled { resampling, .. } => match &mapped.target {
+                Target::Stored(quantity) if SUMS.contains(quantity) => resampling.sums(&values),
+                Target::ReferenceAngle => resampling.steps(&increments_of_angle(&values)),
+                target if target.is_of_a_period() => resampling.means(&values),
+                _ => resampling.latest(&values),
+            },
             Times::Even { places, .. } => {
-                let mut filled = vec![f64::NAN; places.last().map_or(0, |last| last + 1)];
+                let rows = places.last().map_or(0, |last| last + 1);
+                if rows == values.len() {
+                    // Places ascend, so none is missing.
+                    return values;
+                }
+                let mut filled = vec![f64::NAN; rows];
                 for (place, value) in places.iter().zip(values) {
                     filled[*place] = value;
                 }
                 filled
             }
+        }
+    }
+
+    /// Takes the values of a column as stored, or copies those that are used again.
+    fn stored_values(&mut self, mapped: &Mapped) -> Vec<f64> {
+        let place = (mapped.block, mapped.column);
+        let all = self.plan.mapped.iter();
+        let uses = all.filter(|one| (one.block, one.column) == place).count();
+        let values = &mut self.blocks[place.0].columns[place.1].values;
+        match self.moved && uses == 1 {
+            true => std::mem::take(values),
+            false => values.clone(),
         }
     }
 
@@ -252,12 +302,14 @@ impl Builder<'_> {
             let origin = self.origin(mapped);
             let axis = mapped.axis.as_deref();
             let mut scaling = (mapped.unit.scale, mapped.unit.offset);
-            let mut values = self.values(mapped);
             if *quantity == Quantity::ReferenceAttitude {
                 continue;
             }
             if *quantity == Quantity::GyroCount {
                 self.check_counts(mapped)?;
+            }
+            let mut values = self.values(mapped);
+            if *quantity == Quantity::GyroCount {
                 let place = axis.and_then(|axis| "xyz".find(axis)).unwrap_or(0);
                 self.assembled.pulse_weight_rad[place] = mapped.unit.scale.abs();
                 // The model holds the weight; a negative one is a gyro that counts backwards.
@@ -296,6 +348,12 @@ impl Builder<'_> {
     fn increments(&mut self, columns: &[&Mapped]) -> Result<(), InputError> {
         let mut encoders = Vec::new();
         for mapped in columns {
+            if !matches!(
+                mapped.target,
+                Target::ReferenceRate | Target::ReferenceAngle
+            ) {
+                continue;
+            }
             let axis = mapped.axis.as_deref();
             let values = self.values(mapped);
             let values = match mapped.target {
@@ -306,7 +364,7 @@ impl Builder<'_> {
                         .map(|rate_rad_s| rate_rad_s * period_s)
                         .collect()
                 }
-                Target::ReferenceAngle => {
+                _ => {
                     encoders.push(axis.unwrap_or_default().to_owned());
                     match self.times {
                         // Differenced before they were resampled.
@@ -314,7 +372,6 @@ impl Builder<'_> {
                         _ => increments_of_angle(&values),
                     }
                 }
-                _ => continue,
             };
             let how = match mapped.target {
                 Target::ReferenceRate => "times the period",
@@ -430,25 +487,5 @@ impl Builder<'_> {
         };
         self.assembled.notes.extend(other_sense(&table));
         self.assembled.tables.push(table);
-    }
-}
-
-/// Returns the first letters of a column's name in the recording.
-fn stem(quantity: &Quantity) -> &'static str {
-    match quantity {
-        Quantity::GyroCount | Quantity::GyroIncrement | Quantity::GyroRate => "g",
-        Quantity::DitherAngle => "d",
-        Quantity::SpecificForce => "a",
-        Quantity::VelocityIncrement => "v",
-        Quantity::Temperature => "temperature",
-        Quantity::MagneticField => "m",
-        Quantity::ReferenceIncrement => "r",
-        Quantity::ReferenceAttitude => "q",
-        Quantity::LaserIntensity => "laser_intensity_",
-        Quantity::PathLengthDrive => "path_length_drive_",
-        Quantity::PathLengthResets => "path_length_resets_",
-        Quantity::DitherDrive => "dither_drive_",
-        Quantity::TimeSincePulse => "time_since_pulse",
-        Quantity::Other(_) => "",
     }
 }

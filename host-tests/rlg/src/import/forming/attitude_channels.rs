@@ -32,7 +32,10 @@ impl Builder<'_> {
                     .expected(format!("a column each for {}", labels.join(", ")))
             })?);
         }
-        let mut values: Vec<Vec<f64>> = found.iter().map(|mapped| self.values(mapped)).collect();
+        let mut values: Vec<Vec<f64>> = Vec::with_capacity(found.len());
+        for mapped in &found {
+            values.push(self.values(mapped));
+        }
         let mut next = || match values.is_empty() {
             true => Vec::new(),
             false => values.remove(0),

@@ -13,20 +13,20 @@ use crate::recording::{Head, Quantity, Recording, Site};
 /// File name of the model in the recording's folder.
 const MODEL: &str = "model.toml";
 
-/// Makes a recording of these tables, named after its source.
-pub fn recording(file: &Path, site: Option<Site>, assembled: &Assembled) -> Recording {
+/// Makes a recording of these tables, which move into it, named after its source.
+pub fn recording(file: &Path, site: Option<Site>, assembled: &mut Assembled) -> Recording {
     Recording {
         name: name_of(file),
         folder: PathBuf::new(),
         site,
-        tables: assembled.tables.clone(),
+        tables: std::mem::take(&mut assembled.tables),
         segments: Vec::new(),
     }
 }
 
 /// Makes the model of an ideal unit: nothing is corrected, no noise is declared.
-pub fn ideal(assembled: &Assembled) -> Model {
-    let channels = assembled.tables.iter().flat_map(|table| &table.channels);
+pub fn ideal(recording: &Recording, assembled: &Assembled) -> Model {
+    let channels = recording.tables.iter().flat_map(|table| &table.channels);
     let quantities: Vec<Quantity> = channels.map(|channel| channel.quantity.clone()).collect();
     still::ideal(assembled.pulse_weight_rad, &quantities)
 }
@@ -45,7 +45,7 @@ pub fn write(
         ..labels.clone()
     };
     recording.write_headed_into(out, &head)?;
-    let model = ideal(assembled);
+    let model = ideal(recording, assembled);
     model.check(&out.target().join(MODEL))?;
     let text = format!("{}{}", model_comment(&model), model.to_toml());
     out.write(MODEL, text.as_bytes())

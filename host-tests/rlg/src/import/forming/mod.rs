@@ -12,6 +12,8 @@ pub mod clocks;
 
 pub mod sense;
 
+mod column_stems;
+
 pub mod assemble;
 
 pub mod described;
@@ -21,6 +23,8 @@ pub mod evidence;
 pub mod repeats;
 
 pub mod settle;
+
+pub mod settle_angle;
 
 pub mod settle_times;
 

@@ -3,7 +3,7 @@
 //! Columns whose unit is open are assembled in SI, compared with what is known, and get their unit by the ratio of the two.
 //! A unit that the data decide is taken with a note; another becomes a question with the best guess.
 
-use super::assemble::{Assembled, assemble};
+use super::assemble::{Assembled, Values, assemble};
 use super::attitudes::EulerOrder;
 use super::clocks::{Said, stamps_in};
 use super::evidence::{self, Ratio};
@@ -19,7 +19,7 @@ use crate::import::mapping::targets::Target;
 use crate::recording::Quantity;
 
 /// Smallest correlation of gyros and what they are compared with.
-const ALIKE: f64 = 0.95;
+pub(super) const ALIKE: f64 = 0.95;
 
 /// Largest misfit of one order of a quaternion relative to that of the other that decides it.
 const CLEARLY: f64 = 0.3;
@@ -64,6 +64,7 @@ impl Settled {
             .extend(repeats::drop_all(blocks, &first, &self.said));
         let lacks_rate = self.lacks_rate(blocks, &first);
         self.order_quaternion(blocks, &first, lacks_rate)?;
+        self.ask_followed(blocks, &first, lacks_rate)?;
         let mut open = self.plan(blocks)?;
         self.by_range(blocks, &mut open);
         let is_bare = |mapped: &Mapped| mapped.axis.is_none() && mapped.target.is_about_one_axis();
@@ -127,7 +128,7 @@ impl Settled {
         Ok(())
     }
 
-    fn plan(&self, blocks: &[Block]) -> Result<Plan, InputError> {
+    pub(super) fn plan(&self, blocks: &[Block]) -> Result<Plan, InputError> {
         plan(blocks, &self.maps, &self.units, &self.times)
     }
 
@@ -146,7 +147,7 @@ impl Settled {
     }
 
     /// Assembles with open units as those of SI.
-    fn provisional(
+    pub(super) fn provisional(
         &self,
         blocks: &mut Vec<Block>,
         open: &Plan,
@@ -162,7 +163,7 @@ impl Settled {
         let mut said = self.said.clone();
         said.rate_hz = said.rate_hz.or(lacks_rate.then_some(STAND_IN_HZ));
         own_rows::separate(blocks, &mut open, said.rate_hz);
-        let assembled = assemble(blocks, &open, &said);
+        let assembled = assemble(blocks, &open, &said, Values::Kept);
         blocks.truncate(count);
         assembled
     }

@@ -120,6 +120,20 @@ const FORMS: &[Form] = &[
         ],
         ..NONE
     },
+    // Xsens, MT Low Level Communication Protocol: SampleTimeFine counts ticks of 10 kHz. The quaternion's names tell it from a
+    // Movella DOT's export, whose stamps are in us.
+    Form {
+        name: "Xsens MT clock",
+        columns: &["PacketCounter", "SampleTimeFine", "Acc_X", "Quat_q0"],
+        units: &[("time", "0.1*ms")],
+        ..NONE
+    },
+    Form {
+        name: "Xsens MT clock",
+        columns: &["PacketCounter", "SampleTimeFine", "Acc_X", "Mat[1][1]"],
+        units: &[("time", "0.1*ms")],
+        ..NONE
+    },
     // Xsens MT Manager, text export: Acc in m/s^2, Gyr in rad/s, Roll, Pitch, Yaw in deg.
     Form {
         name: "Xsens MT text",

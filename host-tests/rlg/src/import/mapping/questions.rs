@@ -47,7 +47,6 @@ pub fn ask(file: &Path, questions: &[Question], command: &[String]) -> InputErro
         words.push(question.answer.0.to_owned());
         words.extend(question.answer.1.iter().cloned());
     }
-    let words: Vec<String> = words.iter().map(|word| quoted(word)).collect();
     let all_guessed = questions.iter().all(|question| question.is_guess);
     let count = match questions.len() {
         1 => "one answer".to_owned(),
@@ -59,7 +58,7 @@ pub fn ask(file: &Path, questions: &[Question], command: &[String]) -> InputErro
     };
     let mut text = format!(
         "these guesses, or others in their place{how}:{COMMAND}{}",
-        words.join(" ")
+        line(&words)
     );
     for question in questions {
         // Writing to a String cannot fail.
@@ -67,6 +66,12 @@ pub fn ask(file: &Path, questions: &[Question], command: &[String]) -> InputErro
         let _ = write!(text, "\n  {asks}: {}: {evidence}", question.guess());
     }
     InputError::new(file, format!("needs {count}")).expected(text)
+}
+
+/// Returns a command line to paste.
+pub fn line(words: &[String]) -> String {
+    let words: Vec<String> = words.iter().map(|word| quoted(word)).collect();
+    words.join(" ")
 }
 
 /// Quotes a word for a shell, if needed.
