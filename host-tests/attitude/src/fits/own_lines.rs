@@ -33,7 +33,9 @@ impl Observed<'_> {
             .collect();
         let clocks = (self.gyros.rate_hz, reference_hz);
         let lines = find(&of_gyros, &others, seen, clocks, plan);
-        self.motion_hz = of_motion(&others, seen, clocks, plan);
+        self.occupied_hz = of_motion(&others, seen, clocks, plan);
+        // The remainder of a line that was removed is no second line.
+        self.occupied_hz.extend(lines.iter().map(|line| line.hz[0]));
         add(&mut self.gyros, &lines, -1.0);
         self.lines = lines;
     }
@@ -44,7 +46,7 @@ impl Observed<'_> {
         let [first, about] = self.line_bins;
         Scans::All {
             least_hz: first as f64 * bin_hz,
-            motion_hz: &self.motion_hz,
+            occupied_hz: &self.occupied_hz,
             about_hz: about as f64 * bin_hz,
         }
     }

@@ -62,8 +62,8 @@ pub(crate) struct Observed<'a> {
     pub(crate) late: Late,
     /// Lines that were taken out of them.
     pub(crate) lines: Vec<OwnLine>,
-    /// Lines of the motion and of the forces \[Hz\].
-    pub(crate) motion_hz: Vec<f64>,
+    /// Lines of the motion, of the forces, and those taken out \[Hz\].
+    pub(crate) occupied_hz: Vec<f64>,
     /// First bin of the spectrum in which they are known, and half width about each \[bins\].
     pub(crate) line_bins: [usize; 2],
     /// Thresholds of the effects.
@@ -241,7 +241,7 @@ pub(crate) fn observe<'a>(
         late: Late::default(),
         is_without_known: false,
         lines: Vec::new(),
-        motion_hz: Vec::new(),
+        occupied_hz: Vec::new(),
         line_bins: [plan.signal.own_lines.first, plan.signal.own_lines.about],
         catalogue: plan.catalogue,
     };

@@ -94,8 +94,8 @@ pub enum Scans<'a> {
     All {
         /// Lowest frequency of a line: those of the motion are not known below \[Hz\].
         least_hz: f64,
-        /// Lines of the motion, about which no line of a gyro is sought \[Hz\].
-        motion_hz: &'a [f64],
+        /// Lines of the motion and lines taken out, about which no line is sought \[Hz\].
+        occupied_hz: &'a [f64],
         /// Half width \[Hz\].
         about_hz: f64,
     },
@@ -411,7 +411,7 @@ impl Residual<'_> {
     ) -> Option<Sought> {
         let Scans::All {
             least_hz,
-            motion_hz,
+            occupied_hz,
             about_hz,
         } = self.scans
         else {
@@ -419,8 +419,8 @@ impl Residual<'_> {
         };
         let given = self.given(blocks, set, plan);
         let null = blocks.null(set, self.beyond);
-        let is_own = |hz: f64| motion_hz.iter().all(|of| (hz - of).abs() > about_hz);
-        let is_free = |hz: f64| hz >= least_hz && is_own(hz);
+        let is_occupied = |hz: f64| occupied_hz.iter().any(|of| (hz - of).abs() <= about_hz);
+        let is_free = |hz: f64| hz >= least_hz && !is_occupied(hz);
         let line = line_scan::seek(given, &null, &is_free);
         let vocabulary = self
             .vocabulary
