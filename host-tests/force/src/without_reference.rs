@@ -15,7 +15,7 @@ use rlg_signal::qualify;
 use rlg_signal::streams::{AXES, Streams};
 
 /// Reason for which no error is sought.
-const WHY: &str = "the unit turns, and nothing else measures how";
+const WHY: &str = "the unit rotates, and no other channel measures its rotation";
 
 /// Experiment that shows more.
 const NEXT: &str = "Record a reference of the motion (turntable, cameras, a second unit), or hold the unit still in six positions or more, ten seconds each: rests tell biases, and turns between them scale and misalignment by gravity.";
@@ -40,7 +40,7 @@ pub fn diagnose_without_reference(
     let mut outcome = Outcome::unusable(&recording.name, settings.seed, WHY, model);
     let diagnosis = &mut outcome.diagnosis;
     diagnosis.summary = vec![format!(
-        "No error of the gyros can be told, neither bias nor scale nor misalignment: {WHY}."
+        "Errors of the gyros are not observable (bias, scale, misalignment): {WHY}."
     )];
     diagnosis
         .summary

@@ -1,5 +1,8 @@
 //! Steady lines of a residual: coefficients far above their neighbours, removed or listed.
 
+use std::f64::consts::TAU;
+
+use realfft::num_complex::Complex64;
 use rlg_inference::{Dct, Observations};
 use rlg_plan::SteadyPlan;
 use rlg_signal::streams::{Triad, each_axis};
@@ -37,7 +40,8 @@ pub(super) struct Steady {
 pub(super) fn lines(values: &[f64], observations: &Observations, plan: &SteadyPlan) -> Vec<Steady> {
     let mut found = Vec::new();
     for span in &observations.spans {
-        let mut before = span.bridge(values);
+        let bridged = span.bridge(values);
+        let mut before = bridged.clone();
         let rows = before.len() as f64;
         Dct::new(before.len()).forward(&mut before);
         let mut after = before.clone();
@@ -53,13 +57,41 @@ pub(super) fn lines(values: &[f64], observations: &Observations, plan: &SteadyPl
             let power = |k: usize| before[k] * before[k];
             let sum: f64 = near.clone().map(power).sum();
             let middle: f64 = near.map(|k| power(k) * k as f64).sum::<f64>() / sum;
-            found.push(Steady {
-                share: 0.5 * middle / rows,
-                amplitude: (2.0 * sum / rows).sqrt(),
-            });
+            found.push(refined(&bridged, 0.5 * middle / rows));
         }
     }
     found
+}
+
+/// Maximum of the periodogram within half a resolution about a frequency, by golden sections.
+fn refined(values: &[f64], share: f64) -> Steady {
+    /// To 1e-5 of a resolution.
+    const SECTIONS: usize = 24;
+    let rows = values.len() as f64;
+    let amplitude = |share: f64| {
+        let step = Complex64::from_polar(1.0, -TAU * share);
+        let mut phase = Complex64::new(1.0, 0.0);
+        let mut sum = Complex64::new(0.0, 0.0);
+        for value in values {
+            sum += phase * value;
+            phase *= step;
+        }
+        2.0 * sum.norm() / rows
+    };
+    let golden = 0.5 * (5.0_f64.sqrt() - 1.0);
+    let [mut from, mut to] = [share - 0.5 / rows, share + 0.5 / rows];
+    for _ in 0..SECTIONS {
+        let inner = [to - golden * (to - from), from + golden * (to - from)];
+        match amplitude(inner[0]) > amplitude(inner[1]) {
+            true => to = inner[1],
+            false => from = inner[0],
+        }
+    }
+    let share = 0.5 * (from + to);
+    Steady {
+        share,
+        amplitude: amplitude(share),
+    }
 }
 
 fn clip(spectrum: &mut [f64], plan: &SteadyPlan) {
@@ -114,7 +146,7 @@ mod tests {
         let [line] = found[..] else {
             panic!("{found:?}");
         };
-        assert!((line.share - 0.1234).abs() < 1e-4, "{line:?}");
-        assert!((line.amplitude - 0.8).abs() < 0.05, "{line:?}");
+        assert!((line.share - 0.1234).abs() < 1e-6, "{line:?}");
+        assert!((line.amplitude - 0.8).abs() < 0.01, "{line:?}");
     }
 }

@@ -38,7 +38,7 @@ pub(super) fn outcome(
         ..Diagnosis::unusable(&recording.name, settings.seed, &why)
     };
     diagnosis.summary = vec![format!(
-        "No error of the accelerometers can be told: {why}."
+        "Errors of the accelerometers are not observable: {why}."
     )];
     let longest = positions.iter().max_by_key(|one| one.rows.len());
     if let Some(longest) = longest {
@@ -55,7 +55,7 @@ pub(super) fn outcome(
         diagnosis.accelerometer_noise = noise;
     } else {
         diagnosis.summary.push(
-            "Nor their noise: it cannot be told from the motion where the unit never stands still."
+            "Their noise is not distinguishable from the motion of a unit that is never at rest."
                 .to_string(),
         );
     }

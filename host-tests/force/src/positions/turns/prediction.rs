@@ -209,7 +209,8 @@ mod tests {
         };
         let up = [Vector3::new(0.1, -0.3, 0.95).normalize(); 2];
         let mut at = Sizes::from_fn(|k, _| 1e-3 * (k as f64 - 6.0));
-        at[OWN] = 7e-5;
+        let earth_rad_s = Vector3::new(4e-5, -4e-5, 4e-5);
+        at.fixed_rows_mut::<3>(OWN).copy_from(&earth_rad_s);
         let whole = predict(&gyros, &up, &at);
         for k in 0..ALL {
             let beside = |step: f64| {
