@@ -25,20 +25,25 @@ pub struct Spectrum {
     rate_hz: f64,
 }
 
-/// Attenuations in use, by number of frequencies and row rate.
-static MEANS: Mutex<Vec<(usize, f64, Weak<[f64]>)>> = Mutex::new(Vec::new());
+/// Attenuations of records of one padded length and row rate.
+struct Attenuations {
+    padded: usize,
+    rate_hz: f64,
+    held: Weak<[f64]>,
+}
+
+/// Attenuations in use.
+static MEANS: Mutex<Vec<Attenuations>> = Mutex::new(Vec::new());
 
 /// Attenuation of each frequency in a row's mean; a sine of each costs as much as a transform, so that they are shared while
 /// in use.
 fn attenuations(padded: usize, rate_hz: f64) -> Arc<[f64]> {
     let mut known = MEANS.lock().unwrap_or_else(PoisonError::into_inner);
-    known.retain(|(.., held)| held.strong_count() > 0);
-    let same = |one: &&(usize, f64, Weak<[f64]>)| (one.0, one.1) == (padded, rate_hz);
-    if let Some(held) = known
+    known.retain(|one| one.held.strong_count() > 0);
+    let mut same = known
         .iter()
-        .find(same)
-        .and_then(|(.., held)| held.upgrade())
-    {
+        .filter(|one| (one.padded, one.rate_hz) == (padded, rate_hz));
+    if let Some(held) = same.find_map(|one| one.held.upgrade()) {
         return held;
     }
     let fresh: Arc<[f64]> = (0..=padded / 2)
@@ -53,7 +58,11 @@ fn attenuations(padded: usize, rate_hz: f64) -> Arc<[f64]> {
             sinc.max(LEAST_SINC)
         })
         .collect();
-    known.push((padded, rate_hz, Arc::downgrade(&fresh)));
+    known.push(Attenuations {
+        padded,
+        rate_hz,
+        held: Arc::downgrade(&fresh),
+    });
     fresh
 }
 

@@ -29,7 +29,7 @@ impl Confirmed {
         let set = &self.set;
         let fit = with_noise_of(&set.fit, recording);
         let left_rad = left_by(found, &fit);
-        let is_supported_here = |place: &usize| {
+        let is_named_here = |place: &usize| {
             let one = &shared[set.headlines[*place]];
             // Effects found in sums alone are reported with the first of the stretches.
             let first = one.first_recording().filter(|&first| first < count);
@@ -38,27 +38,18 @@ impl Confirmed {
                 _ => first.unwrap_or(0) == recording,
             }
         };
-        let supported: Vec<usize> = (0..set.named.len()).filter(is_supported_here).collect();
+        let named: Vec<usize> = (0..set.named.len()).filter(is_named_here).collect();
         let judged = &found.judged;
         let is_here = |place: &usize| shared[judged[*place].hypothesis].own[recording].is_some();
         let here = |places: &[usize]| places.iter().copied().filter(is_here).collect();
-        let of_supported = |all: &[usize]| {
-            supported
-                .iter()
-                .map(|&place| all[place])
-                .collect::<Vec<_>>()
-        };
         let mut own = fit.clone();
-        own.members = of_supported(&fit.members);
-        own.ranks = of_supported(&fit.ranks);
-        own.squared_sizes = supported
-            .iter()
-            .map(|&place| fit.squared_sizes[place])
-            .collect();
+        own.members = at(&named, &fit.members);
+        own.ranks = at(&named, &fit.ranks);
+        own.squared_sizes = at(&named, &fit.squared_sizes);
         let (unconfirmed, reenacted_away) = (here(&set.unconfirmed), here(&set.reenacted_away));
         let impossible = here(&set.impossible);
-        own.blocks = Vec::with_capacity(supported.len());
-        for &place in &supported {
+        own.blocks = Vec::with_capacity(named.len());
+        for &place in &named {
             let headline = set.headlines[place];
             let of_recording = &together.candidates[recording];
             let (alone, first) = shared[headline].alone_in(recording, of_recording);
@@ -72,12 +63,12 @@ impl Confirmed {
             Sharing::Apart | Sharing::Only(_) => Some(name.clone()),
         };
         Share {
-            recordings: supported.iter().map(of).collect(),
+            recordings: named.iter().map(of).collect(),
             left_rad,
             misfits: self.misfits[recording].clone(),
             set: ConfirmedSet {
-                named: of_supported(&set.named),
-                headlines: of_supported(&set.headlines),
+                named: at(&named, &set.named),
+                headlines: at(&named, &set.headlines),
                 predictions: set.predictions.clone(),
                 unconfirmed,
                 reenacted_away,
@@ -87,20 +78,16 @@ impl Confirmed {
                     _ => Vec::new(),
                 },
                 impossible,
-                reenactments: supported
-                    .iter()
-                    .map(|&place| set.reenactments[place])
-                    .collect(),
-                instant_std_rows: supported
-                    .iter()
-                    .map(|&place| set.instant_std_rows[place])
-                    .collect(),
+                reenactments: at(&named, &set.reenactments),
+                instant_std_rows: at(&named, &set.instant_std_rows),
                 fit: own,
-                supported: supported
-                    .iter()
-                    .map(|&place| set.supported[place])
-                    .collect(),
+                supported: at(&named, &set.supported),
             },
         }
     }
+}
+
+/// Values at some places.
+fn at<T: Copy>(places: &[usize], all: &[T]) -> Vec<T> {
+    places.iter().map(|&place| all[place]).collect()
 }

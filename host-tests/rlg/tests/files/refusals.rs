@@ -244,7 +244,7 @@ fn of_motion() -> Vec<Mistake> {
         mistake(
             "a unit that moves, and no reference",
             &log.clone().without(&["encoder_z"]),
-            Said::Answer("no error of the gyros"),
+            Said::Answer("errors of the gyros"),
         ),
     ]
 }

@@ -109,7 +109,7 @@ fn model_comment(model: &Model) -> String {
         }
         MotionSource::Static => {
             "# No reference: the unit is taken to lie still on the turning Earth. A [site] in recording.toml tells how much of\n\
-             # the Earth's rate is vertical; without one its direction is open, and a bias of its size cannot be told from it.\n"
+             # the Earth's rate is vertical; without one its direction is open, and a bias of its size is not distinguishable from it.\n"
         }
     };
     format!(
