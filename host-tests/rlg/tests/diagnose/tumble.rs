@@ -297,7 +297,7 @@ fn gyros_without_any_reference_have_a_bound_of_their_noise_and_no_error() {
         assert_eq!(told.verdict, Verdict::Unusable);
         assert!(kinds(&told).is_empty(), "{:#?}", told.summary);
         assert!(
-            told.summary[0].starts_with("No error of the gyros"),
+            told.summary[0].starts_with("Errors of the gyros"),
             "{:#?}",
             told.summary
         );

@@ -162,10 +162,10 @@ impl Correction {
         let by_earth = before.inverse().into_inner() * self.period_s;
         for row_rad in &turn.rows_rad {
             let rate = self.unmixed * (row_rad / self.period_s - self.bias_rad_s);
-            let earth = (before * turned).inverse() * self.earth_rad_s;
+            // The Earth's rotation and the derivative belong to the row's middle.
+            let middle = turned * Rotation3::new(0.5 * self.period_s * rate);
+            let earth = (before * middle).inverse() * self.earth_rad_s;
             let step = (rate - earth) * self.period_s;
-            // The derivative belongs to the row's middle.
-            let middle = turned * Rotation3::new(0.5 * step);
             let by_row = middle.matrix() * self.unmixed * by_own(&rate) * self.period_s;
             let mut own = by_sizes.fixed_columns_mut::<OWN>(0);
             own -= by_row;
