@@ -155,7 +155,8 @@ __pre_init:
     ldr   r0, ={result}
     ldr   r1, ={done}
     str   r1, [r0]
-    bx    r12
+    mov   lr, r12
+    bx    lr
 
 20: // Upwards over both parts.
     mov   r7, lr
@@ -165,7 +166,8 @@ __pre_init:
     mov   r0, r10
     mov   r1, r11
     bl    21f
-    bx    r7
+    mov   lr, r7
+    bx    lr
 21: cmp   r0, r1
     it    eq
     bxeq  lr
@@ -187,7 +189,8 @@ __pre_init:
     mov   r0, r8
     mov   r1, r9
     bl    31f
-    bx    r7
+    mov   lr, r7
+    bx    lr
 31: cmp   r0, r1
     it    eq
     bxeq  lr
