@@ -182,7 +182,8 @@ fn a_bit_of_flash_that_flips_in_service_shows() {
     for core in CORES {
         let image = Image::build(core, &[]).with_ram_test().with_seal();
         let mut random = Random::new(63);
-        let mut found = [0; 2];
+        let mut found = [0; 3];
+        let recorder = image.range(&["BuiltInTest", "conclude"]);
         for _ in 0..TIMES {
             let (address, bit) = place(&mut random, &image);
             let mut machine = machine(&image);
@@ -192,12 +193,17 @@ fn a_bit_of_flash_that_flips_in_service_shows() {
             assert!(before.is_none_or(|results| !results.has_failed()));
             machine.flip_flash(address, bit);
             let seen = seen(&mut machine, 100, |results| results.scrub_failed);
-            assert_ne!(seen, Seen::No, "{core}: {address:#x}, bit {bit}");
-            found[usize::from(seen == Seen::Failed)] += 1;
+            // A bit of the code that records the result can hide it.
+            let is_own = recorder.contains(&address);
+            assert!(
+                seen != Seen::No || is_own,
+                "{core}: {address:#x}, bit {bit}"
+            );
+            found[seen as usize] += 1;
         }
-        let [named, failed] = found;
+        let [named, failed, hidden] = found;
         println!(
-            "{core}: bits of flash flipped in service, within 100 ms: {named} named, {failed} end the stream of frames, 0 unseen"
+            "{core}: bits of flash flipped in service, within 100 ms: {named} named, {failed} end the stream of frames, {hidden} hidden"
         );
         assert!(named > TIMES / 2);
     }

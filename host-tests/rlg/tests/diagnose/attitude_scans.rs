@@ -1,5 +1,7 @@
 //! Effects outside the catalogue beside attitudes: a line of one gyro, and an expression in the motion.
 
+use std::ops::Range;
+
 use super::attitude::{instrument, made, put_beside, slews, still, take, told, tumble};
 use super::support::{WITHIN, kinds, names_nothing, number, sizes_are};
 use rlg::diagnose::result::Diagnosis;
@@ -59,13 +61,14 @@ fn jittered(simulation: &Simulation) -> Recording {
     recording
 }
 
-/// Recordings of 200 Hz, of 100 Hz, and of 100 Hz with jitter.
-fn stampings(simulation: &Simulation) -> [(Recording, &'static str); 3] {
-    [
-        (dense(simulation, 2), "200 Hz"),
-        (dense(simulation, 4), "100 Hz"),
-        (jittered(simulation), "jitter"),
-    ]
+/// Recording of 100 Hz with jitter; of `all` those of 200 Hz and of 100 Hz, too.
+fn stampings(simulation: &Simulation, all: bool) -> Vec<(Recording, &'static str)> {
+    let mut stampings = vec![(jittered(simulation), "jitter")];
+    if all {
+        stampings.push((dense(simulation, 2), "200 Hz"));
+        stampings.push((dense(simulation, 4), "100 Hz"));
+    }
+    stampings
 }
 
 fn diagnosed(recording: &Recording, simulation: &Simulation, which: &str) -> Diagnosis {
@@ -76,11 +79,10 @@ fn diagnosed(recording: &Recording, simulation: &Simulation, which: &str) -> Dia
 }
 
 /// A line of 1.4 °/h at 3.7 Hz: 12 standard deviations, where a peak of the spectrum alone is found from some 20 on.
-#[test]
-fn a_line_of_one_gyro_is_found_beside_attitudes() {
+fn line_is_found(all: bool) {
     let (size, hz) = (7e-6, 3.73);
     let simulation = made(&scenario(&unlisted("y", size, "sine(3.73)")), 31);
-    for (recording, which) in stampings(&simulation) {
+    for (recording, which) in stampings(&simulation, all) {
         let diagnosis = diagnosed(&recording, &simulation, which);
         let line = &diagnosis.effects[0];
         assert!(
@@ -105,15 +107,14 @@ fn a_line_of_one_gyro_is_found_beside_attitudes() {
     }
 }
 
-#[test]
-fn an_expression_in_the_motion_is_found_beside_attitudes() {
+fn expression_is_found(all: bool) {
     // No effect of the catalogue is a product of three rates.
     let size = 4e-4;
     let simulation = made(
         &scenario(&unlisted("z", size, "omega_x*omega_x*omega_y")),
         32,
     );
-    for (recording, which) in stampings(&simulation) {
+    for (recording, which) in stampings(&simulation, all) {
         let diagnosis = diagnosed(&recording, &simulation, which);
         let found = &diagnosis.effects[0];
         assert_eq!(
@@ -125,15 +126,47 @@ fn an_expression_in_the_motion_is_found_beside_attitudes() {
     }
 }
 
-#[test]
-fn dense_and_jittered_attitudes_without_an_effect_name_nothing() {
-    for seed in 33..35 {
+fn nothing_is_named(seeds: Range<u64>, all: bool) {
+    for seed in seeds {
         let simulation = made(&scenario(""), seed);
-        for (recording, which) in stampings(&simulation) {
+        for (recording, which) in stampings(&simulation, all) {
             names_nothing(
                 &told(&recording, &simulation),
                 format!("{which}, seed {seed}"),
             );
         }
     }
+}
+
+#[test]
+fn a_line_of_one_gyro_is_found_beside_attitudes() {
+    line_is_found(false);
+}
+
+#[test]
+#[ignore = "minutes: --test diagnose -- --ignored in_full"]
+fn a_line_of_one_gyro_is_found_beside_attitudes_in_full() {
+    line_is_found(true);
+}
+
+#[test]
+fn an_expression_in_the_motion_is_found_beside_attitudes() {
+    expression_is_found(false);
+}
+
+#[test]
+#[ignore = "minutes: --test diagnose -- --ignored in_full"]
+fn an_expression_in_the_motion_is_found_beside_attitudes_in_full() {
+    expression_is_found(true);
+}
+
+#[test]
+fn dense_and_jittered_attitudes_without_an_effect_name_nothing() {
+    nothing_is_named(33..34, false);
+}
+
+#[test]
+#[ignore = "minutes: --test diagnose -- --ignored in_full"]
+fn dense_and_jittered_attitudes_without_an_effect_name_nothing_in_full() {
+    nothing_is_named(33..35, true);
 }
