@@ -96,7 +96,7 @@ mod tests {
         assert!(!is_own_physics(&flexure, "axis_flexure_cubic"));
         let said = sentence(&flexure).expect("a sentence");
         assert!(
-            said.ends_with("rings at 1/(2π√K), 602 to 712 Hz."),
+            said.ends_with("resonates at 1/(2π√K), 602 to 712 Hz."),
             "{said}"
         );
         let impossible = effect("axis_flexure", &[("xy", -8e-8, 0.0)], &rivals);
