@@ -7,6 +7,7 @@ use rlg_model::{DeclaredModel, Model, MotionSource};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, Quantity, Recording};
 use rlg_signal::attitude_samples::has_attitude;
+use rlg_signal::axes::Triad;
 use rlg_signal::channels::SAME_ROW;
 use rlg_signal::streams::Streams;
 
@@ -125,7 +126,11 @@ pub fn diagnose(
         seed: settings.seed,
     };
     let mut outcome = findings::outcome(&said);
-    let corrected_rad = case_motion::corrected_rad(&said);
+    // Gravity is transported for accelerometers alone.
+    let corrected_rad = match model.accelerometer {
+        Some(_) => case_motion::corrected_rad(&said),
+        None => Err("the model describes no accelerometers".to_string()),
+    };
     if let Some(correction) = correction {
         correction.report(&mut outcome);
     }
@@ -152,7 +157,7 @@ fn check_channels(
     let streams = &mut observed.streams;
     let mut rows = channels::reference_rows(&samples, streams, &settings.plan.attitude.rows);
     channels::map_increments(&model.effects, &mut rows.increments_rad);
-    let own_rad = std::mem::replace(&mut streams.case_rad, rows.increments_rad);
+    streams.case_rad = rows.increments_rad;
     let usable = streams.usable.clone();
     for (usable, doubtful) in streams.usable.iter_mut().zip(rows.doubtful) {
         *usable &= !doubtful;
@@ -160,7 +165,7 @@ fn check_channels(
     (streams.own_motion, streams.reference_hz) = (false, reference_hz);
     let checked = channel_correction::correct_channels(settings, streams, model, file);
     (streams.own_motion, streams.reference_hz) = (true, None);
-    streams.case_rad = own_rad;
+    streams.case_rad = Triad::default();
     streams.usable = usable;
     // A pure rotation of any size is left to the registration, which uses attitudes as they are.
     let found = checked?.filter(|found| !found.is_turn_alone());

@@ -52,12 +52,13 @@ pub struct Path {
     pub low_pass: [Option<LowPass>; 3],
 }
 
-/// Motion of the case after the path, and its derivatives, each computed when it is first asked for.
+/// Motion of the case after the path, and its derivatives, each computed when it is first asked for; a clone shares both.
+#[derive(Clone)]
 pub struct CaseMotion {
     /// Increments \[rad\].
-    pub case_rad: Triad,
+    pub case_rad: Arc<Triad>,
     rate_hz: f64,
-    derived: [Derived; 3],
+    derived: Arc<[Derived; 3]>,
 }
 
 /// Spectrum and derivatives on one axis.
@@ -71,11 +72,11 @@ struct Derived {
 impl CaseMotion {
     /// # Inputs
     /// `case_rad`: increments after the path \[rad\].
-    pub fn new(case_rad: Triad, rate_hz: f64) -> Self {
+    pub fn new(case_rad: impl Into<Arc<Triad>>, rate_hz: f64) -> Self {
         Self {
-            case_rad,
+            case_rad: case_rad.into(),
             rate_hz,
-            derived: Default::default(),
+            derived: Arc::default(),
         }
     }
 
@@ -102,7 +103,7 @@ impl CaseMotion {
 
     /// Frees spectra and derivatives until they are asked for again.
     pub fn release(&mut self) {
-        self.derived = Default::default();
+        self.derived = Arc::default();
     }
 }
 
@@ -137,10 +138,10 @@ impl Motions {
     /// # Inputs
     /// `case_rad`: increments of the case \[rad\]; `dither_rad`: increments of the blocks against it \[rad\].
     pub fn of_one(case_rad: Arc<Triad>, dither_rad: Option<Triad>, rate_hz: f64) -> Self {
-        let case = || CaseMotion::new((*case_rad).clone(), rate_hz);
+        let case = CaseMotion::new(Arc::clone(&case_rad), rate_hz);
         Self {
-            independent: case(),
-            likeliest: case(),
+            independent: case.clone(),
+            likeliest: case,
             dither_rad,
             measured_rad: case_rad,
         }

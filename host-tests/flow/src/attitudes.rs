@@ -9,8 +9,9 @@ use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::streams::Streams;
 
+use crate::lost_rows::{self, Whole};
 use crate::result::Verdict;
-use crate::{Outcome, Settings, lost_rows, second_pass, unusable};
+use crate::{Outcome, Settings, second_pass, unusable};
 
 /// Diagnoses gyros with an attitude reference, and the accelerometers described by the model.
 ///
@@ -26,14 +27,17 @@ pub(super) fn diagnose(
     progress("aligning the channels");
     let converted = converted(recording, of, &settings.plan, settings.anyway)?;
     let recording = converted.as_ref().map_or(recording, |one| &one.recording);
-    let whole = lost_rows::put_back(
+    // Its streams are freed: the rows are aligned again, without the reference.
+    let Whole {
+        recording, said, ..
+    } = lost_rows::put_back(
         recording,
         model,
         &settings.plan.signal.lost_rows,
         |recording, model| rlg_attitude::beside_gyros(recording, model, &settings.plan),
     )?;
     let run = |settings: &Settings, of: DeclaredModel<'_>| {
-        let found = rlg_attitude::diagnose(settings, &whole.recording, of, progress)?;
+        let found = rlg_attitude::diagnose(settings, &recording, of, progress)?;
         Ok(found.map(|one| (one.outcome, one.corrected)))
     };
     let found = second_pass::until_nothing_returns(settings, of, progress, run)?;
@@ -50,7 +54,7 @@ pub(super) fn diagnose(
         }
     }
     let sentences = converted.as_ref().map(|one| one.sentence.clone());
-    let sentences = sentences.into_iter().chain(whole.said).collect();
+    let sentences = sentences.into_iter().chain(said).collect();
     outcome.diagnosis.prepend(sentences);
     Ok(outcome)
 }

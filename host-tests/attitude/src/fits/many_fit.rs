@@ -79,6 +79,7 @@ fn fit_many(
     let mut gyro = observed.gyro(&registered.about)?;
     if !observed.is_without_known && observed.take_out(&gyro.known_rad(observed.model)) {
         progress("second pass without the effects known");
+        drop((registered, gyro));
         let Some(again) = grown(observed) else {
             return Ok(None);
         };
@@ -113,6 +114,7 @@ fn fit_many(
     // Relinearise about the groups selected given physics: the remaining error is then within the linear range.
     let now = found.groups();
     if now != free {
+        gyro.signals.release();
         let start = registered.alignment.with(&now, of_model);
         let again = gauss_newton::settle(observed.records(), of_model, start, &now, true, progress);
         if let Some(again) = again {
@@ -123,6 +125,8 @@ fn fit_many(
             (registered, found) = searched(registered, &gyro, observed);
         }
     }
+    // Derivatives are formed again for the effects found alone.
+    gyro.signals.release();
     Ok(Some(Fitted {
         registered,
         gyro,
@@ -143,7 +147,7 @@ fn grown(
 ) -> Option<Grown> {
     let called_for = |registered: &Registration| {
         let beyond = registered.alignment.beyond(of_model);
-        let of = Registered::new(&observed.gyros, registered, of_model, &beyond);
+        let of = Registered::new(registered, of_model, &beyond);
         called_for(of, &settings.plan)
     };
     let growth = Growth {
@@ -166,15 +170,15 @@ fn searched(
     search: impl Fn(Registered) -> Found,
 ) -> (Registration, Found) {
     let beyond = registered.alignment.beyond(of_model);
-    let found = search(Registered::new(gyros, &registered, of_model, &beyond));
+    let found = search(Registered::new(&registered, of_model, &beyond));
     if found.physics.is_empty() {
         return (registered, found);
     }
     let own = found.physics.iter();
     let columns = own.flat_map(|named| named_columns(named, physics, &registered));
-    let columns = columns.collect();
+    let columns: Vec<ParameterColumn> = columns.collect();
     registered = registered.weighed_beside(gyros, of_model, columns);
-    let found = search(Registered::new(gyros, &registered, of_model, &beyond));
+    let found = search(Registered::new(&registered, of_model, &beyond));
     (registered, found)
 }
 

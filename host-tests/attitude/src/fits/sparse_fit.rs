@@ -14,7 +14,7 @@ use crate::gyros::still_intervals::{self, Rest};
 use crate::likelihood::equations::ParameterColumn;
 use crate::registration::gauss_newton::Registration;
 use crate::registration::observed::Observed;
-use crate::rows::alignment::{Alignment, Free, places};
+use crate::rows::alignment::{Alignment, COUNT, Free, places};
 use crate::rows::fitting::priced;
 use crate::rows::linearised_rows::About;
 use crate::selection::group_selection::Candidates;
@@ -132,7 +132,9 @@ impl FewFit<'_> {
         }: &Linearised,
     ) -> (Vec<ParameterColumn>, Option<AtRest>) {
         let rate_hz = self.observed.gyros.rate_hz;
-        let mut columns = priced(about.columns(rate_hz), alignment, self.of_model);
+        let all: Vec<usize> = (0..COUNT).collect();
+        let priced = priced(about, &all, alignment, self.of_model);
+        let mut columns: Vec<ParameterColumn> = priced.collect();
         // At rest only the bias of the registration is sensed.
         let bias = places("gyro_bias");
         let mut sensed: Vec<Vector3<f64>> = (0..columns.len())

@@ -43,17 +43,13 @@ impl Gyro {
     pub fn new(
         streams: &Streams,
         model: &Model,
-        (case_rad, off_vertical): (&Triad, Option<&Triad>),
+        (case_rad, off_vertical): (Arc<Triad>, Option<&Triad>),
         plan: &CataloguePlan,
     ) -> Option<Self> {
         let from_sensing = body_from_sensing(&model.gyro.installation_rad);
         let sensing_from_body = from_sensing.try_inverse()?;
         let scale = model.gyro.scale_error;
-        let motions = Motions::of_one(
-            Arc::new(case_rad.clone()),
-            streams.dither_rad(),
-            streams.rate_hz,
-        );
+        let motions = Motions::of_one(case_rad, streams.dither_rad(), streams.rate_hz);
         let inputs = Inputs {
             others: &[],
             off_vertical,

@@ -43,12 +43,13 @@ impl Band {
 
     /// Computes the analysed coefficients of a record; empty for an empty record.
     pub fn spectrum(&self, values: &[f64]) -> Vec<f64> {
-        let mut spectrum = values.to_vec();
-        if !spectrum.is_empty() {
-            self.dct.forward(&mut spectrum);
-            spectrum.truncate(self.cut);
+        if values.is_empty() {
+            return Vec::new();
         }
-        spectrum
+        let mut spectrum = values.to_vec();
+        self.dct.forward(&mut spectrum);
+        // A copy: a truncated vector would keep the memory of all rows.
+        spectrum[..self.cut].to_vec()
     }
 
     /// Divides a record by a power at every frequency.
@@ -136,19 +137,19 @@ pub struct Fit {
 
 impl Equations {
     /// # Inputs
-    /// `along`: the noise's levels; `free`: rows with a nuisance parameter on each axis.
+    /// `along`: the noise's levels; `columns`: of which only the analysed band is kept; `free`: rows with a nuisance parameter
+    /// on each axis.
     pub fn new(
         noise: &BandNoise,
         rows_rad: &Triad,
         along: Along,
-        columns: &[ParameterColumn],
+        columns: impl Iterator<Item = ParameterColumn>,
         free: &[usize],
     ) -> Self {
         let spectra = |values: &Triad| values.each_ref().map(|values| noise.band.spectrum(values));
-        let mut unlevelled: Vec<Triad> = columns
-            .iter()
-            .map(|column| spectra(&column.values))
-            .collect();
+        let (priors, mut unlevelled): (Vec<(f64, f64)>, Vec<Triad>) = columns
+            .map(|one| ((one.prior_std, one.prior_mean), spectra(&one.values)))
+            .unzip();
         for &row in free {
             let of_row = noise.band.of_row(row);
             unlevelled.extend((0..3).map(|axis| {
@@ -158,10 +159,9 @@ impl Equations {
                 })
             }));
         }
-        let priors = columns.iter().map(|one| (one.prior_std, one.prior_mean));
         let mut equations = Self {
-            parameters: columns.len(),
-            priors: priors.collect(),
+            parameters: priors.len(),
+            priors,
             records: spectra(rows_rad),
             unlevelled,
             ..Self::default()

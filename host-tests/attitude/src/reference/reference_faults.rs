@@ -8,10 +8,15 @@ use crate::rows::increments::{Increments, Stamps};
 use crate::rows::linearised_rows::About;
 
 /// Leaves out stamps far from a running median; true if there are any.
-pub fn spikes(about: &About, fitting: &Fitting, known: &mut Stamps, plan: &AttitudePlan) -> bool {
+pub fn spikes(
+    about: &About,
+    (_, left_rad): (&Fitting, &Triad),
+    known: &mut Stamps,
+    plan: &AttitudePlan,
+) -> bool {
     let plan = &plan.reference_faults;
     let increments = &about.increments;
-    let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
+    let error_rad = errors(increments, left_rad);
     let mut faulty = vec![false; error_rad[0].len()];
     if increments.period_s < plan.slow_s {
         out_of_median(&error_rad, increments.period_s, plan, &mut faulty);
@@ -22,13 +27,13 @@ pub fn spikes(about: &About, fitting: &Fitting, known: &mut Stamps, plan: &Attit
 /// Leaves out stretches far rougher than others; true if there are any.
 pub fn rough_stretches(
     about: &About,
-    fitting: &Fitting,
+    (_, left_rad): (&Fitting, &Triad),
     known: &mut Stamps,
     plan: &AttitudePlan,
 ) -> bool {
     let plan = &plan.reference_faults;
     let increments = &about.increments;
-    let error_rad = errors(increments, &fitting.left_rad(&increments.rows_rad));
+    let error_rad = errors(increments, left_rad);
     let places = increments.places().iter();
     let rate_rad_s: Vec<f64> = places
         .map(|place| about.motion.rate_rad_s(*place).norm())
@@ -62,7 +67,7 @@ fn out_of_median(error_rad: &Triad, period_s: f64, plan: &ReferenceFaultPlan, fa
     let width = ((plan.median_s / period_s).round() as usize).max(5) | 1;
     let medians = error_rad
         .each_ref()
-        .map(|values| running_median(values, width));
+        .map(|values| running_median(values, width / 2));
     let away: Vec<f64> = (0..faulty.len())
         .map(|stamp| {
             let squares =
@@ -174,21 +179,45 @@ fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
     *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
-fn running_median(values: &[f64], width: usize) -> Vec<f64> {
-    let half = width / 2;
-    (0..values.len())
-        .map(|place| {
-            let from = place.saturating_sub(half);
-            median(values[from..(place + half + 1).min(values.len())].to_vec())
-        })
-        .collect()
+/// Median of the values up to `half` places away, by a sorted window.
+pub(crate) fn running_median(values: &[f64], half: usize) -> Vec<f64> {
+    let mut window: Vec<f64> = Vec::with_capacity(2 * half + 2);
+    let place_of = |window: &[f64], value: f64| {
+        window.partition_point(|other| other.total_cmp(&value).is_lt())
+    };
+    let mut entered = 0;
+    let medians = (0..values.len()).map(|place| {
+        while entered < values.len().min(place + half + 1) {
+            window.insert(place_of(&window, values[entered]), values[entered]);
+            entered += 1;
+        }
+        if let Some(left) = place.checked_sub(half + 1) {
+            window.remove(place_of(&window, values[left]));
+        }
+        window[window.len() / 2]
+    });
+    medians.collect()
 }
 
 #[cfg(test)]
 mod tests {
     use rlg_plan::ReferenceFaultPlan;
 
-    use super::{join, join_back};
+    use super::{join, join_back, running_median};
+
+    #[test]
+    fn a_running_median_is_that_of_each_window() {
+        let values: Vec<f64> = (0..50).map(|k| f64::from(k * k % 17)).collect();
+        for half in [0, 3, 60] {
+            let medians = running_median(&values, half);
+            for (place, found) in medians.iter().enumerate() {
+                let mut near =
+                    values[place.saturating_sub(half)..50.min(place + half + 1)].to_vec();
+                near.sort_by(f64::total_cmp);
+                assert_eq!(*found, near[near.len() / 2], "{place} of {half}");
+            }
+        }
+    }
 
     #[test]
     fn what_still_stands_out_beside_a_spike_belongs_to_it_and_nothing_further_away() {

@@ -4,9 +4,11 @@
 //! sign, and is no jump.
 
 use rlg_plan::AttitudePlan;
+use rlg_signal::axes::Triad;
 
 use crate::likelihood::block_sums::Statistic;
 use crate::likelihood::outliers::{MEDIAN_CHI_SQUARED, Weighted};
+use crate::reference::reference_faults::running_median;
 use crate::rows::fitting::Fitting;
 use crate::rows::increments::Stamps;
 use crate::rows::linearised_rows::About;
@@ -25,10 +27,18 @@ pub struct Jump {
 }
 
 /// Marks rows in which the reference jumped; true if there are any.
-pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps, plan: &AttitudePlan) -> bool {
+///
+/// # Inputs
+/// `left_rad`: residuals of the fit.
+pub fn find(
+    about: &About,
+    (fitting, left_rad): (&Fitting, &Triad),
+    known: &mut Stamps,
+    plan: &AttitudePlan,
+) -> bool {
     let plan = &plan.reference_jumps;
     let increments = &about.increments;
-    let mut left_rad = fitting.left_rad(&increments.rows_rad);
+    let mut left_rad = left_rad.clone();
     increments.silence_free(&mut left_rad, |_| true);
     let rough = roughness(&fitting.weighted(&left_rad, increments), plan.around_rows);
     let mut seen: Vec<(usize, f64)> = Vec::new();
@@ -71,9 +81,8 @@ pub fn find(about: &About, fitting: &Fitting, known: &mut Stamps, plan: &Attitud
 }
 
 /// Estimates the sizes of marked jumps from the fit's residuals in their rows.
-pub fn sizes(about: &About, fitting: &Fitting, known: &Stamps) -> Vec<Jump> {
+pub fn sizes(about: &About, (fitting, left_rad): (&Fitting, &Triad), known: &Stamps) -> Vec<Jump> {
     let increments = &about.increments;
-    let left_rad = fitting.left_rad(&increments.rows_rad);
     let pairs = increments.stamps.windows(2).enumerate();
     let jumped = pairs.filter(|(_, pair)| known.jumped[pair[0] + 1..=pair[1]].contains(&true));
     jumped
@@ -95,12 +104,8 @@ pub fn sizes(about: &About, fitting: &Fitting, known: &Stamps) -> Vec<Jump> {
 fn roughness(weighted: &Weighted, around_rows: usize) -> Vec<f64> {
     let rows = weighted.rows();
     let all: Vec<f64> = (0..rows).map(|row| weighted.of_jump(row)).collect();
-    (0..rows)
-        .map(|row| {
-            let from = row.saturating_sub(around_rows);
-            let mut near = all[from..(row + around_rows + 1).min(rows)].to_vec();
-            let middle = near.len() / 2;
-            (*near.select_nth_unstable_by(middle, f64::total_cmp).1 / MEDIAN_CHI_SQUARED).max(1.0)
-        })
+    let medians = running_median(&all, around_rows).into_iter();
+    medians
+        .map(|median| (median / MEDIAN_CHI_SQUARED).max(1.0))
         .collect()
 }

@@ -87,17 +87,12 @@ pub(crate) fn fitted(
     options: FitOptions,
 ) -> Option<(About, Fitting)> {
     let about = About::new(gyros, samples, stamps, alignment)?;
-    let all = priced(about.columns(gyros.rate_hz), alignment, of_model);
-    let own = all.into_iter().enumerate();
-    let own = own.filter(|(place, _)| options.kept.contains(place));
-    let columns = own.map(|(_, column)| column).collect();
-    let noise = &gyros.plan.noise;
     let fitting = Fitting::new(
         &about.increments,
-        columns,
+        priced(&about, options.kept, alignment, of_model),
         options.is_plain,
         options.levels,
-        noise,
+        &gyros.plan.noise,
     );
     Some((about, fitting))
 }
@@ -138,11 +133,11 @@ impl Registration {
         self,
         gyros: &Gyros,
         model: &Alignment,
-        physics: Vec<ParameterColumn>,
+        physics: impl IntoIterator<Item = ParameterColumn>,
     ) -> Self {
         let about = &self.about;
-        let mut columns = priced(about.columns(gyros.rate_hz), &self.alignment, model);
-        columns.extend(physics);
+        let all: Vec<usize> = (0..COUNT).collect();
+        let columns = priced(about, &all, &self.alignment, model).chain(physics);
         let mut rows_rad = about.increments.rows_rad.clone();
         add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
         let (levels, noise) = (Some(self.levels), &gyros.plan.noise);
@@ -222,7 +217,7 @@ pub(crate) fn settle(
             continue;
         }
         if has_faults && pass > 0 {
-            rows.leave_out_faults(of, point, &kept, is_plain)?;
+            rows = rows.without_faults(of, point, is_plain)?;
         }
         if pass > 0 {
             rows.shrink_outliers(&of.gyros.plan.outliers);
@@ -243,9 +238,11 @@ pub(crate) fn settle(
 }
 
 /// Rows about an alignment with their fit.
-struct FittedRows {
+struct FittedRows<'a> {
     about: About,
     fitting: Fitting,
+    /// Column indices of the fitted parameters.
+    kept: &'a [usize],
     /// Flags of the stamps: faults are detected anew in each pass, as far from convergence a gyro error resembles a fault of
     /// the reference.
     known: Stamps,
@@ -253,10 +250,12 @@ struct FittedRows {
     corrected_rad: Triad,
 }
 
-impl FittedRows {
-    fn new(of: Records, point: Point, options: FitOptions) -> Option<Self> {
+impl<'a> FittedRows<'a> {
+    fn new(of: Records, point: Point, options: FitOptions<'a>) -> Option<Self> {
+        let kept = options.kept;
         let (about, fitting) = fitted(of, point, options)?;
         Some(Self {
+            kept,
             corrected_rad: none_corrected(&about),
             about,
             fitting,
@@ -264,45 +263,66 @@ impl FittedRows {
         })
     }
 
+    /// Residuals of rows after the fitted columns \[rad\].
+    fn left_rad(&self, mut rows_rad: Triad) -> Triad {
+        for (place, size) in self.kept.iter().zip(&self.fitting.fit.estimate) {
+            add_triad(&mut rows_rad, &self.about.column(*place), -size);
+        }
+        rows_rad
+    }
+
     /// Leaves out stamps with faults of the reference, and fits again after each kind of fault.
-    fn leave_out_faults(
-        &mut self,
-        of: Records,
-        point: Point,
-        kept: &[usize],
-        is_plain: bool,
-    ) -> Option<()> {
+    fn without_faults(mut self, of: Records, point: Point, is_plain: bool) -> Option<Self> {
         let searches = [
             reference_faults::spikes,
             reference_faults::rough_stretches,
             reference_jumps::find,
         ];
+        let mut left_rad = self.left_rad(self.about.increments.rows_rad.clone());
         for search in searches {
-            if search(&self.about, &self.fitting, &mut self.known, &of.gyros.plan) {
+            let fit = (&self.fitting, &left_rad);
+            if search(&self.about, fit, &mut self.known, &of.gyros.plan) {
                 let options = FitOptions {
-                    kept,
+                    kept: self.kept,
                     is_plain,
                     levels: Some(self.fitting.fit.levels.clone()),
                 };
                 let stamps = &self.known;
+                // The rows before are freed first.
+                drop((self.about, self.fitting));
                 (self.about, self.fitting) = fitted(Records { stamps, ..of }, point, options)?;
+                left_rad = self.left_rad(self.about.increments.rows_rad.clone());
             }
         }
         self.corrected_rad = none_corrected(&self.about);
-        Some(())
+        Some(self)
     }
 
     /// Subtracts errors of single stamps in excess of the noise, and fits again.
     fn shrink_outliers(&mut self, plan: &AttitudeOutlierPlan) {
         for _ in 0..2 {
             let increments = &self.about.increments;
-            self.fitting
-                .shrink_outliers(increments, &mut self.corrected_rad, plan);
+            let mut rows_rad = increments.rows_rad.clone();
+            add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
+            let mut left_rad = self.left_rad(rows_rad.clone());
+            increments.silence_free(&mut left_rad, |_| true);
+            let weighted = self.fitting.weighted(&left_rad, increments);
+            let errors = weighted.outliers_rad(plan);
+            let corrected = self.corrected_rad.iter_mut().zip(&errors);
+            for (rows, (corrected, errors)) in rows_rad.iter_mut().zip(corrected) {
+                for row in 0..rows.len() {
+                    let grown = errors[row + 1] - errors[row];
+                    rows[row] -= grown;
+                    corrected[row] += grown;
+                }
+            }
+            self.fitting.fit_to(&rows_rad);
         }
     }
 
     fn registration(self, alignment: Alignment, steps: &Steps) -> Registration {
         let fit = &self.fitting.fit;
+        let left_rad = self.left_rad(self.about.increments.rows_rad.clone());
         Registration {
             log_likelihood: fit.explained,
             smoothing_s2: steps.smoothing_s2(),
@@ -310,7 +330,7 @@ impl FittedRows {
             rivals: Vec::new(),
             alignment,
             levels: fit.levels.clone(),
-            jumps: reference_jumps::sizes(&self.about, &self.fitting, &self.known),
+            jumps: reference_jumps::sizes(&self.about, (&self.fitting, &left_rad), &self.known),
             about: self.about,
             known: self.known,
             corrected_rad: self.corrected_rad,

@@ -154,7 +154,7 @@ impl Observed<'_> {
     /// The model's installation matrix has no inverse.
     pub(crate) fn gyro(&self, about: &About) -> Result<Gyro, InputError> {
         let off_vertical = vertical::off_vertical(&self.samples, &self.streams);
-        let motion = (&about.conditioned_rad, off_vertical.as_ref());
+        let motion = (Arc::clone(&about.conditioned_rad), off_vertical.as_ref());
         let gyro = Gyro::new(&self.streams, self.model, motion, &self.catalogue);
         gyro.ok_or_else(|| no_inverse(self.model_file))
     }
@@ -195,11 +195,12 @@ pub(crate) fn observe<'a>(
         .into_iter()
         .filter(|fault| !qualify::is_known(fault, &streams, &model.effects))
         .collect();
-    let case = &streams.case_rad;
+    let case = std::mem::take(&mut streams.case_rad);
     let sensed_rad: Vec<Vector3<f64>> = (0..streams.rows)
         .map(|row| Vector3::from_fn(|axis, _| case[axis][row]))
         .collect();
-    let mut lost_before = vec![0];
+    let mut lost_before = Vec::with_capacity(streams.rows + 1);
+    lost_before.push(0);
     for usable in &streams.usable {
         let before = lost_before[lost_before.len() - 1];
         lost_before.push(before + usize::from(!usable));

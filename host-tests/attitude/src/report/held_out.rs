@@ -8,7 +8,7 @@ use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_plan::{AttitudeHeldOutPlan, AttitudeNoisePlan, CoherencePlan, InStepPlan};
-use rlg_signal::axes::{Triad, add};
+use rlg_signal::axes::{Triad, add_triad};
 use rlg_signal::in_step::{self, Block, InStep};
 use rlg_signal::transforms::mean_periodogram;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -83,11 +83,27 @@ impl HeldOut {
     }
 }
 
-/// Residuals of the held-out stamps, or of all, about an alignment.
+/// Residuals of the held-out stamps, or of all, about an alignment; by row, free rows at 0.
 struct Residual {
-    about: About,
-    /// Residual in the navigation frame \[rad by row\].
+    /// In the navigation frame \[rad\].
     left_rad: Triad,
+    /// In the body's axes \[rad\].
+    body_rad: Triad,
+    /// Turn between stamps, of the motion without noise common to the residual \[rad\].
+    turned_rad: Triad,
+    times_s: Vec<f64>,
+    period_s: f64,
+    free: Vec<usize>,
+}
+
+impl Residual {
+    fn rows(&self) -> usize {
+        self.times_s.len() - 1
+    }
+
+    fn is_used(&self, row: usize) -> bool {
+        self.free.binary_search(&row).is_err()
+    }
 }
 
 fn residual(
@@ -104,23 +120,26 @@ fn residual(
     let about = About::new(&gyros, &observed.samples, known, alignment)?;
     let mut left_rad = about.increments.rows_rad.clone();
     if with_effects {
-        let mut columns = about.columns(observed.gyros.rate_hz);
-        for named in &said.found.physics {
-            columns.extend(said.columns(named, &about));
-        }
+        let physics = said.found.physics.iter();
+        let physics = physics.flat_map(|named| said.columns(named, &about));
         // Columns follow the order of all parameters; unnamed ones are at the model's values.
         let found = said.found;
-        for (column, place) in columns.iter().zip(&found.set) {
+        for (column, place) in about.columns().chain(physics).zip(&found.set) {
             let named = found.named_set.iter().position(|one| one == place);
             let total = named.map_or(0.0, |at| found.of_named.values[at]);
             let size = total - said.beyond.get(*place).copied().unwrap_or(0.0);
-            for (left, values) in left_rad.iter_mut().zip(column) {
-                add(left, values, -size);
-            }
+            add_triad(&mut left_rad, &column, -size);
         }
     }
     about.increments.silence_free(&mut left_rad, |_| true);
-    Some(Residual { about, left_rad })
+    Some(Residual {
+        body_rad: body_rows(&about, &left_rad),
+        left_rad,
+        turned_rad: turned_rad(&about),
+        times_s: about.increments.times_s,
+        period_s: about.increments.period_s,
+        free: about.increments.free,
+    })
 }
 
 /// Computes the figures; `None` if too few stamps are held out.
@@ -143,7 +162,7 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     let now = &said.registered.alignment;
     let before = residual(said, &tested, said.of_model, false)?;
     let after = residual(said, &tested, now, true)?;
-    if after.about.increments.rows() < plan.held_out.least_rows {
+    if after.rows() < plan.held_out.least_rows {
         return None;
     }
     let levels = &said.registered.levels;
@@ -151,11 +170,12 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
     let figures = |one: &Residual| figures(one, (levels, fitted_period_s), &plan.noise);
     let (before_figures, _) = figures(&before);
     let (after_figures, power_after) = figures(&after);
-    let times = &after.about.increments.times_s;
-    let period_s = after.about.increments.period_s;
-    let all_before = residual(said, &sound, said.of_model, false)?;
-    let all_after = residual(said, &sound, now, true)?;
+    let (times, period_s) = (&after.times_s, after.period_s);
     let span_s = [times[0], times[times.len() - 1]];
+    drop((before, after));
+    // Of the residual before, the pictures show that in the body's axes.
+    let all_before_rad = residual(said, &sound, said.of_model, false)?.body_rad;
+    let all_after = residual(said, &sound, now, true)?;
     let plan = &said.plan.signal;
     let left = blocks(&all_after, &plan.in_step);
     Some(HeldOut {
@@ -166,40 +186,32 @@ pub(crate) fn held_out(said: &Said) -> Option<HeldOut> {
         power_after,
         in_step: in_step::in_step(&left, &plan.in_step),
         residual: residual_entry(&all_after, &left, &plan.coherence),
-        pictures: pictures(said, &all_before, &all_after, span_s),
+        pictures: pictures(said, &all_before_rad, &all_after, span_s),
     })
 }
 
 /// Powers of residual and motion, by blocks of time.
 fn blocks(one: &Residual, plan: &InStepPlan) -> Vec<Block> {
-    let increments = &one.about.increments;
-    let is_used = |row: usize| !increments.is_free(row);
-    in_step::blocks(
-        &one.left_rad,
-        &turned_rad(one),
-        is_used,
-        increments.period_s,
-        plan,
-    )
+    let is_used = |row: usize| one.is_used(row);
+    in_step::blocks(&one.left_rad, &one.turned_rad, is_used, one.period_s, plan)
 }
 
 /// Residual relative to the motion, in the axes of the gyros.
 fn residual_entry(one: &Residual, blocks: &[Block], plan: &CoherencePlan) -> Option<ResidualEntry> {
-    let increments = &one.about.increments;
     let rows = Rows {
-        residual_rad: &body_rows(one),
-        motion_rad: &turned_rad(one),
-        is_used: &|row| !increments.is_free(row),
-        period_s: increments.period_s,
+        residual_rad: &one.body_rad,
+        motion_rad: &one.turned_rad,
+        is_used: &|row| one.is_used(row),
+        period_s: one.period_s,
     };
     relative_residual::entry(&rows, blocks, plan)
 }
 
 /// Turn between stamps, of the motion without noise common to the residual \[rad\].
-fn turned_rad(one: &Residual) -> Triad {
-    one.about.conditioned_rad.each_ref().map(|motion_rad| {
+fn turned_rad(about: &About) -> Triad {
+    about.conditioned_rad.each_ref().map(|motion_rad| {
         let begun = |place: &Place| place.share * motion_rad.get(place.row).unwrap_or(&0.0);
-        let pairs = one.about.increments.places().windows(2);
+        let pairs = about.increments.places().windows(2);
         pairs
             .map(|pair| {
                 let whole_rows: f64 = motion_rad[pair[0].row..pair[1].row].iter().sum();
@@ -209,12 +221,12 @@ fn turned_rad(one: &Residual) -> Triad {
     })
 }
 
-fn body_rows(one: &Residual) -> Triad {
-    let mut rows = Triad::default();
-    for row in 0..one.about.increments.rows() {
-        let value = Vector3::from_fn(|axis, _| one.left_rad[axis][row]);
+fn body_rows(about: &About, left_rad: &Triad) -> Triad {
+    let mut rows: Triad = std::array::from_fn(|_| Vec::with_capacity(left_rad[0].len()));
+    for row in 0..left_rad[0].len() {
+        let value = Vector3::from_fn(|axis, _| left_rad[axis][row]);
         // An excess of the gyros appears in the reference's error with opposite sign.
-        let body = -one.about.increments.in_body(&one.about.motion, row, value);
+        let body = -about.increments.in_body(&about.motion, row, value);
         for axis in 0..3 {
             rows[axis].push(body[axis]);
         }
@@ -229,22 +241,18 @@ fn figures(
     (levels, period_s): (&Levels, f64),
     plan: &AttitudeNoisePlan,
 ) -> ([FiguresEntry; 3], f64) {
-    let increments = &one.about.increments;
-    let rows = increments.rows();
+    let rows = one.rows();
     let band = Band::new(rows, period_s, &plan.band);
     let terms = NoiseTerms::new(rows, period_s, band.cut, false, plan);
     let powers = [0, 1, 2].map(|axis| terms.of_coefficients(levels.of(axis)));
-    let body = body_rows(one);
-    let lasts_s = rows as f64 * increments.period_s;
+    let body = &one.body_rad;
+    let lasts_s = rows as f64 * one.period_s;
     // The mean over the record has the noise power of its lowest frequencies.
     let drift_std = |axis: usize| (powers[axis][1.min(rows - 1)] * rows as f64).sqrt() / lasts_s;
-    let count = (band.cut.max(increments.free.len() + 2) - 1 - increments.free.len()) as f64;
+    let count = (band.cut.max(one.free.len() + 2) - 1 - one.free.len()) as f64;
     let ratios = [0, 1, 2].map(|axis: usize| {
-        let power = power_beside_free(
-            &band,
-            (&one.left_rad[axis], &powers[axis]),
-            &increments.free,
-        );
+        let rows = (&one.left_rad[axis][..], &powers[axis][..]);
+        let power = power_beside_free(&band, rows, &one.free);
         power / count
     });
     let entry = |axis: usize| FiguresEntry {
@@ -276,17 +284,13 @@ fn power_beside_free(band: &Band, (rows, powers): (&[f64], &[f64]), free: &[usiz
     values.norm_squared() - explained
 }
 
-fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 2]) -> Pictures {
+fn pictures(said: &Said, body_before: &Triad, after: &Residual, held_out_s: [f64; 2]) -> Pictures {
     /// Most points of a plot.
     const POINTS: usize = 2000;
-    let times = &after.about.increments.times_s;
-    let rows = after
-        .about
-        .increments
-        .rows()
-        .min(before.about.increments.rows());
+    let times = &after.times_s;
+    let rows = after.rows().min(body_before[0].len());
     let each = rows.div_ceil(POINTS).max(1);
-    let (body_before, body_after) = (body_rows(before), body_rows(after));
+    let body_after = &after.body_rad;
     let angles = |body: &Triad| {
         body.each_ref().map(|values| {
             let mut sum = 0.0;
@@ -297,7 +301,7 @@ fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 
             sums.step_by(each).collect::<Vec<f64>>()
         })
     };
-    let period_s = after.about.increments.period_s;
+    let period_s = after.period_s;
     let piece = (rows / 4).clamp(2, 2048) & !1;
     // One-sided density of a rate from the power of increments by row.
     let density = 2.0 / period_s;
@@ -325,10 +329,10 @@ fn pictures(said: &Said, before: &Residual, after: &Residual, held_out_s: [f64; 
     let streams = &said.observed.streams;
     Pictures {
         time_s: times[1..=rows].iter().step_by(each).copied().collect(),
-        angle_before_rad: angles(&body_before),
-        angle_after_rad: angles(&body_after),
-        power_before: spectrum(&body_before),
-        power_after: spectrum(&body_after),
+        angle_before_rad: angles(body_before),
+        angle_after_rad: angles(body_after),
+        power_before: spectrum(body_before),
+        power_after: spectrum(body_after),
         power_noise: noise,
         frequency_hz,
         tiles_before: Vec::new(),

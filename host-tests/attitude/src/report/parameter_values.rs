@@ -106,7 +106,7 @@ pub(crate) fn numbers(
         }
         Some(group) => stated(
             group,
-            &said.registered.about.increments.navigation_from_start[0],
+            &said.registered.about.increments.navigation_from_start(0),
         ),
         None if kind == STEP => (vec!["size".to_string()], DMatrix::identity(1, 1)),
         None if kind == UNLISTED => {

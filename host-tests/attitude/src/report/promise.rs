@@ -9,6 +9,8 @@
 //! with K_ij = K_kj = W_jj: the two are not distinguishable by attitudes before and after, whatever the motion. During the
 //! motion the elastic rate appears in the attitude as W α, which a flexure never produces.
 
+use std::sync::Arc;
+
 use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_catalogue::experiment::Experiment;
 use rlg_catalogue::moves::increments_rad;
@@ -124,19 +126,17 @@ fn values(said: &Said, noise: RowNoise, instead_of: &Named, kind: &str) -> Optio
     let (pool, candidate) = whole(said.gyro, kind)?;
     let own = said.gyro.columns(&pool, &candidate, about);
     let count = own.len();
-    let rate_hz = said.observed.gyros.rate_hz;
-    let alignment = &said.registered.alignment;
-    let registration = priced(about.columns(rate_hz), alignment, said.of_model);
     let others = said
         .found
         .registration
         .iter()
         .filter(|one| one.places != instead_of.places);
     let others: Vec<usize> = others.flat_map(|one| one.places.clone()).collect();
+    let alignment = &said.registered.alignment;
+    let registration: Vec<ParameterColumn> =
+        priced(about, &others, alignment, said.of_model).collect();
     let white = |values: &Triad| noise.whiten(&about.increments, values);
-    let columns = own
-        .iter()
-        .chain(others.iter().map(|k| &registration[*k].values));
+    let columns = own.iter().chain(registration.iter().map(|one| &one.values));
     let columns: Vec<DVector<f64>> = columns.map(white).collect();
     let rows = DMatrix::from_columns(&columns);
     let gram = rows.tr_mul(&rows);
@@ -147,7 +147,7 @@ fn values(said: &Said, noise: RowNoise, instead_of: &Named, kind: &str) -> Optio
     for _ in 0..TURNS {
         let precision = DVector::from_fn(columns.len(), |k, _| match k < count {
             true => width.powi(-2),
-            false => registration[others[k - count]].prior_std.powi(-2),
+            false => registration[k - count].prior_std.powi(-2),
         });
         let covariance = invert(&(&gram + DMatrix::from_diagonal(&precision))).0;
         estimate = &covariance * &moments;
@@ -174,7 +174,8 @@ impl Spins {
         let case_rad = increments_rad(&spins.moves, rate_hz);
         let rows = case_rad[0].len();
         let streams = Streams::of_motion(rate_hz, case_rad.clone());
-        let gyro = Gyro::new(&streams, &model, (&case_rad, None), &said.plan.catalogue)?;
+        let motion = (Arc::new(case_rad.clone()), None);
+        let gyro = Gyro::new(&streams, &model, motion, &said.plan.catalogue)?;
         let gyros = Gyros {
             start_s: 0.0,
             rate_hz,
@@ -202,12 +203,10 @@ impl Spins {
         let alignment = Alignment::of_model(&model);
         let known = Stamps::without(&vec![false; samples.len()]);
         let about = About::new(&gyros, &samples, &known, &alignment)?;
-        let all = priced(about.columns(rate_hz), &alignment, &alignment).into_iter();
-        let is_plain: Vec<usize> = PLAIN.iter().flat_map(|kind| places(kind)).collect();
-        let plain = all.enumerate().filter(|(k, _)| is_plain.contains(k));
+        let plain: Vec<usize> = PLAIN.iter().flat_map(|kind| places(kind)).collect();
         Some(Self {
             gyro,
-            plain: plain.map(|(_, column)| column).collect(),
+            plain: priced(&about, &plain, &alignment, &alignment).collect(),
             about,
         })
     }

@@ -83,6 +83,13 @@ pub fn places(kind: &str) -> std::ops::Range<usize> {
     begin..begin
 }
 
+/// Kind of the registration parameter at a column index, and its number within the group.
+pub(crate) fn parameter_at(place: usize) -> (&'static str, usize) {
+    let mut own = GROUPS.iter().map(|group| (group.kind, places(group.kind)));
+    let found = own.find(|(_, places)| places.contains(&place));
+    found.map_or(("", 0), |(kind, places)| (kind, place - places.start))
+}
+
 /// Returns the group with these column indices.
 pub fn group_at(columns: &[usize]) -> Option<&'static Group> {
     let is_there = |group: &&Group| places(group.kind).eq(columns.iter().copied());

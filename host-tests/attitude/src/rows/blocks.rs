@@ -73,18 +73,24 @@ impl<'a> Blocks<'a> {
         let (band, Prior { precisions, moved }) = (&noise.band, prior);
         let whitener = Whitener::new(noise, levels, increments);
         let record = whitener.whiten(rows_rad);
-        let columns: Vec<Triad> = columns.map(|column| whitener.whiten(&column)).collect();
         let span_s = increments.period_s * increments.rows() as f64;
         let count = ((span_s / plan.length_s) as usize)
             .max(plan.least)
             .min(band.cut / plan.least_rows);
         let ranges = (0..count).map(|block| rows_of(block, count, band.cut));
-        let white: Vec<(DMatrix<f64>, DVector<f64>)> = ranges
+        let mut white: Vec<(DMatrix<f64>, DVector<f64>)> = ranges
             .map(|range| {
                 let record = DVector::from_vec(within(&record, &range));
-                (matrix(&columns, &range), record)
+                (DMatrix::zeros(record.len(), precisions.len()), record)
             })
             .collect();
+        for (k, column) in columns.enumerate() {
+            let column = whitener.whiten(&column);
+            for (block, (rows, _)) in white.iter_mut().enumerate() {
+                let range = rows_of(block, count, band.cut);
+                rows.column_mut(k).copy_from_slice(&within(&column, &range));
+            }
+        }
         // Parameters are total values, not steps from the linearisation point.
         let moved = DVector::from_column_slice(moved);
         let share = 1.0 / count as f64;
@@ -113,47 +119,64 @@ impl<'a> Blocks<'a> {
     ///
     /// # Inputs
     /// `moved`: linearisation point of the first parameters.
-    pub fn with(&self, columns: impl Iterator<Item = Triad>, moved: &[f64]) -> Self {
-        let columns: Vec<Triad> = columns
-            .map(|column| self.whitener.whiten(&column))
-            .collect();
-        let cut = self.whitener.band.cut;
-        let count = self.sums.each.len();
-        let mut sums = Vec::with_capacity(count);
-        let mut white = Vec::with_capacity(count);
-        for (block, (old, (rows, record))) in self.sums.each.iter().zip(&self.white).enumerate() {
-            let range = rows_of(block, count, cut);
-            let more = matrix(&columns, &range);
-            let across = rows.tr_mul(&more);
-            let first = old.gram.nrows();
-            let all = first + columns.len();
-            let mut gram = DMatrix::zeros(all, all);
-            gram.view_mut((0, 0), (first, first)).copy_from(&old.gram);
-            gram.view_mut((0, first), (first, columns.len()))
-                .copy_from(&across);
-            gram.view_mut((first, 0), (columns.len(), first))
-                .copy_from(&across.transpose());
-            gram.view_mut((first, first), (columns.len(), columns.len()))
-                .copy_from(&more.tr_mul(&more));
-            let mut moments = old.moments.clone().resize_vertically(all, 0.0);
-            let beyond = DVector::from_fn(first, |k, _| moved.get(k).copied().unwrap_or(0.0));
-            let own = more.tr_mul(record) + across.tr_mul(&beyond);
-            moments.rows_mut(first, columns.len()).copy_from(&own);
-            sums.push(Sums {
-                gram,
-                moments,
-                energy: old.energy,
-            });
-            let mut wide = rows.clone().resize_horizontally(all, 0.0);
-            wide.columns_mut(first, columns.len()).copy_from(&more);
-            white.push((wide, record.clone()));
-        }
+    pub fn with(&self, columns: &[Triad], moved: &[f64]) -> Self {
+        let more = self.whitened(columns);
+        let appended = self.white.iter().zip(&more).map(|((rows, record), more)| {
+            let first = rows.ncols();
+            let mut wide = rows.clone().resize_horizontally(first + more.ncols(), 0.0);
+            wide.columns_mut(first, more.ncols()).copy_from(more);
+            (wide, record.clone())
+        });
         Self {
-            sums: BlockSums::new(sums, self.plan),
-            white,
+            white: appended.collect(),
+            sums: self.sums_beside(&more, moved),
             whitener: self.whitener.clone(),
             plan: self.plan,
         }
+    }
+
+    /// Normal equations with columns appended, without a prior on them.
+    ///
+    /// # Inputs
+    /// `moved`: linearisation point of the first parameters.
+    pub(crate) fn sums_with(&self, columns: &[Triad], moved: &[f64]) -> BlockSums {
+        self.sums_beside(&self.whitened(columns), moved)
+    }
+
+    /// Whitened columns by block.
+    fn whitened(&self, columns: &[Triad]) -> Vec<DMatrix<f64>> {
+        let columns: Vec<Triad> = columns
+            .iter()
+            .map(|column| self.whitener.whiten(column))
+            .collect();
+        let count = self.sums.each.len();
+        let ranges = (0..count).map(|block| rows_of(block, count, self.whitener.band.cut));
+        ranges.map(|range| matrix(&columns, &range)).collect()
+    }
+
+    fn sums_beside(&self, more: &[DMatrix<f64>], moved: &[f64]) -> BlockSums {
+        let blocks = self.sums.each.iter().zip(&self.white).zip(more);
+        let each = blocks.map(|((old, (rows, record)), more)| {
+            let across = rows.tr_mul(more);
+            let (first, count) = across.shape();
+            let all = first + count;
+            let mut gram = old.gram.clone().resize(all, all, 0.0);
+            gram.view_mut((0, first), (first, count)).copy_from(&across);
+            gram.view_mut((first, 0), (count, first))
+                .copy_from(&across.transpose());
+            gram.view_mut((first, first), (count, count))
+                .copy_from(&more.tr_mul(more));
+            let mut moments = old.moments.clone().resize_vertically(all, 0.0);
+            let beyond = DVector::from_fn(first, |k, _| moved.get(k).copied().unwrap_or(0.0));
+            let own = more.tr_mul(record) + across.tr_mul(&beyond);
+            moments.rows_mut(first, count).copy_from(&own);
+            Sums {
+                gram,
+                moments,
+                energy: old.energy,
+            }
+        });
+        BlockSums::new(each.collect(), self.plan)
     }
 
     /// Forms the normal equations of another whitened record on the same columns.
@@ -196,17 +219,11 @@ impl<'a> Blocks<'a> {
 
     /// Information and score of columns given a null model.
     pub(crate) fn project(&self, null: &Null, columns: &[Triad]) -> Projected {
-        let columns: Vec<Triad> = columns
-            .iter()
-            .map(|column| self.whitener.whiten(column))
-            .collect();
         let (count, known) = (columns.len(), null.covariance.nrows());
         let mut own = DMatrix::zeros(count, count);
         let mut cross = DMatrix::zeros(count, known);
         let mut score = DVector::zeros(count);
-        let blocks = null.each.len();
-        for (block, (rows, left)) in null.each.iter().enumerate() {
-            let more = matrix(&columns, &rows_of(block, blocks, self.whitener.band.cut));
+        for ((rows, left), more) in null.each.iter().zip(self.whitened(columns)) {
             own += more.tr_mul(&more);
             cross += more.tr_mul(rows);
             score += more.tr_mul(left);

@@ -1,6 +1,6 @@
 //! Joint fit of all columns of an alignment to its rows.
 
-use rlg_plan::{AttitudeNoisePlan, AttitudeOutlierPlan, ModulationPlan};
+use rlg_plan::{AttitudeNoisePlan, ModulationPlan};
 use rlg_signal::axes::Triad;
 
 use crate::likelihood::equations::{Band, BandNoise, Equations, Fit, ParameterColumn};
@@ -10,13 +10,10 @@ use crate::likelihood::octaves::time_s;
 use crate::likelihood::outliers::Weighted;
 use crate::rows::alignment::{Alignment, GROUPS, LOW_PASS_STD_S};
 use crate::rows::increments::Increments;
+use crate::rows::linearised_rows::About;
 
-/// Attaches the priors of their groups, centred on the model's values, to columns about an alignment.
-pub fn priced(
-    columns: Vec<Triad>,
-    alignment: &Alignment,
-    model: &Alignment,
-) -> Vec<ParameterColumn> {
+/// Prior of every registration parameter about an alignment, centred on the model's value: standard deviation and mean.
+pub fn priors(alignment: &Alignment, model: &Alignment) -> Vec<(f64, f64)> {
     let beyond = alignment.beyond(model);
     let stds = GROUPS.iter().flat_map(|group| {
         let std = match (group.kind, alignment.low_pass_s) {
@@ -25,23 +22,29 @@ pub fn priced(
         };
         group.names.iter().map(move |_| std)
     });
-    columns
-        .into_iter()
-        .zip(stds)
-        .zip(beyond)
-        .map(|((values, prior_std), beyond)| ParameterColumn {
-            values,
-            prior_std,
-            prior_mean: -beyond,
-        })
-        .collect()
+    let pairs = stds.zip(beyond);
+    pairs.map(|(std, beyond)| (std, -beyond)).collect()
+}
+
+/// Columns of registration parameters with their priors, each formed when it is asked for.
+pub fn priced<'a>(
+    about: &'a About,
+    kept: &'a [usize],
+    alignment: &Alignment,
+    model: &Alignment,
+) -> impl Iterator<Item = ParameterColumn> + use<'a> {
+    let priors = priors(alignment, model);
+    kept.iter().map(move |place| ParameterColumn {
+        values: about.column(*place),
+        prior_std: priors[*place].0,
+        prior_mean: priors[*place].1,
+    })
 }
 
 /// Joint fit of columns to rows.
 pub struct Fitting {
     noise: BandNoise,
     equations: Equations,
-    columns: Vec<ParameterColumn>,
     plan: ModulationPlan,
     /// The fit.
     pub fit: Fit,
@@ -51,7 +54,7 @@ impl Fitting {
     /// Fits columns to rows, with the noise starting at `levels`.
     pub fn new(
         increments: &Increments,
-        columns: Vec<ParameterColumn>,
+        columns: impl Iterator<Item = ParameterColumn>,
         is_plain: bool,
         levels: Option<Levels>,
         plan: &AttitudeNoisePlan,
@@ -72,13 +75,12 @@ impl Fitting {
             None => Along::default(),
         };
         let noise = BandNoise { band, terms };
-        let equations = Equations::new(&noise, rows_rad, along, &columns, &increments.free);
+        let equations = Equations::new(&noise, rows_rad, along, columns, &increments.free);
         let start = known.unwrap_or_else(|| noise.terms.start(equations.energy()));
         let fit = equations.fit(&noise.terms, &start);
         Self {
             noise,
             equations,
-            columns,
             plan: plan.modulation,
             fit,
         }
@@ -93,17 +95,6 @@ impl Fitting {
             .log_likelihood_here(&self.noise.terms, levels, places);
         let count = 3.0 * self.noise.band.cut as f64;
         (sum / count, count)
-    }
-
-    /// Residuals of rows after the fitted columns \[rad\].
-    pub fn left_rad(&self, rows_rad: &Triad) -> Triad {
-        let mut left = rows_rad.clone();
-        for (column, size) in self.columns.iter().zip(&self.fit.estimate) {
-            for (left, values) in left.iter_mut().zip(&column.values) {
-                rlg_signal::axes::add(left, values, -size);
-            }
-        }
-        left
     }
 
     /// Divides rows by the power of the noise.
@@ -134,31 +125,6 @@ impl Fitting {
         let along = levels.along(&self.noise.band.octaves, times_s);
         self.equations.set_levels(&self.noise, along);
         self.fit = self.equations.fit(&self.noise.terms, &levels);
-    }
-
-    /// Subtracts errors of single stamps in excess of the noise, adds them to `corrected_rad`, and fits again.
-    pub fn shrink_outliers(
-        &mut self,
-        increments: &Increments,
-        corrected_rad: &mut Triad,
-        plan: &AttitudeOutlierPlan,
-    ) {
-        let mut rows_rad = increments.rows_rad.clone();
-        rlg_signal::axes::add_triad(&mut rows_rad, corrected_rad, -1.0);
-        let mut left = self.left_rad(&rows_rad);
-        increments.silence_free(&mut left, |_| true);
-        let errors = self.weighted(&left, increments).outliers_rad(plan);
-        for (rows, (corrected, errors)) in rows_rad
-            .iter_mut()
-            .zip(corrected_rad.iter_mut().zip(&errors))
-        {
-            for row in 0..rows.len() {
-                let grown = errors[row + 1] - errors[row];
-                rows[row] -= grown;
-                corrected[row] += grown;
-            }
-        }
-        self.fit_to(&rows_rad);
     }
 
     /// Fits again, to other rows.

@@ -95,6 +95,16 @@ impl GyroMotion {
         &self.increments_rad
     }
 
+    /// Increments of the body by row \[rad\], without the attitude.
+    pub fn into_increments_rad(self) -> Vec<Vector3<f64>> {
+        self.increments_rad
+    }
+
+    /// Row rate \[Hz\].
+    pub fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.increments_rad.len()

@@ -5,7 +5,7 @@
 //! Each row is relative to its own initial attitude, so that an error may grow without bound. For a reference of summed
 //! increments D is the difference of the sums, without rotation.
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rlg_plan::AttitudeRowsPlan;
 use rlg_signal::attitude_samples::{Shown, SlowSample};
 use rlg_signal::axes::Triad;
@@ -71,7 +71,7 @@ pub struct Increments {
     /// Times of the used stamps on the gyros' clock \[s\].
     pub times_s: Vec<f64>,
     /// Rotation from start to navigation frame at each row's begin.
-    pub navigation_from_start: Vec<Matrix3<f64>>,
+    navigation_from_start: Vec<UnitQuaternion<f64>>,
     /// Free rows, with a nuisance parameter on each axis: across gaps of the stamps or of the gyros, across jumps, and at
     /// the two ends.
     pub free: Vec<usize>,
@@ -156,14 +156,14 @@ impl Increments {
             .iter()
             .map(|one| samples[one.stamp].shown.against(&motion.shown(one.place)))
             .collect();
-        let mut rows_rad = Triad::default();
+        let rows = used.len() - 1;
+        let mut rows_rad: Triad = std::array::from_fn(|_| Vec::with_capacity(rows));
         for pair in errors.windows(2) {
             let grown = pair[1].against(&pair[0]).angle_rad();
             for axis in 0..3 {
                 rows_rad[axis].push(grown[axis]);
             }
         }
-        let rows = used.len() - 1;
         let times_s: Vec<f64> = used.iter().map(|one| one.time_s).collect();
         let places: Vec<Place> = used.iter().map(|one| one.place).collect();
         let period_s = typical_period_s(&times_s, plan);
@@ -185,8 +185,8 @@ impl Increments {
             navigation_from_start: errors[..rows]
                 .iter()
                 .map(|error| match error {
-                    Shown::Attitude(error) => error.to_rotation_matrix().into_inner(),
-                    Shown::Sum(_) => Matrix3::identity(),
+                    Shown::Attitude(error) => *error,
+                    Shown::Sum(_) => UnitQuaternion::identity(),
                 })
                 .collect(),
             times_s,
@@ -207,6 +207,12 @@ impl Increments {
         self.navigation_from_start.len()
     }
 
+    /// Rotation from start to navigation frame at a row's begin.
+    pub fn navigation_from_start(&self, row: usize) -> Matrix3<f64> {
+        let rotation = self.navigation_from_start[row].to_rotation_matrix();
+        rotation.into_inner()
+    }
+
     /// True if a row is free.
     pub fn is_free(&self, row: usize) -> bool {
         self.free.binary_search(&row).is_ok()
@@ -221,7 +227,7 @@ impl Increments {
 
     /// Transforms a vector of a row to the body's axes.
     pub fn in_body(&self, motion: &GyroMotion, row: usize, value: Vector3<f64>) -> Vector3<f64> {
-        let start = self.navigation_from_start[row].transpose() * value;
+        let start = self.navigation_from_start(row).transpose() * value;
         motion.frame_from_body(self.places[row]).inverse() * start
     }
 
@@ -242,7 +248,7 @@ impl Increments {
     /// navigation frame.
     pub fn carry(&self, at_boundaries: &[Vector3<f64>]) -> Triad {
         self.difference(at_boundaries, |row, grown| {
-            self.navigation_from_start[row] * grown
+            self.navigation_from_start(row) * grown
         })
     }
 
@@ -259,7 +265,7 @@ impl Increments {
         let at = |place: Place| {
             at_boundaries[place.row].lerp(&at_boundaries[place.row + 1], place.share)
         };
-        let mut values = Triad::default();
+        let mut values: Triad = std::array::from_fn(|_| Vec::with_capacity(self.rows()));
         let mut before = at(self.places[0]);
         for (row, place) in self.places[1..].iter().enumerate() {
             let now = at(*place);

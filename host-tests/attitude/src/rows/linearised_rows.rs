@@ -8,7 +8,7 @@ use rlg_signal::attitude_samples::SlowSample;
 use rlg_signal::axes::Triad;
 
 use crate::likelihood::noise::Alike;
-use crate::rows::alignment::{Alignment, COUNT, PAIRS};
+use crate::rows::alignment::{Alignment, COUNT, PAIRS, parameter_at};
 use crate::rows::conditioned::conditioned;
 use crate::rows::dither::Dither;
 use crate::rows::earth::Slow;
@@ -112,7 +112,7 @@ pub struct About {
     /// Rows of the likelihood.
     pub increments: Increments,
     /// Wiener-filtered motion in the gyros' axes, from which columns are formed \[rad\].
-    pub conditioned_rad: Triad,
+    pub conditioned_rad: Arc<Triad>,
     /// Rate of change of the sensed increments \[rad by row and second\]; present if a low pass is inverted.
     growth_rad_s: Option<Vec<Vector3<f64>>>,
     dither: Option<Arc<Dither>>,
@@ -137,8 +137,8 @@ impl About {
             }
             growth_rad_s
         });
-        let body: Vec<Vector3<f64>> = unbiased.iter().map(|row| body_from_sensed * row).collect();
-        let mut motion = gyros.motion(body.clone());
+        let body = unbiased.iter().map(|row| body_from_sensed * row);
+        let mut motion = gyros.motion(body.collect());
         let clock = reference_clock(alignment, samples)?;
         let plan = &gyros.plan;
         let formed = |motion: &GyroMotion| {
@@ -164,20 +164,24 @@ impl About {
         // Columns hold no scale of what is fixed in space, and so no row does.
         let beyond_turn = Matrix3::identity() - body_from_sensed * sensed_by_turn.matrix();
         if beyond_turn != Matrix3::zeros() {
-            let rows = body.iter().zip(&fixed_rad);
-            let body = rows.map(|(body, fixed)| body + beyond_turn * fixed);
-            motion = gyros.motion(body.collect());
+            drop(increments);
+            let mut body = motion.into_increments_rad();
+            for (body, fixed) in body.iter_mut().zip(&fixed_rad) {
+                *body += beyond_turn * fixed;
+            }
+            motion = gyros.motion(body);
             increments = formed(&motion)?;
         }
         let constant_rad = slow.constant_rad_s / gyros.rate_hz;
         for (unbiased, fixed) in unbiased.iter_mut().zip(&fixed_rad) {
             *unbiased -= sensed_by_turn * (fixed + constant_rad);
         }
+        drop(fixed_rad);
         increments.least_walk_rad2 =
             gyros.white_noise_of_rows(increments.alike, increments.period_s);
         increments.declared_walk_rad_sqrt_s = gyros.declared_walk_rad_sqrt_s;
         Some(Self {
-            conditioned_rad: gyros.conditioned(&unbiased),
+            conditioned_rad: Arc::new(gyros.conditioned(&unbiased)),
             dither: gyros.dither.clone(),
             motion,
             increments,
@@ -203,7 +207,8 @@ impl About {
 
     /// Computes the column of one gyro's filter: of its smoothing variance, half the second derivative of the rate over a
     /// row; of its low pass's time constant, minus the rate of change of the increments.
-    fn filtered(&self, axis: usize, rate_hz: f64) -> Triad {
+    fn filtered(&self, axis: usize) -> Triad {
+        let rate_hz = self.motion.rate_hz();
         let along = Vector3::ith(axis, 1.0);
         if let Some(growth_rad_s) = &self.growth_rad_s {
             return self.carried(|row| -along * growth_rad_s[row][axis]);
@@ -215,43 +220,57 @@ impl About {
         })
     }
 
-    /// Columns of the registration, in the order of [`GROUPS`].
-    pub fn columns(&self, rate_hz: f64) -> Vec<Triad> {
-        let period_s = 1.0 / rate_hz;
-        let axes = [Vector3::x(), Vector3::y(), Vector3::z()];
-        let mut columns: Vec<Triad> = Vec::with_capacity(COUNT);
-        columns.extend(axes.map(|axis| self.carried(|_| axis * period_s)));
-        columns.extend(axes.map(|axis| self.carried(|row| axis.cross(&self.sensed(row)))));
+    /// Columns of the registration, in the order of [`GROUPS`], each formed when it is asked for.
+    pub fn columns(&self) -> impl Iterator<Item = Triad> {
+        (0..COUNT).map(|place| self.column(place))
+    }
+
+    /// Computes the column of the registration parameter at a place.
+    pub fn column(&self, place: usize) -> Triad {
+        let period_s = 1.0 / self.motion.rate_hz();
+        let (kind, own) = parameter_at(place);
+        let axis = Vector3::ith(own, 1.0);
+        match kind {
+            "gyro_bias" => self.carried(|_| axis * period_s),
+            "reference_misalignment" => self.carried(|row| axis.cross(&self.sensed(row))),
+            "reference_delay" => self.increments.carry(&self.late()),
+            "reference_clock_rate" => {
+                let [start_s, _] = self.motion.span_s();
+                let since_middle =
+                    |boundary: usize| start_s + boundary as f64 * period_s - self.clock.middle_s;
+                let mut drifted = self.late();
+                for (boundary, late) in drifted.iter_mut().enumerate() {
+                    *late *= since_middle(boundary);
+                }
+                self.increments.carry(&drifted)
+            }
+            "earth_rate" => {
+                let turned = self.motion.fixed_sum(-period_s * axis);
+                self.increments.carry_in_navigation(&turned)
+            }
+            "gyro_bandwidth" => self.filtered(own),
+            "gyro_scale" => self.carried(|row| {
+                let sensed = self.sensed(row);
+                let turned = match &self.dither {
+                    Some(dither) => sensed + dither.turn_rad(row),
+                    None => sensed,
+                };
+                axis * turned[own]
+            }),
+            _ => {
+                let (a, b) = PAIRS[own];
+                let axes = [a, b].map(|axis| Vector3::ith(axis, 1.0));
+                self.carried(|row| axes[0] * self.sensed(row)[b] + axes[1] * self.sensed(row)[a])
+            }
+        }
+    }
+
+    /// Change of the attitude by a delay of the gyros, per second \[rad/s\], at row boundaries.
+    fn late(&self) -> Vec<Vector3<f64>> {
         let body = |row: usize| self.body_from_sensed * self.sensed(row);
-        let rate =
-            |boundary: usize| 0.5 * rate_hz * (body(boundary.saturating_sub(1)) + body(boundary));
-        let [start_s, _] = self.motion.span_s();
-        let late = self.motion.carried(|boundary| -rate(boundary));
-        columns.push(self.increments.carry(&late));
-        let since_middle =
-            |boundary: usize| start_s + boundary as f64 * period_s - self.clock.middle_s;
-        let drifted: Vec<Vector3<f64>> = late
-            .iter()
-            .enumerate()
-            .map(|(boundary, late)| late * since_middle(boundary))
-            .collect();
-        columns.push(self.increments.carry(&drifted));
-        columns.extend(axes.map(|axis| {
-            let turned = self.motion.fixed_sum(-period_s * axis);
-            self.increments.carry_in_navigation(&turned)
-        }));
-        columns.extend([0, 1, 2].map(|axis: usize| self.filtered(axis, rate_hz)));
-        let turned = |row: usize| match &self.dither {
-            Some(dither) => self.sensed(row) + dither.turn_rad(row),
-            None => self.sensed(row),
-        };
-        columns.extend(
-            [0, 1, 2].map(|axis: usize| self.carried(|row| axes[axis] * turned(row)[axis])),
-        );
-        columns.extend(PAIRS.map(|(a, b)| {
-            self.carried(|row| axes[a] * self.sensed(row)[b] + axes[b] * self.sensed(row)[a])
-        }));
-        columns
+        let half_hz = 0.5 * self.motion.rate_hz();
+        self.motion
+            .carried(|boundary| -(half_hz * (body(boundary.saturating_sub(1)) + body(boundary))))
     }
 }
 
@@ -332,7 +351,6 @@ mod tests {
     #[test]
     fn columns_are_what_the_rows_change_by() {
         let (gyros, samples) = scene();
-        let rate_hz = gyros.rate_hz;
         let stamps = Stamps::without(&vec![false; samples.len()]);
         for low_pass_s in [None, Some(Vector3::new(0.02, 0.03, 0.015))] {
             let alignment = Alignment {
@@ -347,7 +365,7 @@ mod tests {
                 About::new(&gyros, &samples, &stamps, alignment).expect("inside")
             };
             let here = about(&alignment);
-            let columns = here.columns(rate_hz);
+            let columns: Vec<Triad> = here.columns().collect();
             let inner = 3..here.increments.rows() - 3;
             // Not checked: Earth rate and smoothing enter by their columns only, and the bias changes the Wiener weights.
             let is_checked = |kind: &str| match kind {

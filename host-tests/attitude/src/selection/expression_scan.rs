@@ -52,7 +52,7 @@ impl Vocabulary {
         let scanned = Scanned::Expression(best);
         let columns = scanned.columns(given.about, given.gyro);
         let sought = Sought {
-            statistic: given.statistic(columns.iter().cloned(), 1),
+            statistic: given.statistic(&columns),
             columns,
             scanned,
             places: self.places,

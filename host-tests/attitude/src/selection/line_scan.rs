@@ -36,7 +36,7 @@ pub(crate) fn seek(given: Given, null: &Null, is_free: &dyn Fn(f64) -> bool) -> 
     let best = fitted.max_by(|a, b| a.1.total_cmp(&b.1))?.0;
     let columns = best.columns(given.about, given.gyro);
     let sought = Sought {
-        statistic: given.statistic(columns.iter().cloned(), columns.len()),
+        statistic: given.statistic(&columns),
         columns,
         scanned: best,
         places: places as usize,

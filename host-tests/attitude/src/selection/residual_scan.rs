@@ -37,7 +37,7 @@ impl Given<'_> {
             let about = self.about;
             about.carried(|row| self.gyro.sensed_along(axis, of_row(row)))
         });
-        self.statistic(columns, waves)
+        self.statistic(&columns.collect::<Vec<Triad>>())
     }
 
     /// True if an effect explains more than a smooth drift of its gyro.
@@ -48,15 +48,11 @@ impl Given<'_> {
     }
 
     /// Statistic of additional columns given the set.
-    pub(crate) fn statistic(
-        &self,
-        columns: impl Iterator<Item = Triad>,
-        count: usize,
-    ) -> Statistic {
+    pub(crate) fn statistic(&self, columns: &[Triad]) -> Statistic {
         let first = self.blocks.sums.parameters();
-        let places: Vec<usize> = (first..first + count).collect();
-        let wide = self.blocks.with(columns, self.beyond);
-        wide.sums.statistic(self.set, &places)
+        let places: Vec<usize> = (first..first + columns.len()).collect();
+        let wide = self.blocks.sums_with(columns, self.beyond);
+        wide.statistic(self.set, &places)
     }
 }
 

@@ -18,8 +18,8 @@ use crate::registration::registration_search::Called;
 use crate::rows::alignment::{Alignment, COUNT, Free, in_order, places};
 use crate::rows::blocks::{Blocks, Prior};
 use crate::rows::earth;
-use crate::rows::fitting::priced;
-use crate::rows::linearised_rows::{About, Gyros};
+use crate::rows::fitting::priors;
+use crate::rows::linearised_rows::About;
 use crate::selection::expression_scan::Vocabulary;
 use crate::selection::group_selection::{Candidates, Choice, Named, chance, without};
 use crate::selection::line_scan;
@@ -101,10 +101,9 @@ pub enum Scans<'a> {
     },
 }
 
-/// Gyros with a registration, and its linearisation point relative to the model.
+/// A registration, and its linearisation point relative to the model.
 #[derive(Clone, Copy)]
 pub(crate) struct Registered<'a> {
-    pub(crate) gyros: &'a Gyros,
     pub(crate) registration: &'a Registration,
     pub(crate) of_model: &'a Alignment,
     /// Parameters at the linearisation point, relative to the model.
@@ -114,13 +113,11 @@ pub(crate) struct Registered<'a> {
 impl<'a> Registered<'a> {
     /// About the alignment of a registration; `beyond`: of it relative to the model.
     pub(crate) fn new(
-        gyros: &'a Gyros,
         registration: &'a Registration,
         of_model: &'a Alignment,
         beyond: &'a [f64; COUNT],
     ) -> Self {
         Self {
-            gyros,
             registration,
             of_model,
             beyond,
@@ -231,7 +228,6 @@ impl<'a> Search<'a> {
     /// `of_effects`: columns of the candidates.
     fn new(
         Registered {
-            gyros,
             registration: registered,
             of_model,
             beyond,
@@ -242,12 +238,8 @@ impl<'a> Search<'a> {
         plan: &'a Plan,
     ) -> Self {
         let about = &registered.about;
-        let columns = priced(
-            about.columns(gyros.rate_hz),
-            &registered.alignment,
-            of_model,
-        );
-        let mut precisions: Vec<f64> = columns.iter().map(|one| one.prior_std.powi(-2)).collect();
+        let priors = priors(&registered.alignment, of_model);
+        let mut precisions: Vec<f64> = priors.iter().map(|(std, _)| std.powi(-2)).collect();
         precisions.extend(candidates.effects.iter().flat_map(|(candidate, own)| {
             (0..own.len()).map(|k| candidate.hypothesis.bound(k).std.powi(-2))
         }));
@@ -256,13 +248,12 @@ impl<'a> Search<'a> {
         add_triad(&mut rows_rad, &registered.corrected_rad, -1.0);
         let mut moved = beyond.to_vec();
         moved.resize(precisions.len(), 0.0);
-        let of_registration = columns.into_iter().map(|column| column.values);
         let blocks = Blocks::new(
             noise,
             &registered.levels,
             increments,
             &rows_rad,
-            &mut of_registration.chain(of_effects),
+            &mut about.columns().chain(of_effects),
             Prior {
                 precisions: &precisions,
                 moved: &moved,
@@ -358,7 +349,7 @@ impl<'a> Search<'a> {
         }
         let first = self.blocks.sums.parameters();
         let places: Vec<usize> = (first..first + sought.columns.len()).collect();
-        let blocks = self.blocks.with(sought.columns.into_iter(), beyond);
+        let blocks = self.blocks.with(&sought.columns, beyond);
         let predicted = blocks.sums.predicted(set, &places);
         if predicted.log_likelihood <= plan.least_predicted {
             return None;

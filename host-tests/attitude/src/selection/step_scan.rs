@@ -10,22 +10,13 @@ const AROUND: usize = 4;
 
 /// Finds the step of largest statistic given a set; `None` if a smooth drift of that gyro explains as much.
 pub(crate) fn seek(given: Given) -> Option<Sought> {
-    let Given {
-        blocks,
-        about,
-        gyro,
-        beyond,
-        set,
-        ..
-    } = given;
+    let Given { about, gyro, .. } = given;
     let times = &about.increments.places();
     let (first, last) = (times[0].row, times[times.len() - 1].row);
     let column = |step: Step| step.column(about, gyro);
     let statistics = |steps: &[Step]| -> Vec<(Step, Statistic)> {
-        let wide = blocks.with(steps.iter().map(|step| column(*step)), beyond);
-        let place = blocks.sums.parameters();
-        let each = steps.iter().enumerate();
-        each.map(|(k, step)| (*step, wide.sums.statistic(set, &[place + k])))
+        let each = steps.iter();
+        each.map(|step| (*step, given.statistic(&[column(*step)])))
             .collect()
     };
     let best = |tried: Vec<(Step, Statistic)>| {

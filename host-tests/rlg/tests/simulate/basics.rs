@@ -317,6 +317,7 @@ fn scenarios_that_come_with_the_tool_are_read() {
         "shaker",
         "beside-fibre-optic",
         "accelerometers",
+        "attitudes",
         "health",
     ] {
         let path = Path::new(env!("CARGO_MANIFEST_DIR")).join(format!("../scenarios/{name}.toml"));
