@@ -595,7 +595,10 @@ impl Bench {
         let folder = tempfile::tempdir().expect("a folder");
         for log in logs {
             let words: Vec<&str> = log.row.split(' ').collect();
-            let mut text = format!("{}\n", log.head);
+            let mut text = match log.head {
+                "" => String::new(),
+                head => format!("{head}\n"),
+            };
             for row in (0..truth.len()).step_by(log.every) {
                 let cells: Vec<String> = words.iter().map(|word| cell(truth, row, word)).collect();
                 text.push_str(&cells.join(log.delimiter));
@@ -812,6 +815,73 @@ fn a_column_that_may_be_an_angle_is_not_left_out_without_a_word() {
     assert!(asked.contains("stick angle left [°]=none"), "{asked}");
     let output = bench.import(&logs, &["--map", "stick angle left [°]=none"]);
     assert_eq!(output.status.code(), Some(0), "{}", words(&output));
+}
+
+#[test]
+fn columns_without_names_come_as_one_command_to_paste() {
+    let truth = truth(false);
+    for (name, delimiter, row, has_attitude) in [
+        ("seven.csv", ",", "t wx wy wz fx fy fz", false),
+        ("seven.txt", " ", "t fx.g fy.g fz.g wx wy wz", false),
+        (
+            "deg.csv",
+            ";",
+            "n t.ms wx.deg wy.deg wz.deg fx fy fz 24.5",
+            false,
+        ),
+        (
+            "field.csv",
+            ",",
+            "t.us wx wy wz fx fy fz r11 r21 r31",
+            false,
+        ),
+        ("first.csv", ",", "t qw qx qy qz wx wy wz", true),
+        ("last.csv", ",", "wx wy wz fx fy fz qx qy qz qw t", true),
+    ] {
+        let logs = [log(name, "", delimiter, row)];
+        let bench = Bench::of(&logs, &truth);
+        let asked = bench.import(&logs, &[]);
+        assert_eq!(asked.status.code(), Some(2), "{name}: {}", words(&asked));
+        let command = pasted(&words(&asked));
+        let output = bench.run(&command.iter().map(String::as_str).collect::<Vec<_>>());
+        let said = words(&output);
+        assert_eq!(output.status.code(), Some(0), "{name}: {command:?}: {said}");
+        check(name, &bench.recording(), &truth, has_attitude);
+    }
+    let logs = [log("six.csv", "", ",", "1 2 3 4 5 6")];
+    let refused = words(&Bench::of(&logs, &truth).import(&logs, &[]));
+    assert!(
+        refused.contains("has no column that is known as a gyro's"),
+        "{refused}"
+    );
+}
+
+#[test]
+fn a_reversed_gyro_does_not_hide_the_order_of_an_attitude() {
+    let truth = truth(false);
+    let names = "t (s),gx [°/s],gy [°/s],gz [°/s]";
+    for (columns, row) in [
+        ("roll [°],pitch [°],yaw [°]", "ex.deg ey.deg ez.deg"),
+        ("q1,q2,q3,q4", "qw qx qy qz"),
+        ("q1,q2,q3,q4", "qx qy qz qw"),
+    ] {
+        let head = format!("{names},{columns}").leak();
+        let row = format!("t wx.deg wy.deg wz.reversed {row}").leak();
+        let logs = [log("log.csv", head, ",", row)];
+        let bench = Bench::of(&logs, &truth);
+        let output = bench.import(&logs, &[]);
+        let said = words(&output);
+        assert_eq!(output.status.code(), Some(0), "{row}: {said}");
+        assert!(!said.contains("conjugates"), "{row}: {said}");
+        let recording = bench.recording();
+        let reversed = value(&recording, &Quantity::GyroRate, "z", ROWS / 2).expect("a rate");
+        assert!((reversed + truth[ROWS / 2].rate_rad_s[2]).abs() < 1e-6);
+        let part = |axis| value(&recording, &Quantity::ReferenceAttitude, axis, ROWS / 2);
+        let found = ["w", "x", "y", "z"].map(|axis| part(axis).expect("an attitude"));
+        let pairs = found.iter().zip(truth[ROWS / 2].quaternion);
+        let dot: f64 = pairs.map(|(a, b)| a * b).sum();
+        assert!(dot.abs() > 0.999_99, "{row}: {found:?}");
+    }
 }
 
 #[test]

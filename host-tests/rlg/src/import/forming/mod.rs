@@ -29,3 +29,5 @@ pub mod settle_angle;
 pub mod settle_times;
 
 pub mod settle_units;
+
+mod unnamed;

@@ -5,9 +5,9 @@
 
 use super::assemble::{Assembled, Values, assemble};
 use super::attitudes::EulerOrder;
-use super::clocks::{Said, stamps_in};
-use super::evidence::{self, Ratio};
-use super::{repeats, settle_times};
+use super::clocks::{Said, TimeOption, stamps_in};
+use super::evidence::{self, Misfit, Ratio};
+use super::{repeats, settle_times, unnamed};
 use crate::error::InputError;
 use crate::import::files::columns::Block;
 use crate::import::mapping::column_map::plan;
@@ -56,7 +56,9 @@ pub struct Settled {
 impl Settled {
     /// Settles what is open; sets the units of columns in `blocks`, also those that are only guessed.
     pub fn settle(&mut self, blocks: &mut Vec<Block>) -> Result<Plan, InputError> {
-        let first = self.plan(blocks)?;
+        let quaternion = self.guess_unnamed(blocks);
+        let mut first = self.plan(blocks)?;
+        first.unordered.extend(quaternion);
         let (notes, questions) = settle_times::settle(blocks, &first, &self.said)?;
         self.notes.extend(notes);
         self.questions.extend(questions);
@@ -82,6 +84,25 @@ impl Settled {
         Ok(settled)
     }
 
+    /// Guesses the columns of a file without names; returns the places of a quaternion, whose order is open.
+    fn guess_unnamed(&mut self, blocks: &[Block]) -> Vec<(usize, usize)> {
+        let guessed = unnamed::guess(blocks, !self.times.is_empty());
+        let Some(guessed) = guessed.filter(|_| self.maps.is_empty()) else {
+            return Vec::new();
+        };
+        self.maps.extend(guessed.maps);
+        for option in guessed.time.iter().map(|text| TimeOption::parse(text)) {
+            self.times.push(option.column.clone());
+            self.said.times.push(option);
+        }
+        self.questions.extend(guessed.questions);
+        let places = guessed
+            .quaternion
+            .iter()
+            .flat_map(|&first| first..first + 4);
+        places.map(|column| (0, column)).collect()
+    }
+
     /// Sets the order of Euler angles that neither the caller nor a publisher states, where the gyros contradict the usual one.
     fn order_euler(&mut self, blocks: &mut Vec<Block>, plan: &Plan) -> Result<(), InputError> {
         let mut mapped = plan.mapped.iter();
@@ -100,20 +121,23 @@ impl Settled {
             let Some(misfit) = evidence::attitude_misfit(&assembled.tables, false) else {
                 return Ok(());
             };
-            if misfits.is_empty() && misfit < ORDER_FITS {
+            if misfits.is_empty() && misfit.as_is < ORDER_FITS {
                 return Ok(());
             }
             misfits.push((order, misfit));
         }
-        let usual = misfits[0].1;
-        misfits.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let (order, misfit) = misfits[0];
+        let usual = misfits[0].1.as_is;
+        let (order, size, reversed) = best_order(&misfits);
+        let reversed = match reversed.is_empty() {
+            true => String::new(),
+            false => format!(" with gyro {} reversed", reversed.join(", ")),
+        };
         let evidence = format!(
-            "its turns are off the gyros' by {:.0} %, zyx by {:.0} %",
-            100.0 * misfit,
+            "its turns are off the gyros' by {:.0} %{reversed}, zyx by {:.0} %",
+            100.0 * size,
             100.0 * usual
         );
-        match misfit < CLEARLY * usual && misfit < ORDER_FITS {
+        match size < CLEARLY * usual && size < ORDER_FITS {
             true => self
                 .notes
                 .push(format!("the Euler angles are taken as {order}: {evidence}")),
@@ -205,21 +229,42 @@ impl Settled {
             let misfit = evidence::attitude_misfit(&assembled.tables, is_open || lacks_rate);
             found.push((order, maps, misfit));
         }
+        // A reversed gyro follows neither order; with free signs it follows one.
+        let is_followed = found.iter().any(|(_, _, misfit)| {
+            misfit
+                .as_ref()
+                .is_some_and(|misfit| misfit.as_is < ORDER_FITS)
+        });
+        let size = |misfit: &Misfit| match is_followed {
+            true => misfit.as_is,
+            false => misfit.with_signs,
+        };
+        let mut found: Vec<(&str, Vec<String>, Option<f64>)> = found
+            .into_iter()
+            .map(|(order, maps, misfit)| (order, maps, misfit.as_ref().map(size)))
+            .collect();
         found.sort_by(|a, b| a.2.unwrap_or(1.0).total_cmp(&b.2.unwrap_or(1.0)));
         let (order, maps, misfit) = found.remove(0);
         let other = found.remove(0).2;
         let all = names.join(", ");
         self.maps.extend(maps.clone());
-        match (misfit, other) {
-            (Some(best), Some(other)) if best < CLEARLY * other => self.notes.push(format!(
-                "{all} are taken as {order}: {:.0} times nearer to the gyros than the other order",
+        let nearer = match (misfit, other) {
+            (Some(best), Some(other)) if best < CLEARLY * other => Some(format!(
+                "{:.0} times nearer to the gyros than the other order",
                 other / best.max(1e-6)
             )),
-            _ => self.questions.push(Question {
+            _ => None,
+        };
+        let is_named = names.iter().any(|name| name.parse::<usize>().is_err());
+        match nearer {
+            Some(nearer) if is_named => self
+                .notes
+                .push(format!("{all} are taken as {order}: {nearer}")),
+            nearer => self.questions.push(Question {
                 asks: format!("{all}: is a quaternion whose scalar may be the first or the last"),
                 answer: ("--map", maps),
                 is_guess: true,
-                evidence: "the gyros do not decide".to_owned(),
+                evidence: nearer.unwrap_or_else(|| "the gyros do not decide".to_owned()),
             }),
         }
         Ok(())
@@ -336,17 +381,39 @@ impl Settled {
             false => !turned,
         });
         let names: Vec<String> = names.map(|name| format!("{name}=none")).collect();
-        for name in names {
-            self.questions.push(Question {
-                asks: format!("{}: may be an angle, an attitude or a temperature", name.trim_end_matches("=none")),
-                answer: ("--map", vec![name]),
-                is_guess: true,
-                evidence: "its name leaves that open; left out, unless mapped to reference_euler, reference_angle, \
-                           reference_attitude or temperature"
-                    .to_owned(),
-            });
+        if names.is_empty() {
+            return;
         }
+        let each: Vec<&str> = names
+            .iter()
+            .map(|name| name.trim_end_matches("=none"))
+            .collect();
+        self.questions.push(Question {
+            asks: format!("{}: may be an angle, an attitude or a temperature", each.join(", ")),
+            evidence: format!(
+                "{} that open; left out, unless mapped to reference_euler, reference_angle, reference_attitude or temperature",
+                if names.len() == 1 { "its name leaves" } else { "their names leave" }
+            ),
+            answer: ("--map", names),
+            is_guess: true,
+        });
     }
+}
+
+/// Returns the order of least misfit with its misfit: to the gyros as they are where one follows them, or else with gyros
+/// reversed, which it names.
+fn best_order(misfits: &[(&'static str, Misfit)]) -> (&'static str, f64, Vec<&'static str>) {
+    let best = |of: &dyn Fn(&Misfit) -> f64| {
+        let mut sorted: Vec<&(&'static str, Misfit)> = misfits.iter().collect();
+        sorted.sort_by(|a, b| of(&a.1).total_cmp(&of(&b.1)));
+        sorted[0].clone()
+    };
+    let (order, misfit) = best(&|misfit| misfit.as_is);
+    if misfit.as_is < ORDER_FITS {
+        return (order, misfit.as_is, Vec::new());
+    }
+    let (order, misfit) = best(&|misfit| misfit.with_signs);
+    (order, misfit.with_signs, misfit.reversed)
 }
 
 /// Writes a rate, a whole one if it is near.
