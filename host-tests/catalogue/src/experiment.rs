@@ -282,7 +282,9 @@ pub fn information(
     levels: &[NoiseLevels],
 ) -> Option<Information> {
     let rows = signals.rows;
-    let observations = Observations::bridged(&vec![true; rows])?.to_fast_length();
+    let observations = Observations::bridged(&vec![true; rows])
+        .ok()?
+        .to_fast_length();
     let nothing = [0, 1, 2].map(|_| vec![0.0; rows]);
     let columns = PoolColumns { columns, signals };
     let equations =

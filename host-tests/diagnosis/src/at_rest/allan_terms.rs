@@ -61,7 +61,7 @@ pub(super) fn of_gyro(
 /// Fits the noise of accelerometers at rest; steady lines are removed, and effects of temperature count as noise. `None` if
 /// a record does not separate the terms; a record that deviates from such noise has no terms.
 pub(super) fn of_accelerometers(rows: &Rows, plan: &Plan) -> Option<Vec<ForceNoiseEntry>> {
-    let observations = Observations::bridged(&rows.usable)?.to_fast_length();
+    let observations = Observations::bridged(&rows.usable).ok()?.to_fast_length();
     let sensed_m_s = narrowband::without_lines(&rows.sensed_m_s, &observations, &plan.rest.steady);
     let known = NoiseLevels::mean(&first_levels(&sensed_m_s, &observations));
     let (transform, basis) = Transform::with_basis(observations, known);

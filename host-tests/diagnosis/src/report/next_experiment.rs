@@ -375,7 +375,7 @@ fn of_recording(
     levels: &[NoiseLevels],
 ) -> Option<Information> {
     let rows = data.rows_of(&[Use::Fit]);
-    let observations = data.observed(&rows)?.to_fast_length();
+    let observations = data.observed(&rows).ok()?.to_fast_length();
     let columns = PoolColumns {
         columns: &pool.columns,
         signals: &found.motion.signals,
