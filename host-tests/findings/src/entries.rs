@@ -1,5 +1,6 @@
 //! Findings common to both engines, as entries of `diagnosis.json`.
 
+use nalgebra::DMatrix;
 use rlg_recording::AXES;
 
 use crate::excess::Excess;
@@ -22,6 +23,16 @@ pub fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
         expression: None,
         regimes: Vec::new(),
     }
+}
+
+/// True if the values of three sensors differ pairwise by at most `deviations` \[σ\].
+pub fn are_equal(values: &[f64], covariance: &DMatrix<f64>, deviations: f64) -> bool {
+    values.len() == 3
+        && (0..3).all(|a| {
+            let b = (a + 1) % 3;
+            let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
+            (values[a] - values[b]).abs() <= deviations * variance.max(0.0).sqrt()
+        })
 }
 
 /// One parameter per axis, uncorrelated, and their covariance.

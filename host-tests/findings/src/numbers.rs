@@ -8,6 +8,9 @@ use std::f64::consts::PI;
 /// °/h in one rad/s.
 pub const DEG_H: f64 = 180.0 / PI * 3600.0;
 
+/// Arcseconds in one rad.
+pub const ARCSEC_PER_RAD: f64 = DEG_H;
+
 /// Standard gravity \[m/s²\].
 const G: f64 = 9.806_65;
 

@@ -3,32 +3,18 @@
 use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::accelerometers::{self, DELAY, DRIFT, Kind};
 use rlg_findings::combinations::{Number, Written, identifiable, written};
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{are_equal, unlisted};
 use rlg_findings::result::{EffectEntry, EvidenceEntry, ParameterEntry, UNLISTED};
 use rlg_findings::updated_model::set_choice;
 use rlg_model::{EffectValue, ModelEffect};
-use rlg_plan::ForcePlan;
+use rlg_signal::accelerometer_rows::channel_name;
 use rlg_signal::axes::AXES;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::candidates::{Candidate, Variant};
 use crate::diagnose::Diagnosed;
-use crate::kinds::{self, DELAY, Kind};
-use crate::prediction::channel_name;
-
-/// Entry of an equivalence class for accelerometer drift (IEEE 1293).
-pub(crate) const DRIFT: &str = "acceleration_random_walk";
-
-/// True if the values of three accelerometers are equal within their uncertainty.
-pub(crate) fn are_equal(values: &[f64], covariance: &DMatrix<f64>, plan: &ForcePlan) -> bool {
-    values.len() == 3
-        && (0..3).all(|a| {
-            let b = (a + 1) % 3;
-            let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
-            (values[a] - values[b]).abs() <= plan.same_deviations * variance.max(0.0).sqrt()
-        })
-}
 
 impl Diagnosed {
     /// Estimate of an error of the reference from the accelerometers, with its covariance.
@@ -243,7 +229,7 @@ impl Diagnosed {
                 column.text()
             );
         };
-        let is_equal = are_equal(values, covariance, &self.plan.force);
+        let is_equal = are_equal(values, covariance, self.plan.findings.equal_deviations);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
                 " All three are equal within their σ: confounded with local g."
@@ -272,5 +258,5 @@ impl Diagnosed {
 
 /// Kind of a candidate; `None` for expressions.
 pub(crate) fn kind_of(one: &Candidate) -> Option<&'static Kind> {
-    kinds::find(one.kind)
+    accelerometers::find(one.kind)
 }

@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use rlg_catalogue::accelerometers::{KINDS, Kind};
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::rows::entries_of_rows;
 use rlg_diagnosis::rows::noise_levels::reported;
@@ -16,17 +17,14 @@ use rlg_findings::result::{
 use rlg_findings::sentences::{NEEDED_SNR, REJECTED, effect_lines, opening};
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::{Columns, Drift};
+use rlg_recording::units::MICRO_G_PER_M_S2 as MICRO_G;
+use rlg_signal::accelerometer_rows::channel_name;
 use rlg_signal::axes::{AXES, Triad, add};
 
 use crate::candidates::{Candidate, Variant};
 use crate::diagnose::Diagnosed;
 use crate::effects::kind_of;
-use crate::kinds::{KINDS, Kind};
-use crate::prediction::channel_name;
 use crate::search::{Found, of_verticals};
-
-/// m/s² to millionths of standard gravity.
-pub(crate) const MICRO_G: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
 
 /// States why no accelerometer effect was searched for.
 pub fn say_why_not(reason: &str, outcome: &mut Outcome) {

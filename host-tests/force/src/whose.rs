@@ -7,6 +7,7 @@
 //! accelerometers' rows.
 
 use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::accelerometers;
 use rlg_diagnosis::Outcome;
 use rlg_findings::combinations::{Number, identifiable};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
@@ -16,7 +17,6 @@ use rlg_plan::{CombinationPlan, Plan};
 use rlg_signal::axes::AXES;
 
 use crate::diagnose::{Asked, Diagnosed, Part, diagnose};
-use crate::kinds;
 
 /// Error of a gyro and an error of the reference with the same effect on the gyros' residual.
 struct Pair {
@@ -61,7 +61,7 @@ impl Pair {
     }
 
     fn reference_names(&self) -> Vec<String> {
-        let kind = kinds::find(self.reference);
+        let kind = accelerometers::find(self.reference);
         let parameters = kind.map(|kind| kind.law.parameters()).unwrap_or_default();
         parameters.into_iter().map(|(name, _)| name).collect()
     }
@@ -278,7 +278,7 @@ fn as_gyro(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>) {
             _ => 0.0,
         }
     });
-    if let Some(kind) = kinds::find(pair.reference).filter(|_| is_reference) {
+    if let Some(kind) = accelerometers::find(pair.reference).filter(|_| is_reference) {
         for (a, (_, place)) in shared.iter().enumerate() {
             let alike: Vec<usize> = (0..shared.len())
                 .filter(|&b| shared[b].1 == *place)
@@ -350,7 +350,7 @@ fn attribute(
                 (names, as_gyro(entry, pair))
             }
         };
-        let unit = kinds::find(pair.reference).map_or("1", |kind| kind.unit);
+        let unit = accelerometers::find(pair.reference).map_or("1", |kind| kind.unit);
         let card = rlg_catalogue::entries::card(side);
         restore(&mut outcome.model, model, &entry.kind);
         write(entry, (side, unit), &names, (&values, &covariance), plan);
@@ -393,7 +393,7 @@ fn share_with(outcome: &mut Outcome, one: &Difference, force: &Diagnosed, plan: 
     let more = &map * &values;
     let spread = &map * &covariance * map.transpose();
     let (own, certainty) = as_gyro(entry, pair);
-    let unit = kinds::find(pair.reference).map_or("1", |kind| kind.unit);
+    let unit = accelerometers::find(pair.reference).map_or("1", |kind| kind.unit);
     write(
         entry,
         (pair.gyro, unit),

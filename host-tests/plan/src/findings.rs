@@ -9,6 +9,8 @@ section! {
         combinations: CombinationPlan;
         /// Noise of instruments.
         instruments: InstrumentNoisePlan;
+        /// Largest difference of equal values of two sensors: three equal values may have one cause outside them.
+        equal_deviations: f64 = 3.0, "σ", [0.0, 100.0];
     }
 }
 

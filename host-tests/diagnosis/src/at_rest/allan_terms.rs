@@ -6,8 +6,8 @@ use std::f64::consts::{PI, TAU};
 use rlg_findings::result::{ForceNoiseEntry, ForceTermsEntry, LevelEntry, NoiseTermsEntry};
 use rlg_inference::transform::Transform;
 use rlg_inference::{NoiseBasis, NoiseEstimate, NoiseLevels, Observations};
-use rlg_signal::accelerometer_rows::Rows;
-use rlg_signal::streams::AXES;
+use rlg_recording::units::MICRO_G_PER_M_S2;
+use rlg_signal::accelerometer_rows::{Rows, channel_name};
 
 use super::narrowband;
 use crate::confirm::goodness::misfits;
@@ -76,7 +76,7 @@ pub(super) fn of_accelerometers(rows: &Rows, plan: &Plan) -> Option<Vec<ForceNoi
         let is_noise = misfits(&basis, &spectrum, estimate.levels, axis, plan).is_empty();
         let [n, q, b, k] = in_units(&estimate, (rows.count, rows.rate_hz));
         Some(ForceNoiseEntry {
-            channel: format!("accel_{}", AXES[axis]),
+            channel: channel_name(axis),
             noise_m_s2_sqrt_hz: std::f64::consts::SQRT_2 * n.value,
             velocity_noise_m_s: q.value,
             terms: is_noise.then_some(ForceTermsEntry {
@@ -114,15 +114,14 @@ pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
 
 /// Sentence on the terms of an accelerometer.
 pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
-    let micro_g = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
     let each = [
         ("N", terms.velocity_random_walk_m_s_sqrt_s, 60.0, "m/s/√h"),
         ("Q", terms.quantisation_m_s, 1.0, "m/s"),
-        ("B", terms.bias_instability_m_s2, micro_g, "µg"),
+        ("B", terms.bias_instability_m_s2, MICRO_G_PER_M_S2, "µg"),
         (
             "K",
             terms.acceleration_random_walk_m_s2_sqrt_s,
-            60.0 * micro_g,
+            60.0 * MICRO_G_PER_M_S2,
             "µg/√h",
         ),
     ];

@@ -4,6 +4,7 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use nalgebra::DMatrix;
+use rlg_catalogue::accelerometers::DRIFT;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::self_test::{FoundSet, Reach, Row, self_test_on};
 use rlg_findings::combinations::choice;
@@ -13,14 +14,14 @@ use rlg_findings::result::{
     Identifiable, LocationEntry, ParameterEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
 use rlg_findings::updated_model::{set_choice, switch_on};
+use rlg_signal::accelerometer_rows::channel_name;
 use rlg_signal::axes::AXES;
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::candidates::{Candidate, Column, names};
 use super::diagnose::Diagnosed;
 use super::errors::Errors;
-use crate::effects::DRIFT;
-use crate::prediction::channel_name;
+use super::few_positions::three_sigma_factor;
 
 /// Channel of the force's length, which is compared with gravity.
 const LENGTH: &str = "force_length";
@@ -98,7 +99,7 @@ impl Diagnosed {
     pub(super) fn is_scatter_incredible(&self) -> bool {
         let found = &self.found;
         let scatter_m2_s4 = found.named_fit.levels[0].angle * found.lengths.unit_m_s2.powi(2);
-        let known = self.plan.force.positions.scatter_known;
+        let known = self.plan.positions.scatter_known;
         let ratio = known * found.record.scatter_m2_s4 / scatter_m2_s4.max(f64::MIN_POSITIVE);
         let chance = ChiSquared::new(known).map_or(1.0, |law| law.cdf(ratio));
         chance < self.plan.judgement.unexplained
@@ -107,10 +108,6 @@ impl Diagnosed {
     /// Factor of a standard deviation so that ±3σ has Gaussian coverage although the scatter between positions is estimated
     /// from few of them (Student's t with the effective degrees of freedom of Welch and Satterthwaite).
     fn few_positions(&self) -> f64 {
-        /// P(z < 3).
-        const THREE: f64 = 0.998_650_101_968_37;
-        /// Above this number of degrees of freedom Student's t equals the Gaussian.
-        const MANY: f64 = 1e4;
         let found = &self.found;
         let levels = found.named_fit.levels[0];
         let numbers: usize = found.named_fit.ranks.iter().sum();
@@ -120,13 +117,9 @@ impl Diagnosed {
         let shares = within.map(|(at, within)| 1.0 - levels.white * within / all[(at, at)]);
         let count = record.within_m2_s4.len() as f64;
         let share = shares.sum::<f64>() / count;
-        let known = self.plan.force.positions.scatter_known;
+        let known = self.plan.positions.scatter_known;
         let freedom = (count - numbers as f64).max(0.0) + known;
-        let freedom = freedom / share.powi(2).max(f64::MIN_POSITIVE);
-        match StudentsT::new(0.0, 1.0, freedom.min(MANY)) {
-            Ok(law) if freedom < MANY => law.inverse_cdf(THREE) / 3.0,
-            _ => 1.0,
-        }
+        three_sigma_factor(freedom / share.powi(2).max(f64::MIN_POSITIVE))
     }
 
     /// Names, values and covariance of a finding in the contract's numbers.
@@ -310,7 +303,7 @@ impl Diagnosed {
     fn lengths_m_s2(&self) -> Vec<[f64; 3]> {
         let found = &self.found;
         let fit = &found.named_fit;
-        let own = &self.plan.force.positions;
+        let own = &self.plan.positions;
         let before = self.observed.record(&Errors::default(), &[], &[], own);
         let members = fit.members.iter().zip(&fit.blocks);
         let columns: Vec<(usize, Column)> = members
