@@ -14,9 +14,6 @@ pub const ARCSEC_PER_RAD: f64 = DEG_H;
 /// Standard gravity \[m/s²\].
 const G: f64 = 9.806_65;
 
-/// Significance limit of a value \[σ\].
-pub const SIGNIFICANT_SIGMAS: f64 = 3.0;
-
 /// Powers of ten written without an exponent.
 const PLAIN_EXPONENTS: std::ops::RangeInclusive<i32> = -3..=4;
 

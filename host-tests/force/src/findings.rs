@@ -14,7 +14,7 @@ use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, EffectEntry, ForceNoiseEntry, LocationEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
-use rlg_findings::sentences::{NEEDED_SNR, REJECTED, effect_lines, opening};
+use rlg_findings::sentences::{REJECTED, effect_lines, opening};
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::{Columns, Drift};
 use rlg_recording::units::MICRO_G_PER_M_S2 as MICRO_G;
@@ -239,7 +239,11 @@ impl Diagnosed {
                 location.size_rad_s * MICRO_G,
             ));
         }
-        lines.extend(effects.iter().flat_map(effect_lines));
+        lines.extend(
+            effects
+                .iter()
+                .flat_map(|one| effect_lines(one, &self.plan.findings)),
+        );
         for &place in &self.confirmed.unconfirmed {
             let member = self.found.fit.members[place];
             lines.push(format!(
@@ -327,7 +331,7 @@ impl Diagnosed {
                 return Some(format!("{}: not tried", kind.kind));
             }
             let snr = self.shows(kind);
-            (snr < NEEDED_SNR).then(|| {
+            (snr < self.plan.findings.needed_snr).then(|| {
                 format!(
                     "{}: at its typical size ({:.0e} {}) its SNR here is {snr:.1}",
                     kind.kind, kind.typical, kind.unit

@@ -11,6 +11,9 @@ section! {
         shaken_ratio: f64 = 2.0, "1", [1.0, 1000.0];
         /// Least number of observations of a band for a decision.
         fewest_in_band: f64 = 20.0, "1", [1.0, 1e6];
+        /// Least number of coefficients of an octave that bounds the noise of gyros in motion: its power is then known to a
+        /// few per cent.
+        least_coefficients: usize = 512, "1", [8.0, 1e6];
         /// Least duration of rows to fit; below it not even the noise is estimable.
         least_fitted_s: f64 = 2.0, "s", [0.0, 1e5];
         /// Convergence limit of a vertical or a delay between passes.

@@ -10,8 +10,8 @@ use maud::{Markup, html};
 pub use rlg_findings::names::{plain, spaced};
 use rlg_findings::numbers::DEG_H;
 pub use rlg_findings::numbers::{
-    ARCSEC_PER_RAD, SIGNIFICANT_SIGMAS, Scale, band, chance, happened, number, raised, seconds,
-    superscript, with_spread,
+    ARCSEC_PER_RAD, Scale, band, chance, happened, number, raised, seconds, superscript,
+    with_spread,
 };
 pub use rlg_recording::units::MICRO_G_PER_M_S2;
 

@@ -4,7 +4,7 @@
 //! Each gyro is predicted from the reference's three rates behind a high pass, with a free map and a free constant, in sums over a
 //! tenth of a second; the time constant of least squares stands where it leaves much less than no high pass does.
 
-use rlg_plan::ZeroingPlan;
+use rlg_plan::{GridPlan, ZeroingPlan};
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector};
@@ -38,7 +38,7 @@ pub(crate) fn of_model(model: &Model) -> [Option<HighPass>; 3] {
 pub(crate) fn find(
     gyros: &Gyros,
     (reference_rad, seen): (&Triad, &[bool]),
-    plan: &ZeroingPlan,
+    (plan, grids): (&ZeroingPlan, &GridPlan),
 ) -> Zeroed {
     let data = Data {
         reference_rad,
@@ -46,7 +46,7 @@ pub(crate) fn find(
         seen,
         period_s: 1.0 / gyros.rate_hz,
     };
-    [0, 1, 2].map(|gyro| data.high_pass(&gyros.along(gyro), plan))
+    [0, 1, 2].map(|gyro| data.high_pass(&gyros.along(gyro), plan, grids))
 }
 
 struct Data<'a> {
@@ -58,11 +58,11 @@ struct Data<'a> {
 }
 
 impl Data<'_> {
-    fn high_pass(&self, values: &[f64], plan: &ZeroingPlan) -> Option<[f64; 2]> {
+    fn high_pass(&self, values: &[f64], plan: &ZeroingPlan, grids: &GridPlan) -> Option<[f64; 2]> {
         let sums = self.sums(values);
         let left = |time_s: Option<f64>| self.left(&sums, time_s);
         let without = left(None)?;
-        let best = grid(self.period_s, values.len())
+        let best = grid(self.period_s, values.len(), grids)
             .into_iter()
             .filter_map(|one| Some((left(Some(one.time_s))?, one.time_s)))
             .min_by(|a, b| a.0.total_cmp(&b.0))?;

@@ -4,7 +4,7 @@ use nalgebra::DMatrix;
 use rlg_catalogue::accelerometers::{KINDS, Kind};
 use rlg_findings::entries::are_equal;
 use rlg_findings::result::{ChannelEntry, EffectEntry, UNLISTED, Verdict};
-use rlg_findings::sentences::{NEEDED_SNR, combination, effect_lines, opening};
+use rlg_findings::sentences::{combination, effect_lines, opening};
 use rlg_inference::evaluate::{Effort, evaluate};
 use rlg_recording::units::MICRO_G_PER_M_S2 as MICRO_G;
 use rlg_signal::axes::AXES;
@@ -102,7 +102,7 @@ impl Diagnosed {
         let stds = self.stds(kind);
         let small: Vec<String> = stds
             .iter()
-            .filter(|(_, std)| snr(*std) < NEEDED_SNR)
+            .filter(|(_, std)| snr(*std) < self.plan.findings.needed_snr)
             .map(|(column, std)| {
                 let signs = names(*column).into_iter().collect();
                 format!("{} at an SNR of {:.1}", combination(&signs), snr(*std))
@@ -163,7 +163,11 @@ impl Diagnosed {
                 1e3 * std / gravity
             ),
         });
-        lines.extend(effects.iter().flat_map(effect_lines));
+        lines.extend(
+            effects
+                .iter()
+                .flat_map(|one| effect_lines(one, &self.plan.findings)),
+        );
         let (levels, unit) = (self.found.named_fit.levels[0], self.found.lengths.unit_m_s2);
         lines.push(format!(
             "Noise: {:.2} µg of a position's mean from its rows, {:.2} µg between positions (1 σ).",

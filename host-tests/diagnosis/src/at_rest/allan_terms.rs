@@ -1,6 +1,6 @@
 //! Levels of a sensor's noise in the terms of IEEE 952, each with its standard deviation.
 
-use rlg_plan::Plan;
+use rlg_plan::{FindingsPlan, Plan};
 use std::f64::consts::{PI, TAU};
 
 use rlg_findings::result::{ForceNoiseEntry, ForceTermsEntry, LevelEntry, NoiseTermsEntry};
@@ -91,7 +91,7 @@ pub(super) fn of_accelerometers(rows: &Rows, plan: &Plan) -> Option<Vec<ForceNoi
 }
 
 /// Sentence on the terms of a gyro, in the units of data sheets.
-pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
+pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry, plan: &FindingsPlan) -> String {
     let per_hour = 3600.0_f64.to_degrees();
     let each = [
         (
@@ -109,11 +109,15 @@ pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
             "°/h/√h",
         ),
     ];
-    format!("Noise: gyro {axis}: {}.", in_words(&each))
+    format!("Noise: gyro {axis}: {}.", in_words(&each, plan))
 }
 
 /// Sentence on the terms of an accelerometer.
-pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
+pub(super) fn sentence_of_force(
+    axis: &str,
+    terms: &ForceTermsEntry,
+    plan: &FindingsPlan,
+) -> String {
     let each = [
         ("N", terms.velocity_random_walk_m_s_sqrt_s, 60.0, "m/s/√h"),
         ("Q", terms.quantisation_m_s, 1.0, "m/s"),
@@ -125,17 +129,17 @@ pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
             "µg/√h",
         ),
     ];
-    format!("Noise: accelerometer {axis}: {}.", in_words(&each))
+    format!("Noise: accelerometer {axis}: {}.", in_words(&each, plan))
 }
 
 /// Each term with its interval, or the bound of an insignificant one, as on the page.
-fn in_words(each: &[(&str, LevelEntry, f64, &str)]) -> String {
+fn in_words(each: &[(&str, LevelEntry, f64, &str)], plan: &FindingsPlan) -> String {
     let each = each.iter().map(|(name, level, factor, unit)| {
-        if level.is_measured() {
+        if level.is_measured(plan) {
             let (value, std) = (level.value * factor, level.std * factor);
             format!("{name} = {value:.3e} ± {std:.1e} {unit}")
         } else {
-            format!("{name} < {:.1e} {unit}", level.bound() * factor)
+            format!("{name} < {:.1e} {unit}", level.bound(plan) * factor)
         }
     });
     each.collect::<Vec<String>>().join(", ")

@@ -119,6 +119,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 29] = [
     (
         "rlg-report",
         &[
+            "rlg-plan",
             "rlg-recording",
             "rlg-findings",
             "rlg-diagnosis",

@@ -9,7 +9,7 @@ use rlg_findings::numbers::{ARCSEC_PER_RAD, DEG_H};
 use rlg_findings::result::{
     EffectEntry, Identifiable, NoiseEntry, ParameterEntry, UNLISTED, Verdict,
 };
-use rlg_findings::sentences::{NEEDED_SNR, effect_lines, opening};
+use rlg_findings::sentences::{effect_lines, opening};
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_plan::Plan;
@@ -249,7 +249,11 @@ impl Turned {
                 "Left out: the turn between {from_s:.1} and {to_s:.1} s, in which rows are not measured, or faulty."
             ));
         }
-        lines.extend(effects.iter().flat_map(effect_lines));
+        lines.extend(
+            effects
+                .iter()
+                .flat_map(|one| effect_lines(one, &self.plan.findings)),
+        );
         let walk = self.gyros.walk_rad_sqrt_s.map(|one| one * DEG_H / 60.0);
         let [rests, turns] = self.fitted.scatter;
         lines.push(format!(
@@ -290,7 +294,7 @@ impl Turned {
             let small = names
                 .iter()
                 .enumerate()
-                .filter(|(at, _)| snr(*at) < NEEDED_SNR);
+                .filter(|(at, _)| snr(*at) < self.plan.findings.needed_snr);
             let small: Vec<String> = small
                 .map(|(at, name)| format!("{name} at an SNR of {:.1}", snr(at)))
                 .collect();
