@@ -10,6 +10,7 @@ use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::accelerometers;
 use rlg_diagnosis::Outcome;
 use rlg_findings::combinations::{Number, identifiable};
+use rlg_findings::entries::correlated;
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -310,19 +311,8 @@ fn write(
     (values, covariance): (&DVector<f64>, &DMatrix<f64>),
     plan: &CombinationPlan,
 ) {
-    let count = names.len();
     entry.kind = kind.to_string();
-    entry.parameters = (0..count)
-        .map(|k| ParameterEntry::Number {
-            name: names[k].clone(),
-            value: values[k],
-            std: covariance[(k, k)].max(0.0).sqrt(),
-            unit: unit.to_string(),
-        })
-        .collect();
-    entry.covariance = (0..count)
-        .map(|a| (0..count).map(|b| covariance[(a, b)]).collect())
-        .collect();
+    (entry.parameters, entry.covariance) = correlated(names, values.as_slice(), covariance, unit);
     let numbers = names.iter().zip(values);
     let numbers = numbers.map(|(name, value)| Number::free(name, *value));
     entry.identifiable = identifiable(&numbers.collect::<Vec<_>>(), covariance, plan);

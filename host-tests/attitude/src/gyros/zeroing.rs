@@ -10,7 +10,7 @@ use std::borrow::Cow;
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::entries::HIGH_PASS;
 use rlg_catalogue::high_pass::{HighPass, Part, grid};
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{uncorrelated, unlisted};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_signal::axes::{AXES, Triad};
@@ -176,25 +176,17 @@ pub(crate) fn entry(zeroed: &Zeroed) -> Option<(EffectEntry, ModelEffect)> {
         let each = zeroed.iter().enumerate();
         each.filter_map(|(axis, one)| one.map(|[value, std]| (AXES[axis].to_string(), value, std)))
     };
-    let count = found().count();
-    if count == 0 {
+    if found().count() == 0 {
         return None;
     }
     let card = card(HIGH_PASS);
-    let parameters = found().map(|(name, value, std)| ParameterEntry::Number {
-        name,
-        value,
-        std,
-        unit: card.unit.to_string(),
-    });
+    let parameters =
+        found().map(|(name, value, std)| ParameterEntry::number(&name, value, std, card.unit));
     let stds: Vec<f64> = found().map(|(_, _, std)| std).collect();
-    let variance = |a: usize, b: usize| if a == b { stds[a] * stds[a] } else { 0.0 };
     let entry = EffectEntry {
         kind: HIGH_PASS.to_string(),
         parameters: parameters.collect(),
-        covariance: (0..count)
-            .map(|a| (0..count).map(|b| variance(a, b)).collect())
-            .collect(),
+        covariance: uncorrelated(&stds),
         ..unlisted(card.equation.to_string(), card.meaning.to_string())
     };
     let values = found().map(|(name, value, _)| (name, EffectValue::Number(value)));

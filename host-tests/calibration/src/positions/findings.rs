@@ -8,12 +8,13 @@ use rlg_catalogue::accelerometers::DRIFT;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::self_test::{FoundSet, Reach, Row, self_test_on};
 use rlg_findings::combinations::choice;
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{correlated, unlisted};
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FiguresEntry, FitEntry, ForceNoiseEntry,
     Identifiable, LocationEntry, ParameterEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
 use rlg_findings::updated_model::{set_choice, switch_on};
+use rlg_inference::judgement::chance_in_noise;
 use rlg_signal::accelerometer_rows::channel_name;
 use rlg_signal::axes::AXES;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -209,43 +210,28 @@ impl Diagnosed {
             (None, Some(_)) => "m/s^2",
             (None, None) => "",
         };
-        let each = names.iter().enumerate();
-        let mut parameters: Vec<ParameterEntry> = each
-            .map(|(k, name)| ParameterEntry::Number {
-                name: name.clone(),
-                value: values[k],
-                std: covariance[(k, k)].max(0.0).sqrt(),
-                unit: unit.to_string(),
-            })
-            .collect();
+        let (mut parameters, rows) = correlated(&names, &values, &covariance, unit);
         let alike = self.alike(place);
         let mut expression = one.columns[0].expression();
         if let Some((axis, text)) = &expression {
-            let of = |name: &str, value: String| ParameterEntry::Text {
-                name: name.to_string(),
-                value,
-            };
-            parameters.push(of("axis", channel_name(*axis)));
-            parameters.push(of("expression", text.clone()));
+            parameters.push(ParameterEntry::text("axis", &channel_name(*axis)));
+            parameters.push(ParameterEntry::text("expression", text));
         }
         if expression.is_none() && alike.iter().any(|kind| kind == UNLISTED) {
             let rivals = found.judged.members[member].rivals.iter();
             let mut all = rivals.map(|(rival, _)| &found.candidates[*rival]);
             expression = all.find_map(|rival| rival.columns[0].expression());
         }
-        let ratio = 2.0 * (found.fit.log_likelihood - found.judged.without[member].log_likelihood);
-        let rank = found.fit.ranks[member].max(1) as f64;
-        let tail = ChiSquared::new(rank).map_or(1.0, |law| law.sf(ratio.max(0.0)));
+        let squared_size =
+            2.0 * (found.fit.log_likelihood - found.judged.without[member].log_likelihood);
         EffectEntry {
             kind: one.kind.to_string(),
             equation: self.equation(one),
             parameters,
-            covariance: (0..values.len())
-                .map(|a| (0..values.len()).map(|b| covariance[(a, b)]).collect())
-                .collect(),
+            covariance: rows,
             identifiable: self.identifiable(place),
             log_evidence_gain: found.judged.members[member].cost_without,
-            p_value: (tail * one.hypothesis.price.exp().max(1.0)).min(1.0),
+            p_value: chance_in_noise(squared_size, found.fit.ranks[member], one.hypothesis.price),
             what_was_left_out: self.left_out(place, &values, &covariance),
             expression: expression.map(|(_, text)| text),
             evidence: Some(EvidenceEntry {

@@ -4,7 +4,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Vector3};
 use rlg_diagnosis::Outcome;
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{correlated, unlisted};
 use rlg_findings::numbers::{ARCSEC_PER_RAD, DEG_H};
 use rlg_findings::result::{
     EffectEntry, Identifiable, NoiseEntry, ParameterEntry, UNLISTED, Verdict,
@@ -188,14 +188,7 @@ impl Turned {
         let std = |at: usize| covariance[(at, at)].max(0.0).sqrt();
         let names = names(kind);
         let each = names.iter().zip(off.iter()).enumerate();
-        let parameters = each
-            .clone()
-            .map(|(at, (name, value))| ParameterEntry::Number {
-                name: (*name).to_string(),
-                value: *value,
-                std: std(at),
-                unit: entry.unit.to_string(),
-            });
+        let (parameters, rows) = correlated(names, off.as_slice(), &covariance, entry.unit);
         let also = match kind {
             "installation" => {
                 " The axes are those of the accelerometers: how both triads as one are turned against the case, gravity does not tell."
@@ -205,11 +198,8 @@ impl Turned {
         Some(EffectEntry {
             kind: kind.to_string(),
             equation: entry.equation.to_string(),
-            parameters: parameters.collect(),
-            covariance: covariance
-                .row_iter()
-                .map(|row| row.iter().copied().collect())
-                .collect(),
+            parameters,
+            covariance: rows,
             identifiable: each
                 .map(|(at, (name, value))| Identifiable {
                     combination: std::iter::once(((*name).to_string(), 1.0)).collect(),
