@@ -8,7 +8,7 @@
 //! | a recording longer than memory | `rlg-diagnosis::long` (`long.rs`) |
 //! | gyros with attitudes, or with increments on other rows | `rlg-attitude` (`attitudes.rs`) |
 //! | accelerometers, with each of these | `rlg-force` |
-//! | accelerometers in still positions, gyros turned between them | `rlg-force::positions` |
+//! | accelerometers in still positions, gyros turned between them | `rlg-calibration::positions` |
 //! | gyros that move without a reference | none (`rlg-force::without_reference`) |
 //!
 //! Input: a recording and the model that predicts it. Output: [`Outcome`]. No truth file is read and the simulator is
@@ -28,10 +28,10 @@ mod together;
 
 pub use long::{LongRecording, MOST_ROWS};
 pub use rlg_attitude::serves as is_slow;
+pub use rlg_calibration::positions::serves as stands_in_positions;
 pub use rlg_diagnosis::tiles::{locate, pictures};
 pub use rlg_diagnosis::{Outcome, Settings};
 pub use rlg_findings::result;
-pub use rlg_force::positions::serves as stands_in_positions;
 pub use rlg_force::without_reference::diagnose_without_reference;
 pub use rlg_signal::{qualify, streams};
 pub use together::diagnose_together;
@@ -105,7 +105,7 @@ pub fn diagnose_under(
     let of = DeclaredModel::new(model, model_file);
     if stands_in_positions(read, &settings.plan) {
         rlg_diagnosis::rows::model_effects::is_predictable(model, model_file)?;
-        return rlg_force::positions::diagnose(settings, read, model, progress);
+        return rlg_calibration::positions::diagnose(settings, read, model, progress);
     }
     if is_slow(read, model) {
         let mut outcome = attitudes::diagnose(settings, read, of, progress)?;

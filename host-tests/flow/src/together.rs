@@ -112,10 +112,8 @@ fn report_corrections(
         let before = outcome.diagnosis.effects.len();
         turned.report(outcome);
         for effect in &mut outcome.diagnosis.effects[before..] {
-            effect.parameters.push(ParameterEntry::Text {
-                name: "recording".to_string(),
-                value: name.clone(),
-            });
+            let recording = ParameterEntry::text("recording", name);
+            effect.parameters.push(recording);
         }
     }
 }

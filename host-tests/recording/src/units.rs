@@ -37,6 +37,9 @@ pub struct Unit {
 /// Standard gravity \[m/s²\], which defines the unit g.
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
+/// m/s² to millionths of standard gravity.
+pub const MICRO_G_PER_M_S2: f64 = 1e6 / STANDARD_GRAVITY_M_S2;
+
 /// 0 °C \[K\].
 const ICE_K: f64 = 273.15;
 

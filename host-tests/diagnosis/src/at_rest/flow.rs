@@ -3,7 +3,7 @@
 use rlg_findings::result::ForceNoiseEntry;
 use rlg_inference::Observations;
 use rlg_model::DeclaredModel;
-use rlg_plan::Plan;
+use rlg_plan::{FindingsPlan, Plan};
 use rlg_signal::accelerometer_rows::Rows;
 use rlg_signal::fault::Fault;
 use rlg_signal::streams::{AXES, Streams, add_triad};
@@ -57,13 +57,14 @@ pub fn diagnose(
         is_noise = next.is_noise;
         answer.take_slow(next);
     }
-    Ok(answer.outcome(forces_in_words(&forces), forces))
+    let plan = &settings.plan.findings;
+    Ok(answer.outcome(forces_in_words(&forces, plan), forces, plan))
 }
 
 /// Noise of accelerometers that stand still, as entries, and in words with their steady lines.
 pub fn still_forces(rows: &Rows, plan: &Plan) -> (Vec<ForceNoiseEntry>, Vec<String>) {
     let forces = allan_terms::of_accelerometers(rows, plan).unwrap_or_default();
-    let mut said = forces_in_words(&forces);
+    let mut said = forces_in_words(&forces, &plan.findings);
     let Ok(observations) = Observations::bridged(&rows.usable) else {
         return (forces, said);
     };
@@ -85,10 +86,10 @@ pub fn still_forces(rows: &Rows, plan: &Plan) -> (Vec<ForceNoiseEntry>, Vec<Stri
     (forces, said)
 }
 
-fn forces_in_words(forces: &[ForceNoiseEntry]) -> Vec<String> {
+fn forces_in_words(forces: &[ForceNoiseEntry], plan: &FindingsPlan) -> Vec<String> {
     let each = forces.iter().enumerate().filter_map(|(axis, one)| {
         let terms = one.terms.as_ref()?;
-        Some(allan_terms::sentence_of_force(AXES[axis], terms))
+        Some(allan_terms::sentence_of_force(AXES[axis], terms, plan))
     });
     each.collect()
 }

@@ -136,7 +136,7 @@ pub(super) fn look(
     Ok(Looked {
         outcome,
         slow,
-        noise_lines: noise_lines(&terms, &unlike, data.streams),
+        noise_lines: noise_lines(&terms, &unlike, data.streams, &settings.plan.findings),
         terms: std::array::from_fn(|gyro| terms[gyro].filter(|_| noise::is_noise(gyro, &unlike))),
         is_noise: unlike.is_empty(),
         narrow,

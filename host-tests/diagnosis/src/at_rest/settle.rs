@@ -28,8 +28,6 @@ pub(super) fn settle(
     settings: &Settings,
     progress: &dyn Fn(&str),
 ) -> Result<Found, TooFewRows> {
-    /// Convergence threshold: change over the standard deviation of a mean.
-    const SETTLED: f64 = 0.1;
     const MOST_TURNS: usize = 5;
     let others = CATALOGUE.iter().map(|entry| entry.kind);
     let others = others.filter(|kind| !KINDS.contains(kind));
@@ -61,7 +59,7 @@ pub(super) fn settle(
         let seconds = data.streams.rows as f64 / data.streams.rate_hz;
         let white = found.fit.levels.iter().map(|levels| levels.white);
         let white_rad2 = white.fold(f64::INFINITY, f64::min) * data.streams.rate_hz;
-        if change.norm() < SETTLED * (white_rad2 / seconds).sqrt() || turn == MOST_TURNS {
+        if change.norm() < plan.rest.settled * (white_rad2 / seconds).sqrt() || turn == MOST_TURNS {
             return Ok(found);
         }
         lay(data, rest, constant);

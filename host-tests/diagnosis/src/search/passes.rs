@@ -101,7 +101,7 @@ pub(crate) fn settle(
     data.forget_found();
     let mut rows = Rows::of(data)?;
     let left = residual_of_model(data, plan)?;
-    let far = coarse(data, &left, &rows.seen, &plan.rates.coarse);
+    let far = coarse(data, &left, &rows.seen, plan);
     if far.path != Path::default() {
         data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
         rows = Rows::of(data)?;
@@ -277,7 +277,8 @@ impl Begun {
     fn pass(&self, data: &mut Data, rows: &Rows, asks: Asks, scope: Scope) -> Done {
         let now = self.linearised(data, rows, scope);
         let tried = Turned::tried(data, &self.before);
-        let tried = tried.filter(|tried| tried.is_seen(data, &now.motion.signals, &self.levels));
+        let (signals, settled) = (&now.motion.signals, scope.plan.rates.settled);
+        let tried = tried.filter(|tried| tried.is_seen(data, signals, &self.levels, settled));
         let done = self.searched(now, data, asks, scope);
         let Some(tried) = tried else {
             return done;
