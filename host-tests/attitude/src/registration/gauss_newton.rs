@@ -45,9 +45,6 @@ const PASSES: usize = 10;
 /// Passes with the reduced noise model, so that a bad start is not fitted as correlated noise.
 const PLAIN_PASSES: usize = 2;
 
-/// Largest step at convergence, in standard deviations.
-const SETTLED: f64 = 0.1;
-
 /// Gyros, attitudes, and the flags of those left out or known to have jumped.
 #[derive(Clone, Copy)]
 pub(crate) struct Records<'a> {
@@ -89,7 +86,12 @@ pub(crate) fn fitted(
     let about = About::new(gyros, samples, stamps, alignment)?;
     let fitting = Fitting::new(
         &about.increments,
-        priced(&about, options.kept, alignment, of_model),
+        priced(
+            &about,
+            options.kept,
+            (alignment, of_model),
+            &gyros.plan.registration,
+        ),
         options.is_plain,
         options.levels,
         &gyros.plan.noise,
@@ -137,7 +139,13 @@ impl Registration {
     ) -> Self {
         let about = &self.about;
         let all: Vec<usize> = (0..COUNT).collect();
-        let columns = priced(about, &all, &self.alignment, model).chain(physics);
+        let columns = priced(
+            about,
+            &all,
+            (&self.alignment, model),
+            &gyros.plan.registration,
+        )
+        .chain(physics);
         let mut rows_rad = about.increments.rows_rad.clone();
         add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
         let (levels, noise) = (Some(self.levels), &gyros.plan.noise);
@@ -225,7 +233,9 @@ pub(crate) fn settle(
         let fit = &rows.fitting.fit;
         let steps = Steps::new(&kept, &fit.estimate, &fit.std);
         pass += 1;
-        if (pass > PLAIN_PASSES + 1 && steps.largest() < SETTLED) || pass == PASSES {
+        if (pass > PLAIN_PASSES + 1 && steps.largest() < of.gyros.plan.registration.settled)
+            || pass == PASSES
+        {
             return Some(rows.registration(alignment, &steps));
         }
         walk.step(steps.estimate);

@@ -84,7 +84,7 @@ pub(crate) fn promised(said: &Said) -> Option<ExperimentEntry> {
         walk_rad_sqrt_s: (registered.levels.mean(0) / period_s).sqrt(),
         angle_rad: registered.levels.mean(1).sqrt(),
     };
-    let spins = Experiment::spins();
+    let spins = Experiment::spins(&said.plan.catalogue.table);
     let longest_s = said.plan.attitude.proposed_every_s;
     let spacing_s = period_s.clamp(1.0 / spins.rows_hz, longest_s);
     let experiment = Spins::new(said, &spins, spacing_s)?;
@@ -133,8 +133,13 @@ fn values(said: &Said, noise: RowNoise, instead_of: &Named, kind: &str) -> Optio
         .filter(|one| one.places != instead_of.places);
     let others: Vec<usize> = others.flat_map(|one| one.places.clone()).collect();
     let alignment = &said.registered.alignment;
-    let registration: Vec<ParameterColumn> =
-        priced(about, &others, alignment, said.of_model).collect();
+    let registration: Vec<ParameterColumn> = priced(
+        about,
+        &others,
+        (alignment, said.of_model),
+        &said.plan.attitude.registration,
+    )
+    .collect();
     let white = |values: &Triad| noise.whiten(&about.increments, values);
     let columns = own.iter().chain(registration.iter().map(|one| &one.values));
     let columns: Vec<DVector<f64>> = columns.map(white).collect();
@@ -206,7 +211,13 @@ impl Spins {
         let plain: Vec<usize> = PLAIN.iter().flat_map(|kind| places(kind)).collect();
         Some(Self {
             gyro,
-            plain: priced(&about, &plain, &alignment, &alignment).collect(),
+            plain: priced(
+                &about,
+                &plain,
+                (&alignment, &alignment),
+                &gyros.plan.registration,
+            )
+            .collect(),
             about,
         })
     }

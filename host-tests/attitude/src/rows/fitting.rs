@@ -1,6 +1,6 @@
 //! Joint fit of all columns of an alignment to its rows.
 
-use rlg_plan::{AttitudeNoisePlan, ModulationPlan};
+use rlg_plan::{AttitudeNoisePlan, ModulationPlan, RegistrationPlan};
 use rlg_signal::axes::Triad;
 
 use crate::likelihood::equations::{Band, BandNoise, Equations, Fit, ParameterColumn};
@@ -8,16 +8,20 @@ use crate::likelihood::modulation::{Modulation, Piece};
 use crate::likelihood::noise::{Along, Levels, NoiseTerms};
 use crate::likelihood::octaves::time_s;
 use crate::likelihood::outliers::Weighted;
-use crate::rows::alignment::{Alignment, GROUPS, LOW_PASS_STD_S};
+use crate::rows::alignment::{Alignment, GROUPS};
 use crate::rows::increments::Increments;
 use crate::rows::linearised_rows::About;
 
 /// Prior of every registration parameter about an alignment, centred on the model's value: standard deviation and mean.
-pub fn priors(alignment: &Alignment, model: &Alignment) -> Vec<(f64, f64)> {
+pub fn priors(
+    alignment: &Alignment,
+    model: &Alignment,
+    plan: &RegistrationPlan,
+) -> Vec<(f64, f64)> {
     let beyond = alignment.beyond(model);
     let stds = GROUPS.iter().flat_map(|group| {
         let std = match (group.kind, alignment.low_pass_s) {
-            ("gyro_bandwidth", Some(_)) => LOW_PASS_STD_S,
+            ("gyro_bandwidth", Some(_)) => plan.low_pass_std_s,
             _ => group.prior_std,
         };
         group.names.iter().map(move |_| std)
@@ -30,10 +34,10 @@ pub fn priors(alignment: &Alignment, model: &Alignment) -> Vec<(f64, f64)> {
 pub fn priced<'a>(
     about: &'a About,
     kept: &'a [usize],
-    alignment: &Alignment,
-    model: &Alignment,
+    (alignment, model): (&Alignment, &Alignment),
+    plan: &RegistrationPlan,
 ) -> impl Iterator<Item = ParameterColumn> + use<'a> {
-    let priors = priors(alignment, model);
+    let priors = priors(alignment, model, plan);
     kept.iter().map(move |place| ParameterColumn {
         values: about.column(*place),
         prior_std: priors[*place].0,

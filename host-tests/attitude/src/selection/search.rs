@@ -203,7 +203,7 @@ pub(crate) fn search(of: Registered, physics: Physics, plan: &Plan, seed: u64) -
     let in_catalogue = |kind: &str| CATALOGUE.iter().position(|entry| entry.kind == kind);
     registration.sort_by_key(|named| in_catalogue(named.kind));
     let trials = OnBlocks::new(&search.blocks, search.choice(), &physics, &registration);
-    let tested = Some(trials.tested(seed, &plan.judgement.self_test));
+    let tested = Some(trials.tested(seed, plan));
     Found {
         registration,
         named_set,
@@ -238,7 +238,7 @@ impl<'a> Search<'a> {
         plan: &'a Plan,
     ) -> Self {
         let about = &registered.about;
-        let priors = priors(&registered.alignment, of_model);
+        let priors = priors(&registered.alignment, of_model, &plan.attitude.registration);
         let mut precisions: Vec<f64> = priors.iter().map(|(std, _)| std.powi(-2)).collect();
         precisions.extend(candidates.effects.iter().flat_map(|(candidate, own)| {
             (0..own.len()).map(|k| candidate.hypothesis.bound(k).std.powi(-2))

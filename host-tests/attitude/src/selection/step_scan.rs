@@ -4,13 +4,14 @@ use crate::gyros::scanned::{Scanned, Step};
 use crate::likelihood::block_sums::Statistic;
 use crate::selection::residual_scan::{Given, Sought};
 
-/// Instants of the first grid, and of each refinement to either side of the best.
-const FIRST: usize = 40;
+/// Instants of each refinement to either side of the best.
 const AROUND: usize = 4;
 
 /// Finds the step of largest statistic given a set; `None` if a smooth drift of that gyro explains as much.
 pub(crate) fn seek(given: Given) -> Option<Sought> {
-    let Given { about, gyro, .. } = given;
+    let Given {
+        about, gyro, plan, ..
+    } = given;
     let times = &about.increments.places();
     let (first, last) = (times[0].row, times[times.len() - 1].row);
     let column = |step: Step| step.column(about, gyro);
@@ -24,7 +25,7 @@ pub(crate) fn seek(given: Given) -> Option<Sought> {
             .into_iter()
             .max_by(|a, b| a.1.squared_size.total_cmp(&b.1.squared_size))
     };
-    let mut stride = ((last - first) / FIRST).max(1);
+    let mut stride = ((last - first) / plan.attitude.blocks.step_instants).max(1);
     let grid: Vec<Step> = (0..3)
         .flat_map(|axis| {
             let rows = (first + stride..last).step_by(stride);

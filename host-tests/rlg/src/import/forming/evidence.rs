@@ -183,9 +183,20 @@ fn attitude_turns(gyros: &Turned, table: &Table) -> Option<Vec<([f64; 3], [f64; 
     Some(turns.collect())
 }
 
-/// Returns the misfit of an attitude's turns to the gyros', in their axes, relative to the turns; with `is_open` that of gyros
-/// scaled to the turns' length, which no order of the attitude's components changes.
-pub fn attitude_misfit(tables: &[Table], is_open: bool) -> Option<f64> {
+/// Misfit of an attitude's turns to the gyros', in their axes, relative to the turns.
+#[derive(Debug, Clone, PartialEq)]
+pub struct Misfit {
+    /// To the gyros as they are.
+    pub as_is: f64,
+    /// To the gyros, those of [`Misfit::reversed`] with the other sign.
+    pub with_signs: f64,
+    /// Axes whose gyro fits better with the other sign.
+    pub reversed: Vec<&'static str>,
+}
+
+/// Returns the misfit of an attitude; with `is_open` that of gyros scaled to the turns' length, which no order of the
+/// attitude's components changes.
+pub fn attitude_misfit(tables: &[Table], is_open: bool) -> Option<Misfit> {
     let gyros = tables.iter().find_map(Turned::of)?;
     let turns = tables
         .iter()
@@ -193,12 +204,22 @@ pub fn attitude_misfit(tables: &[Table], is_open: bool) -> Option<f64> {
     let angles: f64 = turns.iter().map(|(angle, _)| size(*angle).powi(2)).sum();
     let all: f64 = turns.iter().map(|(_, turn)| size(*turn).powi(2)).sum();
     let scale = if is_open { (all / angles).sqrt() } else { 1.0 };
-    let off = |(angle, turn): &([f64; 3], [f64; 3])| {
-        size([0, 1, 2].map(|axis| scale * angle[axis] - turn[axis])).powi(2)
+    let off = |axis: usize, sign: f64| -> f64 {
+        let each = turns
+            .iter()
+            .map(|(angle, turn)| (sign * scale * angle[axis] - turn[axis]).powi(2));
+        each.sum()
     };
-    let off: f64 = turns.iter().map(off).sum();
+    let as_is = [0, 1, 2].map(|axis| off(axis, 1.0));
+    let reversed = [0, 1, 2].map(|axis| off(axis, -1.0));
+    let is_reversed = |axis: &usize| reversed[*axis] < as_is[*axis];
+    let relative = |off2: f64| (off2 / all).sqrt();
     let turned: f64 = turns.iter().map(|(_, turn)| size(*turn)).sum();
-    (turns.len() >= FEWEST && turned > TURNED_RAD).then(|| (off / all).sqrt())
+    (turns.len() >= FEWEST && turned > TURNED_RAD).then(|| Misfit {
+        as_is: relative(as_is.iter().sum()),
+        with_signs: relative((0..3).map(|axis| as_is[axis].min(reversed[axis])).sum()),
+        reversed: (0..3).filter(is_reversed).map(|axis| AXES[axis]).collect(),
+    })
 }
 
 /// Computes the rotation from one quaternion to another in the axes of the first \[rad\].

@@ -26,6 +26,12 @@ pub mod settle;
 
 pub mod settle_angle;
 
+mod settle_orders;
+
 pub mod settle_times;
 
+mod settle_unknown;
+
 pub mod settle_units;
+
+mod unnamed;

@@ -4,31 +4,21 @@
 //! A unit that the data decide is taken with a note; another becomes a question with the best guess.
 
 use super::assemble::{Assembled, Values, assemble};
-use super::attitudes::EulerOrder;
 use super::clocks::{Said, stamps_in};
 use super::evidence::{self, Ratio};
 use super::{repeats, settle_times};
 use crate::error::InputError;
 use crate::import::files::columns::Block;
 use crate::import::mapping::column_map::plan;
-use crate::import::mapping::known_forms::Form;
 use crate::import::mapping::mapped::{Mapped, Plan};
 use crate::import::mapping::own_rows;
 use crate::import::mapping::questions::Question;
 use crate::import::mapping::targets::Target;
+use crate::import::mapping::time_names;
 use crate::recording::Quantity;
 
 /// Smallest correlation of gyros and what they are compared with.
 pub(super) const ALIKE: f64 = 0.95;
-
-/// Largest misfit of one order of a quaternion relative to that of the other that decides it.
-const CLEARLY: f64 = 0.3;
-
-/// Orders of Euler angles, the usual one first.
-const ORDERS: [&str; 6] = ["zyx", "zxy", "yxz", "yzx", "xyz", "xzy"];
-
-/// Largest misfit of an attitude's turns to the gyros', relative, of one that follows them.
-const ORDER_FITS: f64 = 0.3;
 
 /// Largest relative distance of a rate from a whole number for which that is the guess.
 const NEAR_WHOLE: f64 = 1e-3;
@@ -56,7 +46,11 @@ pub struct Settled {
 impl Settled {
     /// Settles what is open; sets the units of columns in `blocks`, also those that are only guessed.
     pub fn settle(&mut self, blocks: &mut Vec<Block>) -> Result<Plan, InputError> {
-        let first = self.plan(blocks)?;
+        let quaternion = self.guess_unnamed(blocks);
+        self.guess_by_units(blocks);
+        let mut first = self.plan(blocks)?;
+        self.guess_time(blocks, &first);
+        first.unordered.extend(quaternion);
         let (notes, questions) = settle_times::settle(blocks, &first, &self.said)?;
         self.notes.extend(notes);
         self.questions.extend(questions);
@@ -79,53 +73,7 @@ impl Settled {
         self.ask_telling(blocks, &open);
         let settled = self.plan(blocks)?;
         self.order_euler(blocks, &settled)?;
-        Ok(settled)
-    }
-
-    /// Sets the order of Euler angles that neither the caller nor a publisher states, where the gyros contradict the usual one.
-    fn order_euler(&mut self, blocks: &mut Vec<Block>, plan: &Plan) -> Result<(), InputError> {
-        let mut mapped = plan.mapped.iter();
-        let Some(euler) = mapped.find(|one| one.target == Target::Euler && !one.is_given) else {
-            return Ok(());
-        };
-        let is_documented = Form::euler(&blocks[euler.block]).is_some();
-        if self.said.euler.is_some() || is_documented {
-            return Ok(());
-        }
-        let mut misfits = Vec::new();
-        for order in ORDERS {
-            let mut tried = self.clone();
-            tried.said.euler = EulerOrder::parse(order);
-            let assembled = tried.provisional(blocks, plan, false)?;
-            let Some(misfit) = evidence::attitude_misfit(&assembled.tables, false) else {
-                return Ok(());
-            };
-            if misfits.is_empty() && misfit < ORDER_FITS {
-                return Ok(());
-            }
-            misfits.push((order, misfit));
-        }
-        let usual = misfits[0].1;
-        misfits.sort_by(|a, b| a.1.total_cmp(&b.1));
-        let (order, misfit) = misfits[0];
-        let evidence = format!(
-            "its turns are off the gyros' by {:.0} %, zyx by {:.0} %",
-            100.0 * misfit,
-            100.0 * usual
-        );
-        match misfit < CLEARLY * usual && misfit < ORDER_FITS {
-            true => self
-                .notes
-                .push(format!("the Euler angles are taken as {order}: {evidence}")),
-            false => self.questions.push(Question {
-                asks: "the Euler angles follow the gyros in no order of their rotations".to_owned(),
-                answer: ("--euler", vec![order.to_owned()]),
-                is_guess: true,
-                evidence,
-            }),
-        }
-        self.said.euler = EulerOrder::parse(order);
-        Ok(())
+        self.check_form(blocks, settled)
     }
 
     pub(super) fn plan(&self, blocks: &[Block]) -> Result<Plan, InputError> {
@@ -133,11 +81,10 @@ impl Settled {
     }
 
     /// True if a block has neither stamps nor a rate.
-    fn lacks_rate(&self, blocks: &[Block], plan: &Plan) -> bool {
+    pub(super) fn lacks_rate(&self, blocks: &[Block], plan: &Plan) -> bool {
         let lacks = |mapped: &Mapped| {
             let is_text = blocks[mapped.block].columns.iter().any(|column| {
-                column.bad_cell.is_some()
-                    && crate::import::mapping::column_names::time_unit(&column.name).is_some()
+                column.bad_cell.is_some() && time_names::time_unit(&column.name).is_some()
             });
             blocks[mapped.block].rate_hz.is_none()
                 && !is_text
@@ -166,63 +113,6 @@ impl Settled {
         let assembled = assemble(blocks, &open, &said, Values::Kept);
         blocks.truncate(count);
         assembled
-    }
-
-    /// Sets the order of a quaternion `q1` to `q4` by the gyros.
-    fn order_quaternion(
-        &mut self,
-        blocks: &mut Vec<Block>,
-        first: &Plan,
-        lacks_rate: bool,
-    ) -> Result<(), InputError> {
-        let has_attitude = first
-            .mapped
-            .iter()
-            .any(|mapped| mapped.target.is_attitude() && mapped.is_given);
-        if first.unordered.len() != 4 || has_attitude {
-            return Ok(());
-        }
-        let names: Vec<String> = first
-            .unordered
-            .iter()
-            .map(|(b, c)| blocks[*b].columns[*c].name.clone())
-            .collect();
-        let mut found = Vec::new();
-        for order in ["wxyz", "xyzw"] {
-            let axes = order.chars();
-            let maps = names.iter().zip(axes);
-            let maps: Vec<String> = maps
-                .map(|(name, axis)| format!("{name}=reference_attitude:{axis}"))
-                .collect();
-            let mut tried = self.clone();
-            tried.maps.extend(maps.clone());
-            let plan = tried.plan(blocks)?;
-            let assembled = tried.provisional(blocks, &plan, lacks_rate)?;
-            let is_open = plan
-                .mapped
-                .iter()
-                .any(|mapped| mapped.is_open && mapped.target.is_gyro());
-            let misfit = evidence::attitude_misfit(&assembled.tables, is_open || lacks_rate);
-            found.push((order, maps, misfit));
-        }
-        found.sort_by(|a, b| a.2.unwrap_or(1.0).total_cmp(&b.2.unwrap_or(1.0)));
-        let (order, maps, misfit) = found.remove(0);
-        let other = found.remove(0).2;
-        let all = names.join(", ");
-        self.maps.extend(maps.clone());
-        match (misfit, other) {
-            (Some(best), Some(other)) if best < CLEARLY * other => self.notes.push(format!(
-                "{all} are taken as {order}: {:.0} times nearer to the gyros than the other order",
-                other / best.max(1e-6)
-            )),
-            _ => self.questions.push(Question {
-                asks: format!("{all}: is a quaternion whose scalar may be the first or the last"),
-                answer: ("--map", maps),
-                is_guess: true,
-                evidence: "the gyros do not decide".to_owned(),
-            }),
-        }
-        Ok(())
     }
 
     /// Compares gyros, forces and references, and sets the units, the rate and the axis that follow.
@@ -336,16 +226,22 @@ impl Settled {
             false => !turned,
         });
         let names: Vec<String> = names.map(|name| format!("{name}=none")).collect();
-        for name in names {
-            self.questions.push(Question {
-                asks: format!("{}: may be an angle, an attitude or a temperature", name.trim_end_matches("=none")),
-                answer: ("--map", vec![name]),
-                is_guess: true,
-                evidence: "its name leaves that open; left out, unless mapped to reference_euler, reference_angle, \
-                           reference_attitude or temperature"
-                    .to_owned(),
-            });
+        if names.is_empty() {
+            return;
         }
+        let each: Vec<&str> = names
+            .iter()
+            .map(|name| name.trim_end_matches("=none"))
+            .collect();
+        self.questions.push(Question {
+            asks: format!("{}: may be an angle, an attitude or a temperature", each.join(", ")),
+            evidence: format!(
+                "{} that open; left out, unless mapped to reference_euler, reference_angle, reference_attitude or temperature",
+                if names.len() == 1 { "its name leaves" } else { "their names leave" }
+            ),
+            answer: ("--map", names),
+            is_guess: true,
+        });
     }
 }
 

@@ -60,6 +60,13 @@ pub fn settle(
     Ok((notes, questions))
 }
 
+/// Returns the likeliest unit of stamps, and the reason.
+pub(super) fn unit_of(stamps: &[f64]) -> (&'static str, String) {
+    match by_data(stamps) {
+        Told::Decided(unit, why) | Told::Guessed(unit, why) => (unit, why),
+    }
+}
+
 /// A unit, and why.
 enum Told {
     Decided(&'static str, String),
