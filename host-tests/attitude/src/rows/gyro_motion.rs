@@ -100,6 +100,11 @@ impl GyroMotion {
         self.increments_rad.len()
     }
 
+    /// Rows per second \[Hz\].
+    pub fn rate_hz(&self) -> f64 {
+        self.rate_hz
+    }
+
     /// Start of the first row and end of the last one \[s\].
     pub fn span_s(&self) -> [f64; 2] {
         let end_s = self.start_s + self.rows() as f64 / self.rate_hz;
