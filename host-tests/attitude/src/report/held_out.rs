@@ -2,13 +2,13 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rlg_diagnosis::residual::relative_residual::{self, Rows};
 use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_plan::{AttitudeHeldOutPlan, AttitudeNoisePlan, CoherencePlan, InStepPlan};
-use rlg_signal::axes::{Triad, add};
+use rlg_signal::axes::{Triad, add, mapped};
 use rlg_signal::in_step::{self, Block, InStep};
 use rlg_signal::transforms::mean_periodogram;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -16,7 +16,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::fits::report_inputs::Said;
 use crate::likelihood::equations::Band;
 use crate::likelihood::noise::{Levels, NoiseTerms};
-use crate::rows::alignment::Alignment;
+use crate::rows::alignment::{Alignment, orthogonal};
 use crate::rows::gyro_motion::Place;
 use crate::rows::increments::Stamps;
 use crate::rows::linearised_rows::About;
@@ -88,6 +88,8 @@ struct Residual {
     about: About,
     /// Residual in the navigation frame \[rad by row\].
     left_rad: Triad,
+    /// Axes and signs of the gyros as recorded, from those of the case.
+    recorded_from_case: Matrix3<f64>,
 }
 
 fn residual(
@@ -120,7 +122,11 @@ fn residual(
         }
     }
     about.increments.silence_free(&mut left_rad, |_| true);
-    Some(Residual { about, left_rad })
+    Some(Residual {
+        about,
+        left_rad,
+        recorded_from_case: orthogonal(&observed.recorded_from_case),
+    })
 }
 
 /// Computes the figures; `None` if too few stamps are held out.
@@ -188,7 +194,7 @@ fn residual_entry(one: &Residual, blocks: &[Block], plan: &CoherencePlan) -> Opt
     let increments = &one.about.increments;
     let rows = Rows {
         residual_rad: &body_rows(one),
-        motion_rad: &turned_rad(one),
+        motion_rad: &mapped(&turned_rad(one), &one.recorded_from_case),
         is_used: &|row| !increments.is_free(row),
         period_s: increments.period_s,
     };
@@ -209,6 +215,7 @@ fn turned_rad(one: &Residual) -> Triad {
     })
 }
 
+/// Residual of each gyro as recorded \[rad by row\].
 fn body_rows(one: &Residual) -> Triad {
     let mut rows = Triad::default();
     for row in 0..one.about.increments.rows() {
@@ -219,7 +226,7 @@ fn body_rows(one: &Residual) -> Triad {
             rows[axis].push(body[axis]);
         }
     }
-    rows
+    mapped(&rows, &one.recorded_from_case)
 }
 
 /// # Inputs

@@ -13,7 +13,7 @@ use rlg::diagnose::{Outcome, Settings, diagnose_under};
 use rlg::model::{Gyro, Model, MotionSource};
 use rlg::recording::{AXES, Channel, Clock, Quantity, Recording, Table};
 
-use super::support::{kinds, number};
+use super::support::{kinds, names_nothing, number};
 
 const RATE_HZ: f64 = 100.0;
 const ROWS: usize = 4000;
@@ -220,5 +220,26 @@ fn a_clean_attitude_that_is_late_has_no_faults_of_its_own() {
         is_near(size(&diagnosis, "gyro_bias", "z"), BIAS_RAD_S);
         is_near(size(&diagnosis, "gyro_scale", "z"), SCALE);
         is_near(size(&diagnosis, "reference_delay", "all"), LATE_S);
+    }
+}
+
+/// Gyro z = -(1.01 ω + b) = 1.01 (-ω) - b: of the gyro as recorded, against the reference once its sign is corrected.
+#[test]
+fn a_reversed_gyro_has_the_same_bias_however_the_angle_is_stored() {
+    for shown in [Shown::Rows, Shown::FifthRows, Shown::Attitudes] {
+        let made = Made {
+            shown,
+            reversed: true,
+            seed: 5,
+            gaps: &[],
+        };
+        let recording = made.recording();
+        let found = diagnosed(&recording, &ideal());
+        let diagnosis = &found.diagnosis;
+        assert_eq!(size(diagnosis, "channel_sign", "zz").0, -1.0, "{shown:?}");
+        is_near(size(diagnosis, "gyro_bias", "z"), -BIAS_RAD_S);
+        is_near(size(diagnosis, "gyro_scale", "z"), SCALE);
+        let again = diagnosed(&recording, &found.model).diagnosis;
+        names_nothing(&again, format!("{shown:?}, diagnosed again"));
     }
 }
