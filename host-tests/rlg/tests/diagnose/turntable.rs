@@ -243,3 +243,27 @@ fn a_reversed_gyro_has_the_same_bias_however_the_angle_is_stored() {
         names_nothing(&again, format!("{shown:?}, diagnosed again"));
     }
 }
+
+/// The increment of the angle that spans a gap is missing in one row more than the gap has.
+#[test]
+fn a_gap_of_the_recording_has_the_rows_that_it_lacks() {
+    const GAPS: [(usize, usize); 2] = [(1000, 12), (3000, 28)];
+    for shown in [Shown::Rows, Shown::Attitudes] {
+        let made = Made {
+            shown,
+            reversed: false,
+            seed: 6,
+            gaps: &GAPS,
+        };
+        let diagnosis = diagnosed(&made.recording(), &ideal()).diagnosis;
+        let effects = diagnosis.effects.iter();
+        let lost: Vec<(usize, usize)> = effects
+            .filter(|one| one.kind == "lost_samples")
+            .map(|one| {
+                let row = |name: &str| (number(one, name).0 * RATE_HZ).round() as usize;
+                (row("start_s"), row("end_s") - row("start_s"))
+            })
+            .collect();
+        assert_eq!(lost, GAPS, "{shown:?}: {:#?}", diagnosis.summary);
+    }
+}
