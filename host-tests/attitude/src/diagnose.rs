@@ -96,8 +96,14 @@ pub fn diagnose(
         );
         let seen = observed.fitted_rows(&rows.doubtful);
         let reference = (&rows.increments_rad, &seen[..]);
-        observed.zeroed =
-            zeroing::find(&observed.gyros, reference, &settings.plan.attitude.zeroing);
+        observed.zeroed = zeroing::find(
+            &observed.gyros,
+            reference,
+            (
+                &settings.plan.attitude.zeroing,
+                &settings.plan.catalogue.grids,
+            ),
+        );
         zeroing::undo(&mut observed.gyros, zeroing::high_passes(&observed.zeroed));
         observed.take_lines(reference, &settings.plan.signal.own_lines);
     }

@@ -1,14 +1,18 @@
-//! Calibration of the flexure coefficients K_ij. Data flow, a file each:
+//! Calibration: the flexure coefficients K_ij from turntable and shaker programmes, and sensor errors from still
+//! [`positions`], with gravity as the only reference.
+//!
+//! Data flow of the flexure coefficients, a file each:
 //!
 //! recording → unknowns, columns → rates | attitude (integration, whiten) → record → estimate → agreement → combinations →
 //! words
 //!
 //! From recordings of one instrument and its model: an [`Outcome`] with K and its covariance, the identifiable combinations
 //! and the others, and the model with the identified K. `plan/` proposes a motion that determines all six. Equations:
-//! physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude.
+//! physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude. Out of scope here: a search for
+//! other physics; a recording that contains some must be diagnosed first.
 //!
 //! Uses the motion, columns and noise of the diagnosis; imports nothing of the simulator, the core or its reference, and
-//! reads no truth file. Out of scope: a search for other physics; a recording that contains some must be diagnosed first.
+//! reads no truth file.
 
 pub mod agreement;
 
@@ -25,6 +29,8 @@ pub mod integration;
 mod noise;
 
 pub mod plan;
+
+pub mod positions;
 
 pub mod rates;
 

@@ -50,7 +50,7 @@ pub fn record_information(
     let mut data = Data::new(&mut streams, model, &plan, model_file)?;
     let seen = data.rows_of(&[Use::Fit, Use::Test]);
     let observations = Observations::bridged(&seen)
-        .ok_or_else(|| too_short(recording, seconds_of(&seen, rate_hz)))?;
+        .map_err(|_| too_short(recording, seconds_of(&seen, rate_hz)))?;
     let fitted = observations.clone().to_fast_length();
     let mut kinds = Unknowns::fitted_kinds(!model.earth_rate_in_reference);
     kinds.push(RIVAL);

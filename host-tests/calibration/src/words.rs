@@ -7,6 +7,7 @@ use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::entries::{Card, card};
+use rlg_findings::entries::rows;
 
 use super::combinations::{self, Known, Pair, symbol};
 use super::estimate::{Estimate, INFORMATIVE_SHARE, condition_number, directions};
@@ -106,11 +107,9 @@ impl Findings<'_> {
             },
             equation: card.equation.to_owned(),
             parameters: (0..COEFFICIENTS)
-                .map(|k| ParameterEntry::Number {
-                    name: NAMES[k].to_owned(),
-                    value: joint.values[k],
-                    std: joint.covariance[(k, k)].sqrt(),
-                    unit: card.unit.to_owned(),
+                .map(|k| {
+                    let (value, std) = (joint.values[k], joint.covariance[(k, k)].sqrt());
+                    ParameterEntry::number(NAMES[k], value, std, card.unit)
                 })
                 .collect(),
             covariance: rows(&joint.covariance),
@@ -335,11 +334,4 @@ impl Findings<'_> {
         };
         format!("gyro {}: {text}", AXES[pair.gyro])
     }
-}
-
-fn rows(matrix: &DMatrix<f64>) -> Vec<Vec<f64>> {
-    matrix
-        .row_iter()
-        .map(|row| row.iter().copied().collect())
-        .collect()
 }

@@ -10,7 +10,7 @@ use std::f64::consts::{PI, TAU};
 
 use nalgebra::Matrix3;
 use rlg_inference::{Hypothesis, Information, NoiseLevels, NormalEquations, Observations};
-use rlg_plan::CataloguePlan;
+use rlg_plan::{CataloguePlan, RateTablePlan};
 use rlg_signal::axes::Triad;
 
 use crate::candidates::PoolColumns;
@@ -30,26 +30,12 @@ pub struct Experiment {
     pub moves: Vec<Move>,
     /// Row rate of the columns \[Hz\]: forty rows or more in a period of the fastest oscillation.
     pub rows_hz: f64,
-    /// Number of temperature cycles of [`WARMING_K`]; 0: constant temperature.
-    pub cycles: u32,
+    /// Number of temperature cycles; 0: constant temperature.
+    pub cycles: usize,
 }
 
-/// Temperature rise of the blocks in a cycle \[K\].
-pub const WARMING_K: f64 = 20.0;
-
-/// Rate of one turn a second, within reach of common rate tables \[rad/s\].
-const TURN_RAD_S: f64 = TAU;
-
-/// Amplitude of the oscillation at one turn a second: 10° \[rad\].
-const OSCILLATION_RAD: f64 = 0.175;
-
-/// Duration of most moves, ramps included \[s\].
-const MOVE_S: f64 = 10.0;
-
-/// Duration of a ramp \[s\]: a ramp to one turn a second needs 14 rad/s².
-const RAMP_S: f64 = 1.0;
-
 fn spin(
+    table: &RateTablePlan,
     axis: usize,
     rate_rad_s: f64,
     across: usize,
@@ -64,36 +50,36 @@ fn spin(
             angle_rad,
             phase_rad,
         },
-        duration_s: MOVE_S,
-        ramp_s: RAMP_S,
+        duration_s: table.move_s,
+        ramp_s: table.ramp_s,
     }
 }
 
 impl Experiment {
     /// All experiments, the shortest first.
-    pub fn all() -> Vec<Self> {
+    pub fn all(table: &RateTablePlan) -> Vec<Self> {
         vec![
-            Self::oscillations(),
-            Self::cones(),
-            Self::slews(),
-            Self::spins(),
-            Self::tumble(),
-            Self::warming(),
+            Self::oscillations(table),
+            Self::cones(table),
+            Self::slews(table),
+            Self::spins(table),
+            Self::tumble(table),
+            Self::warming(table),
         ]
     }
 
     /// Rest in six attitudes: gravity and the Earth's rotation along both senses of each axis.
-    fn tumble() -> Self {
-        const REST_S: f64 = 60.0;
+    fn tumble(table: &RateTablePlan) -> Self {
+        let (rest_s, slow_rad_s) = (table.rest_s, table.tumble_share * table.turn_rad_s);
         let rest = Move {
             kind: Kind::Still,
-            duration_s: REST_S,
+            duration_s: rest_s,
             ramp_s: 0.0,
         };
         // A rotation by Ω (T − ramp) is a quarter turn.
         let quarter = |axis: usize| Move {
-            duration_s: 0.5 * PI / (0.1 * TURN_RAD_S) + RAMP_S,
-            ..spin(axis, 0.1 * TURN_RAD_S, axis, (0.0, 0.0, 0.0))
+            duration_s: 0.5 * PI / slow_rad_s + table.ramp_s,
+            ..spin(table, axis, slow_rad_s, axis, (0.0, 0.0, 0.0))
         };
         // From z up: y, −z, −y up about x; then x and −x about z.
         let turns = [vec![0], vec![0], vec![0], vec![2], vec![2, 2]];
@@ -103,7 +89,7 @@ impl Experiment {
             moves.push(rest);
         }
         Self {
-            text: format!("six still attitudes of {REST_S:.0} s, each axis up and down once"),
+            text: format!("six still attitudes of {rest_s:.0} s, each axis up and down once"),
             moves,
             rows_hz: 20.0,
             cycles: 0,
@@ -111,21 +97,23 @@ impl Experiment {
     }
 
     /// Steady rotation about each axis, both senses.
-    fn slews() -> Self {
-        let rates = [0.25, 0.5, 1.0].map(|share| share * TURN_RAD_S);
+    fn slews(table: &RateTablePlan) -> Self {
+        let rates = table.slew_shares.map(|share| share * table.turn_rad_s);
         let mut moves = Vec::new();
         for axis in 0..3 {
             for rate in rates {
-                moves.extend([rate, -rate].map(|rate| spin(axis, rate, axis, (0.0, 0.0, 0.0))));
+                let both = [rate, -rate];
+                moves.extend(both.map(|rate| spin(table, axis, rate, axis, (0.0, 0.0, 0.0))));
             }
         }
         Self {
             text: format!(
-                "slews about each axis at {:.2}, {:.2} and {:.2} rad/s, both senses, {} moves of {MOVE_S:.0} s",
+                "slews about each axis at {:.2}, {:.2} and {:.2} rad/s, both senses, {} moves of {:.0} s",
                 rates[0],
                 rates[1],
                 rates[2],
-                moves.len()
+                moves.len(),
+                table.move_s
             ),
             moves,
             rows_hz: 20.0,
@@ -134,20 +122,23 @@ impl Experiment {
     }
 
     /// Oscillation about one axis at a time, at two frequencies.
-    fn oscillations() -> Self {
-        // Peak rates 1.1 rad/s and more, peak accelerations 7 and 49 rad/s².
-        let lines = [(1.0, OSCILLATION_RAD), (5.0, 0.05)];
+    fn oscillations(table: &RateTablePlan) -> Self {
+        let lines = [
+            (1.0, table.oscillation_rad),
+            (table.fast_hz, table.fast_rad),
+        ];
         let of_axis =
-            |axis: usize| lines.map(|(hz, angle)| spin(axis, 0.0, axis, (hz, angle, 0.0)));
+            |axis: usize| lines.map(|(hz, angle)| spin(table, axis, 0.0, axis, (hz, angle, 0.0)));
         let moves: Vec<Move> = (0..3).flat_map(of_axis).collect();
         Self {
             text: format!(
-                "oscillation about each axis by itself, {} rad at {} Hz and {} rad at {} Hz, {} moves of {MOVE_S:.0} s",
+                "oscillation about each axis by itself, {} rad at {} Hz and {} rad at {} Hz, {} moves of {:.0} s",
                 lines[0].1,
                 lines[0].0,
                 lines[1].1,
                 lines[1].0,
-                moves.len()
+                moves.len(),
+                table.move_s
             ),
             moves,
             rows_hz: 200.0,
@@ -156,26 +147,25 @@ impl Experiment {
     }
 
     /// Cones about each axis, both senses.
-    fn cones() -> Self {
-        // Peak acceleration 25 rad/s² at 1.6 rad/s.
-        const CONE_HZ: f64 = 2.5;
-        const CONE_RAD: f64 = 0.1;
+    fn cones(table: &RateTablePlan) -> Self {
+        let (cone_hz, cone_rad) = (table.cone_hz, table.cone_rad);
         let cone = |axis: usize, sense: f64| Move {
             kind: Kind::Coning {
                 axis,
-                frequency_hz: sense * CONE_HZ,
-                angle_rad: CONE_RAD,
+                frequency_hz: sense * cone_hz,
+                angle_rad: cone_rad,
             },
-            duration_s: MOVE_S,
-            ramp_s: 2.0 * RAMP_S,
+            duration_s: table.move_s,
+            ramp_s: 2.0 * table.ramp_s,
         };
         let moves: Vec<Move> = (0..3)
             .flat_map(|axis| [1.0, -1.0].map(|sense| cone(axis, sense)))
             .collect();
         Self {
             text: format!(
-                "coning about each axis, {CONE_RAD} rad at {CONE_HZ} Hz, both senses, {} moves of {MOVE_S:.0} s",
-                moves.len()
+                "coning about each axis, {cone_rad} rad at {cone_hz} Hz, both senses, {} moves of {:.0} s",
+                moves.len(),
+                table.move_s
             ),
             moves,
             rows_hz: 200.0,
@@ -184,23 +174,25 @@ impl Experiment {
     }
 
     /// Spin-synchronous oscillation of every pair of axes.
-    pub fn spins() -> Self {
+    pub fn spins(table: &RateTablePlan) -> Self {
+        let (turn_rad_s, angle_rad) = (table.turn_rad_s, table.oscillation_rad);
         let mut moves = Vec::new();
         for axis in 0..3 {
             for across in [(axis + 1) % 3, (axis + 2) % 3] {
                 for sense in [1.0, -1.0] {
                     for phase_rad in [0.0, TAU / 4.0] {
-                        let line = (TURN_RAD_S / TAU, OSCILLATION_RAD, phase_rad);
-                        moves.push(spin(axis, sense * TURN_RAD_S, across, line));
+                        let line = (turn_rad_s / TAU, angle_rad, phase_rad);
+                        moves.push(spin(table, axis, sense * turn_rad_s, across, line));
                     }
                 }
             }
         }
         Self {
             text: format!(
-                "spin-synchronous oscillation, {} moves of {MOVE_S:.0} s (spin {TURN_RAD_S:.2} rad/s about one axis in both senses, {OSCILLATION_RAD} rad at {:.2} Hz about another, phases 0 and 90\u{b0}, all six pairs)",
+                "spin-synchronous oscillation, {} moves of {:.0} s (spin {turn_rad_s:.2} rad/s about one axis in both senses, {angle_rad} rad at {:.2} Hz about another, phases 0 and 90\u{b0}, all six pairs)",
                 moves.len(),
-                TURN_RAD_S / TAU
+                table.move_s,
+                turn_rad_s / TAU
             ),
             moves,
             rows_hz: 100.0,
@@ -209,20 +201,24 @@ impl Experiment {
     }
 
     /// Temperature up and down at rest.
-    fn warming() -> Self {
-        const CYCLE_S: f64 = 3600.0;
-        const CYCLES: u32 = 2;
+    fn warming(table: &RateTablePlan) -> Self {
+        let RateTablePlan {
+            cycles,
+            cycle_s,
+            warming_k,
+            ..
+        } = *table;
         Self {
             text: format!(
-                "{CYCLES} cycles of the temperature by {WARMING_K:.0} K at rest, {CYCLE_S:.0} s each"
+                "{cycles} cycles of the temperature by {warming_k:.0} K at rest, {cycle_s:.0} s each"
             ),
             moves: vec![Move {
                 kind: Kind::Still,
-                duration_s: f64::from(CYCLES) * CYCLE_S,
+                duration_s: cycles as f64 * cycle_s,
                 ramp_s: 0.0,
             }],
             rows_hz: 1.0,
-            cycles: CYCLES,
+            cycles,
         }
     }
 
@@ -260,8 +256,8 @@ impl Experiment {
             let rows = signals.rows as f64;
             let warming: Vec<f64> = (0..signals.rows)
                 .map(|row| {
-                    let cycle = (f64::from(self.cycles) * (row as f64 + 0.5) / rows).fract();
-                    WARMING_K * (1.0 - (2.0 * cycle - 1.0).abs())
+                    let cycle = (self.cycles as f64 * (row as f64 + 0.5) / rows).fract();
+                    plan.table.warming_k * (1.0 - (2.0 * cycle - 1.0).abs())
                 })
                 .collect();
             let warming_k: Triad = [0, 1, 2].map(|_| warming.clone());
@@ -282,7 +278,9 @@ pub fn information(
     levels: &[NoiseLevels],
 ) -> Option<Information> {
     let rows = signals.rows;
-    let observations = Observations::bridged(&vec![true; rows])?.to_fast_length();
+    let observations = Observations::bridged(&vec![true; rows])
+        .ok()?
+        .to_fast_length();
     let nothing = [0, 1, 2].map(|_| vec![0.0; rows]);
     let columns = PoolColumns { columns, signals };
     let equations =
@@ -294,7 +292,7 @@ pub fn information(
 mod tests {
     use nalgebra::Matrix3;
     use rlg_inference::{Hypothesis, NoiseLevels};
-    use rlg_plan::CataloguePlan;
+    use rlg_plan::{CataloguePlan, RateTablePlan};
 
     use super::{Experiment, GRAVITY_M_S2, information};
     use crate::candidates::Pool;
@@ -303,7 +301,8 @@ mod tests {
     #[test]
     fn a_tumble_shows_gravity_along_both_senses_of_each_axis() {
         let plan = CataloguePlan::default();
-        let signals = Experiment::tumble().signals([0.0; 3], Matrix3::identity(), &plan);
+        let tumble = Experiment::tumble(&plan.table);
+        let signals = tumble.signals([0.0; 3], Matrix3::identity(), &plan);
         let force = signals.force_m_s2.as_ref().expect("gravity");
         for axis in force {
             let most = axis.iter().copied().fold(f64::MIN, f64::max);
@@ -314,7 +313,7 @@ mod tests {
 
     #[test]
     fn no_experiment_asks_more_than_a_table_does() {
-        for one in Experiment::all() {
+        for one in Experiment::all(&RateTablePlan::default()) {
             for one in &one.moves {
                 let (rate_rad_s, acceleration_rad_s2) = one.greatest();
                 assert!(rate_rad_s < 6.5 && acceleration_rad_s2 < 60.0, "{one:?}");
@@ -324,8 +323,8 @@ mod tests {
 
     #[test]
     fn a_bias_at_rest_is_known_to_the_noise_over_the_root_of_time() {
-        let one = Experiment::tumble();
         let plan = CataloguePlan::default();
+        let one = Experiment::tumble(&plan.table);
         let signals = one.signals([0.0; 3], Matrix3::identity(), &plan);
         let mut pool = Pool::default();
         let bias = pool.whole(entries::find("gyro_bias").expect("listed"), &signals);

@@ -21,15 +21,12 @@ pub struct Family {
     pub groups: Vec<Vec<Candidate>>,
 }
 
-/// Highest order of the search: encoders have few errors a turn, eccentricity (1, 2), magnet poles and gear teeth up to
-/// some dozens.
-const HIGHEST_ORDER: u32 = 72;
-
 /// Every order of every axis about which the table's angle spans enough of that order.
 pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
     let mut pool = Pool::default();
     let mut groups = Vec::new();
-    let places = 3.0 * f64::from(HIGHEST_ORDER);
+    let highest = signals.plan.grids.highest_order as u32;
+    let places = 3.0 * f64::from(highest);
     for axis in (0..3).filter(|&axis| is_moving[axis]) {
         let mut angle: f64 = 0.0;
         let (mut least, mut most) = (0.0_f64, 0.0_f64);
@@ -39,7 +36,7 @@ pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
         }
         let least_rad = signals.plan.excitation.least_angle_rad;
         let is_spanned = |order: &u32| f64::from(*order) * (most - least) > least_rad;
-        let orders = (1..=HIGHEST_ORDER).filter(is_spanned);
+        let orders = (1..=highest).filter(is_spanned);
         for order in orders {
             groups.push(vec![pool.harmonic(axis, order, places, signals)]);
         }

@@ -3,6 +3,8 @@
 //! The logic subtracts from each sample g the mean l of those before: it reads g − l, then l grows by (T/τ)(g − l), from 0 where
 //! the record begins. A coupling that passes no constant differs from it by half of T/τ, as a scale error does.
 
+use rlg_plan::GridPlan;
+
 /// H = iωτ/(1 + iωτ), well below the row rate.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct HighPass {
@@ -64,12 +66,12 @@ impl HighPass {
     }
 }
 
-/// Time constants from ten rows to a quarter of the record, an octave apart.
-pub fn grid(period_s: f64, rows: usize) -> Vec<HighPass> {
-    const LEAST_ROWS: f64 = 10.0;
-    const STEP: f64 = 2.0;
-    let longest_s = 0.25 * rows as f64 * period_s;
-    std::iter::successors(Some(LEAST_ROWS * period_s), |time_s| Some(time_s * STEP))
+/// Time constants from some rows to a share of the record.
+pub fn grid(period_s: f64, rows: usize, plan: &GridPlan) -> Vec<HighPass> {
+    let least_s = plan.high_pass_least_rows * period_s;
+    let longest_s = plan.high_pass_longest_share * rows as f64 * period_s;
+    let ratio = plan.high_pass_ratio;
+    std::iter::successors(Some(least_s), |time_s| Some(time_s * ratio))
         .take_while(|time_s| *time_s <= longest_s)
         .map(|time_s| HighPass { time_s })
         .collect()

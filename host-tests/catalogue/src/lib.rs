@@ -7,7 +7,7 @@
 //! [`lock_in`] dead bands; [`entries`] is the catalogue, one row per effect; [`candidates`] expands its rows into
 //! priced hypotheses for the search, `members` those with nonlinear parameters, `turned` a reference rotated by more
 //! than a small angle; [`families`] are effects with a nonlinear parameter (order, frequency, time constant), searched
-//! on a grid; [`experiment`] predicts the information of rate-table experiments, composed of [`moves`], on hypotheses.
+//! on a grid; [`accelerometers`] lists the kinds of accelerometers; [`experiment`] predicts the information of rate-table experiments, composed of [`moves`], on hypotheses.
 
 pub mod signals;
 
@@ -32,6 +32,8 @@ pub mod entry;
 pub mod entries;
 
 pub mod candidates;
+
+pub mod accelerometers;
 
 pub mod resonance_basis;
 

@@ -6,6 +6,8 @@
 //! cycle is random: each pass through rest leaves an error of up to half a pulse either way. A dither turns these
 //! errors into an angle random walk.
 
+use rlg_plan::GridPlan;
+
 use crate::signals::{CaseMotion, Signals};
 
 /// Lost angle or its derivative.
@@ -25,10 +27,9 @@ pub struct Threshold {
 }
 
 impl Threshold {
-    /// Grid of thresholds in ratios of 1.25, from `least_rad_s` to `most_rad_s`.
-    pub fn grid(least_rad_s: f64, most_rad_s: f64) -> Vec<Self> {
-        const STEP: f64 = 1.25;
-        std::iter::successors(Some(least_rad_s), |rate| Some(rate * STEP))
+    /// Grid of thresholds from `least_rad_s` to `most_rad_s`.
+    pub fn grid(least_rad_s: f64, most_rad_s: f64, plan: &GridPlan) -> Vec<Self> {
+        std::iter::successors(Some(least_rad_s), |rate| Some(rate * plan.lock_in_ratio))
             .take_while(|rate| *rate <= most_rad_s)
             .map(|rad_s| Self { rad_s })
             .collect()
@@ -117,6 +118,8 @@ fn along(triad: [&[f64]; 3], gyro: usize, row: usize, signals: &Signals) -> f64 
 
 #[cfg(test)]
 mod tests {
+    use rlg_plan::GridPlan;
+
     use super::{Part, Threshold};
 
     /// Mean of the law over a row, by ten thousand steps.
@@ -154,7 +157,7 @@ mod tests {
 
     #[test]
     fn thresholds_are_a_quarter_apart() {
-        let grid = Threshold::grid(1e-5, 1e-3);
+        let grid = Threshold::grid(1e-5, 1e-3, &GridPlan::default());
         assert_eq!(grid.len(), 21);
         assert!(grid[20].rad_s <= 1e-3 && grid[20].rad_s * 1.25 > 1e-3);
     }

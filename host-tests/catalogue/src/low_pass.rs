@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex64;
+use rlg_plan::GridPlan;
 
 /// H = 1/(1 + iωτ).
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -40,10 +41,10 @@ impl LowPass {
     }
 }
 
-/// Time constants from one row to `longest_s`, an octave apart.
-pub fn grid(period_s: f64, longest_s: f64) -> Vec<LowPass> {
-    const STEP: f64 = 2.0;
-    std::iter::successors(Some(period_s), |time_s| Some(time_s * STEP))
+/// Time constants from one row to `longest_s`.
+pub fn grid(period_s: f64, longest_s: f64, plan: &GridPlan) -> Vec<LowPass> {
+    let ratio = plan.low_pass_ratio;
+    std::iter::successors(Some(period_s), |time_s| Some(time_s * ratio))
         .take_while(|time_s| *time_s <= longest_s)
         .map(|time_s| LowPass { time_s })
         .collect()

@@ -3,6 +3,7 @@
 use std::f64::consts::TAU;
 
 use realfft::num_complex::Complex64;
+use rlg_plan::GridPlan;
 
 /// Natural frequency and damping.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -81,13 +82,12 @@ impl Resonance {
     }
 }
 
-/// Grid of natural frequencies in ratios of 1.2, from `least_hz` to `most_hz`, each with light to heavy damping.
-pub fn grid(least_hz: f64, most_hz: f64) -> Vec<Resonance> {
-    const STEP: f64 = 1.2;
-    const DAMPINGS: [f64; 4] = [0.01, 0.04, 0.15, 0.5];
-    std::iter::successors(Some(least_hz), |hz| Some(hz * STEP))
+/// Grid of natural frequencies from `least_hz` to `most_hz`, each with light to heavy damping.
+pub fn grid(least_hz: f64, most_hz: f64, plan: &GridPlan) -> Vec<Resonance> {
+    let dampings = plan.resonance_dampings;
+    std::iter::successors(Some(least_hz), |hz| Some(hz * plan.resonance_ratio))
         .take_while(|hz| *hz <= most_hz)
-        .flat_map(|hz| DAMPINGS.map(|damping| Resonance { hz, damping }))
+        .flat_map(|hz| dampings.map(|damping| Resonance { hz, damping }))
         .collect()
 }
 

@@ -7,9 +7,6 @@ use crate::expression::Factor::{Channel as Of, Deviation, Integral, Side, Size, 
 use crate::expression::{Channel, Expression, Factor, OfAxis};
 use crate::signals::Signals;
 
-/// Grid of time constants \[s\]: from a filter to a thermal mass. The selected one is refined.
-const LAGS_S: [f64; 4] = [0.1, 0.4, 1.6, 6.4];
-
 /// Channels that vary enough to be identifiable.
 fn moving_channels(signals: &Signals, is_moving: [bool; 3]) -> Vec<Channel> {
     let triads: [OfAxis; 5] = [Rate, Acceleration, Force, Warming, Field];
@@ -36,6 +33,7 @@ pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
     let mut all = Vocabulary {
         channels: moving_channels(signals, is_moving),
         has_dither: signals.dither_rad.is_some(),
+        lags_s: signals.plan.grids.lags_s,
         expressions: Vec::new(),
     };
     for place in 0..all.channels.len() {
@@ -50,7 +48,7 @@ pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
     if (0..3).all(|axis| all.has(Rate(axis))) {
         all.add(&[Of(Rate(0)), Of(Rate(1)), Of(Rate(2))]);
     }
-    for constant_s in [1.0, 2.0, 4.0, 8.0, 16.0, 32.0] {
+    for constant_s in signals.plan.grids.decays_s {
         all.add(&[Factor::Decay(constant_s)]);
     }
     all.add(&[Time]);
@@ -61,6 +59,8 @@ pub fn vocabulary(signals: &Signals, is_moving: [bool; 3]) -> Vec<Expression> {
 struct Vocabulary {
     channels: Vec<Channel>,
     has_dither: bool,
+    /// Time constants of lags \[s\]; the selected one is refined.
+    lags_s: [f64; 4],
     expressions: Vec<Expression>,
 }
 
@@ -80,7 +80,7 @@ impl Vocabulary {
         for other in place..self.channels.len() {
             self.add(&[Of(a), Of(self.channels[other])]);
         }
-        for constant_s in LAGS_S {
+        for constant_s in self.lags_s {
             self.add(&[Factor::Lag([Some(a), None], constant_s)]);
         }
         match a {
@@ -132,7 +132,7 @@ impl Vocabulary {
             }
         }
         if a <= b && self.has(rate) && self.has(other) {
-            for constant_s in LAGS_S {
+            for constant_s in self.lags_s {
                 self.add(&[Factor::Lag([Some(rate), Some(other)], constant_s)]);
             }
         }

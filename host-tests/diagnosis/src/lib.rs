@@ -23,6 +23,8 @@ pub mod outcome;
 
 pub mod settings;
 
+pub mod unfit;
+
 pub mod alignment;
 
 pub mod iteration;
@@ -55,3 +57,4 @@ pub use diagnose::{align, diagnose};
 pub use outcome::Outcome;
 pub use rlg_inference::work::Work;
 pub use settings::Settings;
+pub use unfit::Unfit;

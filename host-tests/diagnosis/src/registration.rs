@@ -79,13 +79,7 @@ pub fn beside(data: &Data, found: &Found, plan: &Plan) -> Vec<RegistrationEntry>
             let number = |(k, (name, base)): (usize, (&String, &f64))| {
                 let (value, slope) = value_of(kind, base + fit.estimate[at + k]);
                 let std = slope.abs() * fit.covariance[(at + k, at + k)].max(0.0).sqrt();
-                let (name, unit) = (name.clone(), unit.to_string());
-                ParameterEntry::Number {
-                    name,
-                    value,
-                    std,
-                    unit,
-                }
+                ParameterEntry::number(name, value, std, unit)
             };
             Some(RegistrationEntry {
                 kind: (*kind).to_string(),

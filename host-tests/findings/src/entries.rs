@@ -1,5 +1,6 @@
 //! Findings common to both engines, as entries of `diagnosis.json`.
 
+use nalgebra::DMatrix;
 use rlg_recording::AXES;
 
 use crate::excess::Excess;
@@ -24,23 +25,54 @@ pub fn unlisted(equation: String, what_was_left_out: String) -> EffectEntry {
     }
 }
 
+/// True if the values of three sensors differ pairwise by at most `deviations` \[σ\].
+pub fn are_equal(values: &[f64], covariance: &DMatrix<f64>, deviations: f64) -> bool {
+    values.len() == 3
+        && (0..3).all(|a| {
+            let b = (a + 1) % 3;
+            let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
+            (values[a] - values[b]).abs() <= deviations * variance.max(0.0).sqrt()
+        })
+}
+
+/// Forms parameters of one unit, and the rows of their covariance.
+pub fn correlated<N: AsRef<str>>(
+    names: &[N],
+    values: &[f64],
+    covariance: &DMatrix<f64>,
+    unit: &str,
+) -> (Vec<ParameterEntry>, Vec<Vec<f64>>) {
+    let number = |(k, name): (usize, &N)| {
+        let std = covariance[(k, k)].max(0.0).sqrt();
+        ParameterEntry::number(name.as_ref(), values[k], std, unit)
+    };
+    let numbers = names.iter().enumerate().map(number);
+    (numbers.collect(), rows(covariance))
+}
+
+/// Rows of a covariance.
+pub fn rows(covariance: &DMatrix<f64>) -> Vec<Vec<f64>> {
+    let rows = covariance.row_iter();
+    rows.map(|row| row.iter().copied().collect()).collect()
+}
+
+/// Rows of the covariance of uncorrelated parameters.
+pub fn uncorrelated(stds: &[f64]) -> Vec<Vec<f64>> {
+    let row = |a: usize| {
+        let entry = |b: usize| if a == b { stds[a].powi(2) } else { 0.0 };
+        (0..stds.len()).map(entry).collect()
+    };
+    (0..stds.len()).map(row).collect()
+}
+
 /// One parameter per axis, uncorrelated, and their covariance.
 pub fn by_axis(
     values: [f64; 3],
     stds: [f64; 3],
     unit: &str,
 ) -> (Vec<ParameterEntry>, Vec<Vec<f64>>) {
-    let number = |axis: usize| ParameterEntry::Number {
-        name: AXES[axis].to_string(),
-        value: values[axis],
-        std: stds[axis],
-        unit: unit.to_string(),
-    };
-    let row = |a: usize| {
-        let entry = |b: usize| if a == b { stds[a].powi(2) } else { 0.0 };
-        (0..3).map(entry).collect()
-    };
-    ((0..3).map(number).collect(), (0..3).map(row).collect())
+    let number = |axis: usize| ParameterEntry::number(AXES[axis], values[axis], stds[axis], unit);
+    ((0..3).map(number).collect(), uncorrelated(&stds))
 }
 
 /// Appends a number that is independent of the others to parameters and their covariance.
@@ -63,22 +95,16 @@ pub fn append(
 pub fn noise(excess: &Excess) -> EffectEntry {
     let (parameters, covariance) = by_axis(excess.values, excess.stds, excess.unit);
     EffectEntry {
-        evidence: None,
-        gravity_speaks_against: Vec::new(),
         kind: excess.kind.to_string(),
         indistinguishable_from: excess
             .indistinguishable_from
             .iter()
             .map(|kind| (*kind).to_string())
             .collect(),
-        equation: excess.equation.to_string(),
         parameters,
         covariance,
-        identifiable: Vec::new(),
         log_evidence_gain: excess.log_likelihood_gain,
         p_value: excess.p_value,
-        what_was_left_out: excess.left_out.to_string(),
-        expression: None,
-        regimes: Vec::new(),
+        ..unlisted(excess.equation.to_string(), excess.left_out.to_string())
     }
 }

@@ -8,11 +8,11 @@ use std::f64::consts::PI;
 /// °/h in one rad/s.
 pub const DEG_H: f64 = 180.0 / PI * 3600.0;
 
+/// Arcseconds in one rad.
+pub const ARCSEC_PER_RAD: f64 = DEG_H;
+
 /// Standard gravity \[m/s²\].
 const G: f64 = 9.806_65;
-
-/// Significance limit of a value \[σ\].
-pub const SIGNIFICANT_SIGMAS: f64 = 3.0;
 
 /// Powers of ten written without an exponent.
 const PLAIN_EXPONENTS: std::ops::RangeInclusive<i32> = -3..=4;

@@ -2,15 +2,13 @@
 //! below the resonance shows.
 
 use rlg_model::catalogue::SIX;
+use rlg_plan::FindingsPlan;
 
 use crate::names::{capital, plain};
 use crate::result::EffectEntry;
 
 const FLEXURE: &str = "axis_flexure";
 const MODE: &str = "axis_flexure_mode";
-
-/// Standard deviations within which a frequency agrees with the one implied by K.
-const WITHIN: f64 = 3.0;
 
 /// Computes the smallest and greatest natural frequency of the blocks of a flexure \[Hz\], f0 = 1/(2π√K) with K the
 /// mean of a gyro's two coefficients; `None` without a positive K.
@@ -28,25 +26,25 @@ pub fn implied_hz(effect: &EffectEntry) -> Option<[f64; 2]> {
 
 /// True if a rival of an effect is the effect's own physics: the resonance of a static flexure, or the static flexure
 /// of a resonance at the frequency implied by K.
-pub fn is_own_physics(effect: &EffectEntry, rival: &str) -> bool {
+pub fn is_own_physics(effect: &EffectEntry, rival: &str, plan: &FindingsPlan) -> bool {
     match (effect.kind.as_str(), rival) {
         (FLEXURE, MODE) => implied_hz(effect).is_some(),
-        (MODE, FLEXURE) => rings_where_it_implies(effect),
+        (MODE, FLEXURE) => rings_where_it_implies(effect, plan.own_mode_deviations),
         _ => false,
     }
 }
 
-fn rings_where_it_implies(effect: &EffectEntry) -> bool {
+fn rings_where_it_implies(effect: &EffectEntry, within: f64) -> bool {
     let implied = implied_hz(effect).zip(effect.number("frequency_hz"));
     implied.is_some_and(|([least, most], (hz, std))| {
-        hz > least - WITHIN * std && hz < most + WITHIN * std
+        hz > least - within * std && hz < most + within * std
     })
 }
 
 /// Formats the sentence on a rival that is the effect's own physics; `None` without such a rival.
-pub fn sentence(effect: &EffectEntry) -> Option<String> {
+pub fn sentence(effect: &EffectEntry, plan: &FindingsPlan) -> Option<String> {
     let mut rivals = effect.indistinguishable_from.iter();
-    let own = rivals.find(|rival| is_own_physics(effect, rival))?;
+    let own = rivals.find(|rival| is_own_physics(effect, rival, plan))?;
     let [least, most] = implied_hz(effect)?.map(|hz| format!("{hz:.0}"));
     let hz = match least == most {
         true => least,
@@ -61,6 +59,8 @@ pub fn sentence(effect: &EffectEntry) -> Option<String> {
 
 #[cfg(test)]
 mod tests {
+    use rlg_plan::FindingsPlan;
+
     use super::{implied_hz, is_own_physics, sentence};
     use crate::entries::unlisted;
     use crate::result::{EffectEntry, ParameterEntry};
@@ -92,15 +92,23 @@ mod tests {
         let flexure = effect("axis_flexure", &numbers, &rivals);
         let [least, most] = implied_hz(&flexure).expect("positive K");
         assert!((least - 601.5).abs() < 0.1 && (most - 711.8).abs() < 0.1);
-        assert!(is_own_physics(&flexure, "axis_flexure_mode"));
-        assert!(!is_own_physics(&flexure, "axis_flexure_cubic"));
-        let said = sentence(&flexure).expect("a sentence");
+        assert!(is_own_physics(
+            &flexure,
+            "axis_flexure_mode",
+            &FindingsPlan::default()
+        ));
+        assert!(!is_own_physics(
+            &flexure,
+            "axis_flexure_cubic",
+            &FindingsPlan::default()
+        ));
+        let said = sentence(&flexure, &FindingsPlan::default()).expect("a sentence");
         assert!(
             said.ends_with("resonates at 1/(2π√K), 602 to 712 Hz."),
             "{said}"
         );
         let impossible = effect("axis_flexure", &[("xy", -8e-8, 0.0)], &rivals);
-        assert!(sentence(&impossible).is_none());
+        assert!(sentence(&impossible, &FindingsPlan::default()).is_none());
     }
 
     #[test]
@@ -113,8 +121,16 @@ mod tests {
             ];
             effect("axis_flexure_mode", &numbers, &["axis_flexure"])
         };
-        assert!(is_own_physics(&mode(595.0), "axis_flexure"));
-        assert!(!is_own_physics(&mode(80.0), "axis_flexure"));
-        assert!(sentence(&mode(80.0)).is_none());
+        assert!(is_own_physics(
+            &mode(595.0),
+            "axis_flexure",
+            &FindingsPlan::default()
+        ));
+        assert!(!is_own_physics(
+            &mode(80.0),
+            "axis_flexure",
+            &FindingsPlan::default()
+        ));
+        assert!(sentence(&mode(80.0), &FindingsPlan::default()).is_none());
     }
 }

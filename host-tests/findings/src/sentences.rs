@@ -2,13 +2,12 @@
 
 use std::collections::BTreeMap;
 
+use rlg_plan::FindingsPlan;
+
 use crate::own_mode::{self, is_own_physics};
 use crate::result::{EffectEntry, ONLY_DESCRIBED, ParameterEntry, UNLISTED, Verdict};
 
 pub use crate::numbers::DEG_H;
-
-/// Matched-filter SNR at which a six-parameter effect is found with a probability of 0.9.
-pub const NEEDED_SNR: f64 = 7.0;
 
 /// Begins the sentence on an effect that was found and rejected.
 pub const REJECTED: &str = "Rejected: ";
@@ -55,7 +54,7 @@ pub fn combination(weights: &BTreeMap<String, f64>) -> String {
 }
 
 /// Formats an effect, its estimable combinations, and the kinds not distinguishable from it.
-pub fn effect_lines(effect: &EffectEntry) -> Vec<String> {
+pub fn effect_lines(effect: &EffectEntry, plan: &FindingsPlan) -> Vec<String> {
     let equation = match effect.equation.as_str() {
         "" => String::new(),
         equation => format!(" ({equation})"),
@@ -88,7 +87,7 @@ pub fn effect_lines(effect: &EffectEntry) -> Vec<String> {
     let alike = effect.indistinguishable_from.iter();
     let alike: Vec<&str> = alike
         .filter(|kind| !against.contains(kind))
-        .filter(|kind| *kind != UNLISTED && !is_own_physics(effect, kind))
+        .filter(|kind| *kind != UNLISTED && !is_own_physics(effect, kind, plan))
         .map(String::as_str)
         .collect();
     if !alike.is_empty() {
@@ -97,7 +96,7 @@ pub fn effect_lines(effect: &EffectEntry) -> Vec<String> {
             alike.join(", ")
         ));
     }
-    lines.extend(own_mode::sentence(effect).map(|said| format!("      {said}")));
+    lines.extend(own_mode::sentence(effect, plan).map(|said| format!("      {said}")));
     match &effect.expression {
         Some(expression) if effect.kind != UNLISTED => lines.push(format!(
             "      {expression}, outside the catalogue, explains as much with one parameter."

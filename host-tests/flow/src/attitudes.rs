@@ -4,6 +4,7 @@
 //! of the undetectable effects; a slow rotation of the vertical is fitted with the accelerometers.
 
 use rlg_attitude::conventions::converted;
+use rlg_diagnosis::unfit::{TooFewRows, Unfit};
 use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -11,6 +12,9 @@ use rlg_signal::streams::Streams;
 
 use crate::result::Verdict;
 use crate::{Outcome, Settings, lost_rows, second_pass, unusable};
+
+/// Attitudes of a recording without a rotation between two.
+const AT_MOST_ONE: TooFewRows = TooFewRows { have: 1, need: 2 };
 
 /// Diagnoses gyros with an attitude reference, and the accelerometers described by the model.
 ///
@@ -34,12 +38,17 @@ pub(super) fn diagnose(
     )?;
     let run = |settings: &Settings, of: DeclaredModel<'_>| {
         let found = rlg_attitude::diagnose(settings, &whole.recording, of, progress)?;
-        Ok(found.map(|one| (one.outcome, one.corrected)))
+        let found = found.ok_or(AT_MOST_ONE)?;
+        Ok((found.outcome, found.corrected))
     };
-    let found = second_pass::until_nothing_returns(settings, of, progress, run)?;
-    let Some((mut outcome, corrected)) = found else {
-        let why = "fewer than two attitudes lie within the gyros' record";
-        return Ok(unusable(&recording.name, settings, why, model));
+    let found = second_pass::until_nothing_returns(settings, of, progress, run);
+    let (mut outcome, corrected) = match found {
+        Err(Unfit::TooFewRows(_)) => {
+            let why = "fewer than two attitudes lie within the gyros' record";
+            return Ok(unusable(&recording.name, settings, why, model));
+        }
+        Err(Unfit::Input(error)) => return Err(error),
+        Ok(found) => found,
     };
     if model.accelerometer.is_some() && outcome.diagnosis.verdict != Verdict::Unusable {
         let found = corrected

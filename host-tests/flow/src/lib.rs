@@ -8,7 +8,7 @@
 //! | a recording longer than memory | `rlg-diagnosis::long` (`long.rs`) |
 //! | gyros with attitudes, or with increments on other rows | `rlg-attitude` (`attitudes.rs`) |
 //! | accelerometers, with each of these | `rlg-force` |
-//! | accelerometers in still positions, gyros turned between them | `rlg-force::positions` |
+//! | accelerometers in still positions, gyros turned between them | `rlg-calibration::positions` |
 //! | gyros that move without a reference | none (`rlg-force::without_reference`) |
 //!
 //! Input: a recording and the model that predicts it. Output: [`Outcome`]. No truth file is read and the simulator is
@@ -28,10 +28,10 @@ mod together;
 
 pub use long::{LongRecording, MOST_ROWS};
 pub use rlg_attitude::serves as is_slow;
+pub use rlg_calibration::positions::serves as stands_in_positions;
 pub use rlg_diagnosis::tiles::{locate, pictures};
 pub use rlg_diagnosis::{Outcome, Settings};
 pub use rlg_findings::result;
-pub use rlg_force::positions::serves as stands_in_positions;
 pub use rlg_force::without_reference::diagnose_without_reference;
 pub use rlg_signal::{qualify, streams};
 pub use together::diagnose_together;
@@ -42,6 +42,7 @@ use std::path::Path;
 use rlg_diagnosis::residual::reference_noise_from_gyros::read_by_gyros;
 use rlg_diagnosis::rows::channel_correction::Stopped;
 use rlg_diagnosis::rows::{channel_correction, data_words};
+use rlg_diagnosis::unfit::{TooFewRows, Unfit};
 use rlg_force::Part;
 use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;
@@ -49,9 +50,10 @@ use rlg_recording::error::InputError;
 
 use streams::Streams;
 
-/// Reason of an unusable recording of increments: a likelihood needs eight rows (`Observations::bridged`).
-const TOO_FEW_ROWS: &str =
-    "fewer than eight rows with all channels measured are left to fit, besides those held out";
+/// Reason of an unusable recording of increments.
+fn too_few_rows(of: TooFewRows) -> String {
+    format!("{of}: rows with all channels measured, besides those held out")
+}
 
 /// Diagnoses `recording` against `model`, read from `model_file`.
 ///
@@ -103,7 +105,7 @@ pub fn diagnose_under(
     let of = DeclaredModel::new(model, model_file);
     if stands_in_positions(read, &settings.plan) {
         rlg_diagnosis::rows::model_effects::is_predictable(model, model_file)?;
-        return rlg_force::positions::diagnose(settings, read, model, progress);
+        return rlg_calibration::positions::diagnose(settings, read, model, progress);
     }
     if is_slow(read, model) {
         let mut outcome = attitudes::diagnose(settings, read, of, progress)?;
@@ -184,12 +186,16 @@ pub fn diagnose_streams(
     };
     rlg_diagnosis::rows::model_effects::is_predictable(model, file)?;
     let found = if streams.at_rest.is_some() {
-        at_rest::diagnose(settings, &mut streams, of, progress)?
+        at_rest::diagnose(settings, &mut streams, of, progress)
     } else {
-        beside_reference(settings, &mut streams, of, progress)?
+        beside_reference(settings, &mut streams, of, progress)
     };
-    let Some(mut outcome) = found else {
-        return Ok(unusable(&name, settings, TOO_FEW_ROWS, model));
+    let mut outcome = match found {
+        Err(Unfit::TooFewRows(why)) => {
+            return Ok(unusable(&name, settings, &too_few_rows(why), model));
+        }
+        Err(Unfit::Input(error)) => return Err(error),
+        Ok(outcome) => outcome,
     };
     if let Some(correction) = correction {
         correction.report(&mut outcome);
@@ -200,13 +206,13 @@ pub fn diagnose_streams(
     Ok(outcome)
 }
 
-/// Diagnoses gyros with a reference on the same rows, and their accelerometers; `None` if too few rows can be fitted.
+/// Diagnoses gyros with a reference on the same rows, and their accelerometers.
 fn beside_reference(
     settings: &Settings,
     streams: &mut Streams,
     of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
-) -> Result<Option<Outcome>, InputError> {
+) -> Result<Outcome, Unfit> {
     let model = of.model;
     let faults = qualify::unknown_faults(streams, &model.effects, &settings.plan.signal.faults);
     let sensed_rad = streams.sensed_rad.clone();
@@ -227,9 +233,7 @@ fn beside_reference(
     };
     let found = second_pass::until_nothing_returns(settings, of, progress, run)?;
     drop(sensed_rad);
-    let Some((mut found, (reference_noise, read_by_gyros))) = found else {
-        return Ok(None);
-    };
+    let (mut found, (reference_noise, read_by_gyros)) = found;
     let lines = data_words::lines(streams, &faults);
     found.diagnosis.summary.extend(lines);
     let part = Part {
@@ -238,7 +242,7 @@ fn beside_reference(
         read_by_gyros,
     };
     accelerometers(settings, vec![part], (model, &mut found), progress);
-    Ok(Some(found))
+    Ok(found)
 }
 
 /// Diagnoses the accelerometers of recordings, given the outcome of their gyros; recordings without accelerometers are

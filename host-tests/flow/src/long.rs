@@ -3,6 +3,7 @@
 use std::ops::Range;
 use std::path::Path;
 
+use rlg_diagnosis::Unfit;
 use rlg_diagnosis::long::{self, Long};
 use rlg_diagnosis::rows::model_effects::is_predictable;
 use rlg_diagnosis::search::structure::Found;
@@ -13,7 +14,7 @@ use rlg_recording::error::InputError;
 use rlg_recording::{Extent, Quantity, Recording};
 use rlg_signal::streams::Streams;
 
-use crate::{Outcome, Settings, TOO_FEW_ROWS, accelerometers, unusable};
+use crate::{Outcome, Settings, accelerometers, too_few_rows, unusable};
 
 /// Default number of rows in memory, 0.9 kB each: two and a half minutes at 4 kHz.
 pub const MOST_ROWS: usize = 600_000;
@@ -92,9 +93,13 @@ impl<'a> LongRecording<'a> {
         };
         let rows = (&long, self.most_rows);
         let noise = |found: &Found| measured_noise(&found.motion);
-        let found = long::diagnose_also(settings, rows, of, progress, noise)?;
-        let Some((mut outcome, stretches)) = found else {
-            return Ok(unusable(name, settings, TOO_FEW_ROWS, model));
+        let found = long::diagnose_also(settings, rows, of, progress, noise);
+        let (mut outcome, stretches) = match found {
+            Err(Unfit::TooFewRows(why)) => {
+                return Ok(unusable(name, settings, &too_few_rows(why), model));
+            }
+            Err(Unfit::Input(error)) => return Err(error),
+            Ok(found) => found,
         };
         let parts = stretches.iter().map(|(streams, reference_noise)| Part {
             streams,

@@ -6,13 +6,13 @@
 
 use std::collections::BTreeSet;
 
+use rlg_diagnosis::Unfit;
 use rlg_findings::result::{Diagnosis, EffectEntry, ParameterEntry, UNLISTED, Verdict};
 use rlg_findings::sentences::REJECTED;
 use rlg_model::DeclaredModel;
 use rlg_model::catalogue::CATALOGUE;
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_plan::JudgementPlan;
-use rlg_recording::error::InputError;
 
 use crate::{Outcome, Settings};
 
@@ -43,8 +43,8 @@ pub(crate) fn until_nothing_returns<T>(
     settings: &Settings,
     of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
-    mut run: impl FnMut(&Settings, DeclaredModel<'_>) -> Result<Option<(Outcome, T)>, InputError>,
-) -> Result<Option<(Outcome, T)>, InputError> {
+    mut run: impl FnMut(&Settings, DeclaredModel<'_>) -> Result<(Outcome, T), Unfit>,
+) -> Result<(Outcome, T), Unfit> {
     let mut returned: Vec<Again> = Vec::new();
     loop {
         let gone = returned.iter().map(|one| one.kind.as_str());
@@ -53,24 +53,27 @@ pub(crate) fn until_nothing_returns<T>(
             left_out,
             ..*settings
         };
-        let Some((mut first, also)) = run(&without(&left_out), of)? else {
-            return Ok(None);
-        };
+        let (mut first, also) = run(&without(&left_out), of)?;
         let found = kinds_to_check(&first.diagnosis, &left_out);
         let mut again = Vec::new();
         if !found.is_empty() {
             progress("fitting once more from the written model");
             let others = others(&found);
             let written = DeclaredModel::new(&first.model, of.file);
-            if let Some((second, _)) = run(&without(&others), written)? {
-                let plan = &settings.plan.judgement;
-                again = found_again(&first.diagnosis, &second.diagnosis, &found, plan);
+            match run(&without(&others), written) {
+                Ok((second, _)) => {
+                    let plan = &settings.plan.judgement;
+                    again = found_again(&first.diagnosis, &second.diagnosis, &found, plan);
+                }
+                // Along another path fewer rows have their reference: the first pass stands.
+                Err(Unfit::TooFewRows(_)) => {}
+                error => return error,
             }
         }
         if again.is_empty() {
             let sentences = returned.iter().map(Again::sentence);
             first.diagnosis.summary.extend(sentences);
-            return Ok(Some((first, also)));
+            return Ok((first, also));
         }
         returned.extend(again);
     }

@@ -1,5 +1,6 @@
 //! Several recordings of one unit.
 
+use rlg_diagnosis::Unfit;
 use rlg_diagnosis::rows::channel_correction::{ChannelCorrection, correct_channels};
 use rlg_diagnosis::rows::data_words;
 use rlg_diagnosis::rows::model_effects::is_predictable;
@@ -14,7 +15,7 @@ use rlg_signal::fault::Fault;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 
-use crate::{Aligned, Outcome, Settings, accelerometers, second_pass, unusable};
+use crate::{Aligned, Outcome, Settings, accelerometers, second_pass, too_few_rows, unusable};
 
 /// Diagnoses aligned recordings of one unit together; recordings with a held-out piece serve validation only.
 ///
@@ -63,10 +64,14 @@ pub fn diagnose_together(
         }
         several::diagnose_also(settings, &mut all, of, progress, noise)
     };
-    let found = second_pass::until_nothing_returns(settings, of, progress, run)?;
-    let Some((mut outcome, noises)) = found else {
-        let why = "one of the recordings has too few rows with all channels measured";
-        return Ok(unusable(&names.join(" + "), settings, why, model));
+    let found = second_pass::until_nothing_returns(settings, of, progress, run);
+    let (mut outcome, noises) = match found {
+        Err(Unfit::TooFewRows(why)) => {
+            let why = format!("of one of the recordings {}", too_few_rows(why));
+            return Ok(unusable(&names.join(" + "), settings, &why, model));
+        }
+        Err(Unfit::Input(error)) => return Err(error),
+        Ok(found) => found,
     };
     let searched = all.iter().filter(|(streams, _)| !streams.piece.held_out);
     let parts = searched.zip(noises);
@@ -107,10 +112,8 @@ fn report_corrections(
         let before = outcome.diagnosis.effects.len();
         turned.report(outcome);
         for effect in &mut outcome.diagnosis.effects[before..] {
-            effect.parameters.push(ParameterEntry::Text {
-                name: "recording".to_string(),
-                value: name.clone(),
-            });
+            let recording = ParameterEntry::text("recording", name);
+            effect.parameters.push(recording);
         }
     }
 }

@@ -1,12 +1,12 @@
 //! Candidate hypotheses of the search: the kinds over a pool of columns, and expressions outside the catalogue, each with
 //! its prior.
 
+use rlg_catalogue::accelerometers::{DELAY, KINDS, Kind, Law, REFERENCE_KINDS};
 use rlg_findings::result::UNLISTED;
 use rlg_inference::{Bound, Columns, Fixed, Hypothesis, Term};
 use rlg_plan::{OddsPlan, Plan};
 
-use crate::column::Column;
-use crate::kinds::{DELAY, KINDS, Kind, Law, REFERENCE_KINDS, columns};
+use crate::column::{Column, columns};
 use crate::prediction::Prediction;
 
 /// Part of a kind that a candidate fits.

@@ -1,6 +1,8 @@
 //! Design columns of the accelerometers: velocity increment of each row per unit of an effect.
 
 use nalgebra::Vector3;
+use rlg_catalogue::accelerometers::{DELAY, Kind, Law};
+use rlg_catalogue::entry::tilt;
 use rlg_signal::axes::AXES;
 
 use crate::prediction::Prediction;
@@ -150,5 +152,72 @@ fn warming(made_of: &Prediction, axis: usize) -> Vec<f64> {
     match &made_of.warming_k {
         Some(warming_k) => warming_k[axis].clone(),
         None => vec![0.0; made_of.rows.count],
+    }
+}
+
+/// Column of an error of the reference about the axis that the parameter is named after.
+fn on_body(turn: impl Fn(usize) -> Turn, name: &str, axis: usize) -> Vec<(Column, f64)> {
+    let about = AXES.iter().position(|other| name == *other);
+    let column = about.map(|about| (Column::Turned(turn(about), axis), 1.0));
+    column.into_iter().collect()
+}
+
+/// Columns of a unit parameter on accelerometer `axis`; a delay is linearised at `delay_s`.
+pub fn columns(kind: &Kind, name: &str, axis: usize, delay_s: f64) -> Vec<(Column, f64)> {
+    let second = || AXES.iter().position(|other| name.ends_with(other));
+    match (kind.kind, kind.law) {
+        ("accel_bias", _) => vec![(Column::Constant, 1.0)],
+        ("accel_scale", _) => vec![(Column::Force(axis), 1.0)],
+        ("accel_quadratic", _) => vec![(Column::ForceProduct(axis, axis), 1.0)],
+        (DELAY, _) => vec![(Column::Slope(axis, delay_s), -1.0)],
+        (_, Law::Tilts) => {
+            let about = second().filter(|about| *about != axis);
+            let tilted = about.map(|about| {
+                // x: + δ_xz f_y − δ_xy f_z, and cyclic.
+                let (sign, along) = tilt(axis, about);
+                (Column::Force(along), sign)
+            });
+            tilted.into_iter().collect()
+        }
+        (_, Law::Arms) => second()
+            .map(|along| (Column::Arm(axis, along), 1.0))
+            .into_iter()
+            .collect(),
+        ("reference_misalignment", _) => on_body(Turn::Misaligned, name, axis),
+        ("reference_delay", _) => vec![(Column::Turned(Turn::Late, axis), 1.0)],
+        ("reference_scale", _) => on_body(Turn::Scaled, name, axis),
+        (_, Law::Axes | Law::Body | Law::All) => Vec::new(),
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rlg_catalogue::accelerometers::{KINDS, REFERENCE_KINDS};
+    use rlg_model::catalogue::Kind;
+
+    use super::columns;
+
+    #[test]
+    fn every_parameter_of_every_kind_acts_on_the_accelerometers_that_it_names() {
+        for kind in KINDS.iter().chain(REFERENCE_KINDS) {
+            for (name, on) in kind.law.parameters() {
+                for axis in 0..3 {
+                    let acts = !columns(kind, &name, axis, 0.0).is_empty();
+                    let own = on.contains(&axis);
+                    assert!(acts || !own, "{} {name} on {axis}", kind.kind);
+                }
+            }
+        }
+    }
+
+    #[test]
+    fn parameters_have_the_contracts_names() {
+        for kind in KINDS.iter().chain(REFERENCE_KINDS) {
+            let known = Kind::named(kind.kind).expect("a kind of the contract");
+            let names: Vec<&str> = known.parameter_names().collect();
+            let own = kind.law.parameters();
+            assert_eq!(names, own.iter().map(|(name, _)| name).collect::<Vec<_>>());
+            assert_eq!(known.unit_of(names[0]), Some(kind.unit), "{}", kind.kind);
+        }
     }
 }

@@ -8,7 +8,7 @@ use rlg_findings::result::UNLISTED;
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::search::DriftPrior;
 use rlg_inference::transform::Transform;
-use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Search};
+use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, Search, TooFewRows};
 
 use crate::candidates::Candidate;
 use crate::prediction::Prediction;
@@ -40,13 +40,16 @@ pub struct Confirmed {
     pub fit: Fit,
 }
 
-/// Removes members that fail the cross-validation in blocks of the rows; `None` if too few rows are left.
+/// Removes members that fail the cross-validation in blocks of the rows.
+///
+/// # Errors
+/// Too few rows are left.
 pub fn confirm(
     made_of: &Prediction,
     found: &Found,
     seen: &[bool],
     plan: &Plan,
-) -> Option<Confirmed> {
+) -> Result<Confirmed, TooFewRows> {
     let confirmations = confirmations(made_of, found, seen, plan)?;
     let is_costly = |place: &usize| found.judged[*place].cost_without > plan.judgement.naming;
     // The design effect reduces the likelihood ratio.
@@ -96,7 +99,7 @@ pub fn confirm(
         });
     }
     let fit = search.fit(&headlines, None);
-    Some(Confirmed {
+    Ok(Confirmed {
         named,
         headlines,
         unconfirmed,
@@ -141,7 +144,7 @@ fn confirmations(
     found: &Found,
     seen: &[bool],
     plan: &Plan,
-) -> Option<Vec<Confirmation>> {
+) -> Result<Vec<Confirmation>, TooFewRows> {
     let observations = made_of.rows.bridged(seen)?;
     let fit = &found.fit;
     let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(&fit.levels));
@@ -181,7 +184,7 @@ fn confirmations(
             design_effect: said.significant_design_effect(plan.judgement.reenactment_chance),
         }
     };
-    Some((0..members.len()).map(of_member).collect())
+    Ok((0..members.len()).map(of_member).collect())
 }
 
 /// Whitened columns of a set's parameters; those of the verticals follow.

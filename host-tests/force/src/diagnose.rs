@@ -6,7 +6,7 @@ use std::ops::Range;
 use rlg_diagnosis::rows::noise_levels::first_levels;
 use rlg_diagnosis::tiles::regimes::{Regime, intersect, regimes_of};
 use rlg_inference::evaluate::{Effort, evaluate};
-use rlg_inference::{Drift, NoiseLevels, Observations};
+use rlg_inference::{Drift, NoiseLevels, Observations, TooFewRows};
 use rlg_model::{Model, ModelEffect};
 use rlg_recording::{Segment, Site};
 use rlg_signal::accelerometer_rows;
@@ -124,7 +124,7 @@ pub fn diagnose(
     progress("searching the accelerometers' effects");
     let observations = observed(&made_of, &seen)?.to_fast_length();
     let found = find(&mut made_of, model, &observations, levels, scope);
-    let confirmed = confirm(&made_of, &found, &seen, plan).ok_or_else(too_few)?;
+    let confirmed = confirm(&made_of, &found, &seen, plan).map_err(too_few)?;
     let rate_hz = bare.rate_hz;
     let declared = model
         .accelerometer
@@ -384,11 +384,11 @@ fn settle_verticals(
 }
 
 fn observed(made_of: &Prediction, seen: &[bool]) -> Result<Observations, String> {
-    made_of.rows.bridged(seen).ok_or_else(too_few)
+    made_of.rows.bridged(seen).map_err(too_few)
 }
 
-fn too_few() -> String {
-    "too few rows of the accelerometers while the case's motion is known".to_string()
+fn too_few(of: TooFewRows) -> String {
+    format!("{of}: rows of the accelerometers while the case's motion is known")
 }
 
 fn runs(seen: &[bool]) -> Vec<Range<usize>> {

@@ -3,32 +3,18 @@
 use std::collections::BTreeSet;
 
 use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::accelerometers::{self, DELAY, DRIFT, Kind};
 use rlg_findings::combinations::{Number, Written, identifiable, written};
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{are_equal, correlated, unlisted};
 use rlg_findings::result::{EffectEntry, EvidenceEntry, ParameterEntry, UNLISTED};
 use rlg_findings::updated_model::set_choice;
+use rlg_inference::judgement::chance_in_noise;
 use rlg_model::{EffectValue, ModelEffect};
-use rlg_plan::ForcePlan;
+use rlg_signal::accelerometer_rows::channel_name;
 use rlg_signal::axes::AXES;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::candidates::{Candidate, Variant};
 use crate::diagnose::Diagnosed;
-use crate::kinds::{self, DELAY, Kind};
-use crate::prediction::channel_name;
-
-/// Entry of an equivalence class for accelerometer drift (IEEE 1293).
-pub(crate) const DRIFT: &str = "acceleration_random_walk";
-
-/// True if the values of three accelerometers are equal within their uncertainty.
-pub(crate) fn are_equal(values: &[f64], covariance: &DMatrix<f64>, plan: &ForcePlan) -> bool {
-    values.len() == 3
-        && (0..3).all(|a| {
-            let b = (a + 1) % 3;
-            let variance = covariance[(a, a)] + covariance[(b, b)] - 2.0 * covariance[(a, b)];
-            (values[a] - values[b]).abs() <= plan.same_deviations * variance.max(0.0).sqrt()
-        })
-}
 
 impl Diagnosed {
     /// Estimate of an error of the reference from the accelerometers, with its covariance.
@@ -141,16 +127,7 @@ impl Diagnosed {
         );
         let (names, Written { values, .. }, covariance) = self.written(place);
         let unit = kind_of(one).map_or("", |kind| kind.unit);
-        let mut parameters: Vec<ParameterEntry> = names
-            .iter()
-            .enumerate()
-            .map(|(k, name)| ParameterEntry::Number {
-                name: name.clone(),
-                value: values[k],
-                std: covariance[(k, k)].max(0.0).sqrt(),
-                unit: unit.to_string(),
-            })
-            .collect();
+        let (mut parameters, rows) = correlated(&names, &values, &covariance, unit);
         let mut alike = self.alike(place);
         let mut what_was_left_out = self.left_out(place, &values, &covariance);
         if judged.cost_against_drift < self.plan.judgement.drift_within {
@@ -161,31 +138,27 @@ impl Diagnosed {
         }
         let mut expression = None;
         if let Variant::Expression(axis, column) = one.variant {
-            let text = |name: &str, value: &str| ParameterEntry::Text {
-                name: name.to_string(),
-                value: value.to_string(),
-            };
-            parameters.push(text("axis", &channel_name(axis)));
-            parameters.push(text("expression", &column.text()));
+            parameters.push(ParameterEntry::text("axis", &channel_name(axis)));
+            parameters.push(ParameterEntry::text("expression", &column.text()));
             expression = Some(column.text());
         } else if alike.iter().any(|kind| kind == UNLISTED) {
             expression = self.rival_expression(member);
         }
-        let ratio = 2.0
-            * (self.found.fit.log_likelihood - self.found.without[member].log_likelihood).max(0.0);
-        let rank = self.found.fit.ranks[member].max(1) as f64;
+        let squared_size =
+            2.0 * (self.found.fit.log_likelihood - self.found.without[member].log_likelihood);
         let known = self.known(place, &names, &values);
-        let tail = ChiSquared::new(rank).map_or(1.0, |law| law.sf(ratio));
         EffectEntry {
             kind: one.kind.to_string(),
             equation: self.equation(place),
             parameters,
-            covariance: (0..values.len())
-                .map(|a| (0..values.len()).map(|b| covariance[(a, b)]).collect())
-                .collect(),
+            covariance: rows,
             identifiable: identifiable(&known, &covariance, &self.plan.findings.combinations),
             log_evidence_gain: judged.cost_without,
-            p_value: (tail * one.hypothesis.price.exp().max(1.0)).min(1.0),
+            p_value: chance_in_noise(
+                squared_size,
+                self.found.fit.ranks[member],
+                one.hypothesis.price,
+            ),
             what_was_left_out,
             expression,
             evidence: Some(EvidenceEntry {
@@ -243,7 +216,7 @@ impl Diagnosed {
                 column.text()
             );
         };
-        let is_equal = are_equal(values, covariance, &self.plan.force);
+        let is_equal = are_equal(values, covariance, self.plan.findings.equal_deviations);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
                 " All three are equal within their σ: confounded with local g."
@@ -272,5 +245,5 @@ impl Diagnosed {
 
 /// Kind of a candidate; `None` for expressions.
 pub(crate) fn kind_of(one: &Candidate) -> Option<&'static Kind> {
-    kinds::find(one.kind)
+    accelerometers::find(one.kind)
 }

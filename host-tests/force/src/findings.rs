@@ -2,6 +2,7 @@
 
 use std::ops::Range;
 
+use rlg_catalogue::accelerometers::{KINDS, Kind};
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::rows::entries_of_rows;
 use rlg_diagnosis::rows::noise_levels::reported;
@@ -13,20 +14,17 @@ use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, EffectEntry, ForceNoiseEntry, LocationEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
-use rlg_findings::sentences::{NEEDED_SNR, REJECTED, effect_lines, opening};
+use rlg_findings::sentences::{REJECTED, effect_lines, opening};
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::{Columns, Drift};
+use rlg_recording::units::MICRO_G_PER_M_S2 as MICRO_G;
+use rlg_signal::accelerometer_rows::channel_name;
 use rlg_signal::axes::{AXES, Triad, add};
 
 use crate::candidates::{Candidate, Variant};
 use crate::diagnose::Diagnosed;
 use crate::effects::kind_of;
-use crate::kinds::{KINDS, Kind};
-use crate::prediction::channel_name;
 use crate::search::{Found, of_verticals};
-
-/// m/s² to millionths of standard gravity.
-pub(crate) const MICRO_G: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
 
 /// States why no accelerometer effect was searched for.
 pub fn say_why_not(reason: &str, outcome: &mut Outcome) {
@@ -241,7 +239,11 @@ impl Diagnosed {
                 location.size_rad_s * MICRO_G,
             ));
         }
-        lines.extend(effects.iter().flat_map(effect_lines));
+        lines.extend(
+            effects
+                .iter()
+                .flat_map(|one| effect_lines(one, &self.plan.findings)),
+        );
         for &place in &self.confirmed.unconfirmed {
             let member = self.found.fit.members[place];
             lines.push(format!(
@@ -329,7 +331,7 @@ impl Diagnosed {
                 return Some(format!("{}: not tried", kind.kind));
             }
             let snr = self.shows(kind);
-            (snr < NEEDED_SNR).then(|| {
+            (snr < self.plan.findings.needed_snr).then(|| {
                 format!(
                     "{}: at its typical size ({:.0e} {}) its SNR here is {snr:.1}",
                     kind.kind, kind.typical, kind.unit

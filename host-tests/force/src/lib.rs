@@ -9,7 +9,7 @@
 //!
 //! The predicted force is that of a unit that rotates without linear acceleration: gravity resolved by the reference's
 //! attitude, and the lever-arm terms. At rest gravity is one number for three accelerometers, so no error is identifiable.
-//! A unit that stands still in many attitudes without a reference is diagnosed by [`positions`] with the same search.
+//! A unit that stands still in many attitudes without a reference is calibrated by `rlg-calibration`.
 
 pub mod reference;
 
@@ -22,8 +22,6 @@ pub mod vertical;
 pub mod prediction;
 
 pub mod column;
-
-pub mod kinds;
 
 pub mod candidates;
 
@@ -42,8 +40,6 @@ mod effects;
 pub mod findings;
 
 pub mod whose;
-
-pub mod positions;
 
 pub mod without_reference;
 

@@ -4,7 +4,7 @@ use std::ops::Range;
 
 use rlg_inference::Columns;
 use rlg_signal::accelerometer_rows::Rows;
-use rlg_signal::axes::{AXES, Triad, each_axis};
+use rlg_signal::axes::{Triad, each_axis};
 use rlg_signal::derivatives::Spectrum;
 
 use crate::carried::Carried;
@@ -162,9 +162,4 @@ pub fn warming_k(
 
 fn spectra_of(force_m_s2: &Triad, rate_hz: f64) -> [Spectrum; 3] {
     [0, 1, 2].map(|axis: usize| Spectrum::new(&force_m_s2[axis], rate_hz))
-}
-
-/// Channel name of an accelerometer.
-pub fn channel_name(axis: usize) -> String {
-    format!("accel_{}", AXES[axis])
 }

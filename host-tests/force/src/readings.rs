@@ -6,7 +6,7 @@
 
 use std::ops::Range;
 
-use rlg_inference::Observations;
+use rlg_inference::{Observations, TooFewRows};
 use rlg_signal::accelerometer_rows::Rows;
 use rlg_signal::axes::{Triad, each_axis};
 
@@ -108,10 +108,20 @@ impl Readings {
         middle_s - piece.start_s
     }
 
-    /// Observations of the `seen` rows: a span for each recording, gaps bridged; `None` for fewer than eight rows.
-    pub fn bridged(&self, seen: &[bool]) -> Option<Observations> {
+    /// Observations of the `seen` rows: a span for each recording of eight rows or more, gaps bridged.
+    ///
+    /// # Errors
+    /// There is none.
+    pub fn bridged(&self, seen: &[bool]) -> Result<Observations, TooFewRows> {
+        let mut too_few = TooFewRows { have: 0, need: 1 };
         let each = self.pieces.iter().filter_map(|piece| {
-            let mut own = Observations::bridged(&seen[piece.rows.clone()])?;
+            let mut own = match Observations::bridged(&seen[piece.rows.clone()]) {
+                Ok(own) => own,
+                Err(few) => {
+                    too_few = few;
+                    return None;
+                }
+            };
             for span in &mut own.spans {
                 span.rows = piece.among_all(&span.rows);
                 span.gaps
@@ -121,7 +131,10 @@ impl Readings {
             Some(own.spans)
         });
         let spans: Vec<_> = each.flatten().collect();
-        (!spans.is_empty()).then_some(Observations {
+        if spans.is_empty() {
+            return Err(too_few);
+        }
+        Ok(Observations {
             spans,
             record_rows: self.count,
         })

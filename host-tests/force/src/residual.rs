@@ -1,10 +1,10 @@
 //! Residual of the accelerometers: measured less predicted by their model.
 
+use rlg_catalogue::accelerometers::KINDS;
 use rlg_model::Model;
 use rlg_signal::axes::{Triad, add};
 
 use crate::candidates::terms_of;
-use crate::kinds::KINDS;
 use crate::prediction::Prediction;
 
 /// Subtracts from the accelerometer samples the model's prediction, its own accelerometer effects included \[m/s per row\].

@@ -3,6 +3,7 @@
 use std::collections::BTreeSet;
 use std::ops::Range;
 
+use rlg_catalogue::accelerometers::DELAY;
 use rlg_findings::result::UNLISTED;
 use rlg_inference::judgement::Judged;
 use rlg_inference::search::DriftPrior;
@@ -11,7 +12,6 @@ use rlg_model::Model;
 use rlg_signal::axes::{Triad, add};
 
 use crate::candidates::{Candidate, Pool, PoolColumns, Scope};
-use crate::kinds::DELAY;
 use crate::prediction::Prediction;
 use crate::residual::residual_m_s;
 use crate::vertical::UNKNOWNS;

@@ -83,7 +83,7 @@ fn of_regime(
     for rows in rows {
         seen[rows.clone()].fill(true);
     }
-    let observations = made_of.rows.bridged(&seen)?;
+    let observations = made_of.rows.bridged(&seen).ok()?;
     let levels = first_levels(residual_m_s, &observations);
     let mut delay_s = [0.0; 3];
     let mut step = 0;

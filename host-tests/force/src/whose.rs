@@ -7,8 +7,10 @@
 //! accelerometers' rows.
 
 use nalgebra::{DMatrix, DVector};
+use rlg_catalogue::accelerometers;
 use rlg_diagnosis::Outcome;
 use rlg_findings::combinations::{Number, identifiable};
+use rlg_findings::entries::correlated;
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -16,7 +18,6 @@ use rlg_plan::{CombinationPlan, Plan};
 use rlg_signal::axes::AXES;
 
 use crate::diagnose::{Asked, Diagnosed, Part, diagnose};
-use crate::kinds;
 
 /// Error of a gyro and an error of the reference with the same effect on the gyros' residual.
 struct Pair {
@@ -61,7 +62,7 @@ impl Pair {
     }
 
     fn reference_names(&self) -> Vec<String> {
-        let kind = kinds::find(self.reference);
+        let kind = accelerometers::find(self.reference);
         let parameters = kind.map(|kind| kind.law.parameters()).unwrap_or_default();
         parameters.into_iter().map(|(name, _)| name).collect()
     }
@@ -278,7 +279,7 @@ fn as_gyro(entry: &EffectEntry, pair: &Pair) -> (DVector<f64>, DMatrix<f64>) {
             _ => 0.0,
         }
     });
-    if let Some(kind) = kinds::find(pair.reference).filter(|_| is_reference) {
+    if let Some(kind) = accelerometers::find(pair.reference).filter(|_| is_reference) {
         for (a, (_, place)) in shared.iter().enumerate() {
             let alike: Vec<usize> = (0..shared.len())
                 .filter(|&b| shared[b].1 == *place)
@@ -310,19 +311,8 @@ fn write(
     (values, covariance): (&DVector<f64>, &DMatrix<f64>),
     plan: &CombinationPlan,
 ) {
-    let count = names.len();
     entry.kind = kind.to_string();
-    entry.parameters = (0..count)
-        .map(|k| ParameterEntry::Number {
-            name: names[k].clone(),
-            value: values[k],
-            std: covariance[(k, k)].max(0.0).sqrt(),
-            unit: unit.to_string(),
-        })
-        .collect();
-    entry.covariance = (0..count)
-        .map(|a| (0..count).map(|b| covariance[(a, b)]).collect())
-        .collect();
+    (entry.parameters, entry.covariance) = correlated(names, values.as_slice(), covariance, unit);
     let numbers = names.iter().zip(values);
     let numbers = numbers.map(|(name, value)| Number::free(name, *value));
     entry.identifiable = identifiable(&numbers.collect::<Vec<_>>(), covariance, plan);
@@ -350,7 +340,7 @@ fn attribute(
                 (names, as_gyro(entry, pair))
             }
         };
-        let unit = kinds::find(pair.reference).map_or("1", |kind| kind.unit);
+        let unit = accelerometers::find(pair.reference).map_or("1", |kind| kind.unit);
         let card = rlg_catalogue::entries::card(side);
         restore(&mut outcome.model, model, &entry.kind);
         write(entry, (side, unit), &names, (&values, &covariance), plan);
@@ -393,7 +383,7 @@ fn share_with(outcome: &mut Outcome, one: &Difference, force: &Diagnosed, plan: 
     let more = &map * &values;
     let spread = &map * &covariance * map.transpose();
     let (own, certainty) = as_gyro(entry, pair);
-    let unit = kinds::find(pair.reference).map_or("1", |kind| kind.unit);
+    let unit = accelerometers::find(pair.reference).map_or("1", |kind| kind.unit);
     write(
         entry,
         (pair.gyro, unit),

@@ -20,9 +20,6 @@ const WHY: &str = "the unit rotates, and no other channel measures its rotation"
 /// Experiment that shows more.
 const NEXT: &str = "Record a reference of the motion (turntable, cameras, a second unit), or hold the unit still in six positions or more, ten seconds each: rests tell biases, and turns between them scale and misalignment by gravity.";
 
-/// Least number of coefficients of an octave, so that its power is known to a few per cent.
-const LEAST_COEFFICIENTS: usize = 512;
-
 /// Bounds the noise of moving gyros without a reference, and lists faults of the data.
 ///
 /// # Errors
@@ -45,20 +42,22 @@ pub fn diagnose_without_reference(
     diagnosis
         .summary
         .extend(data_words::lines(&streams, &faults));
-    diagnosis.summary.extend(noise(&streams));
+    diagnosis
+        .summary
+        .extend(noise(&streams, plan.force.least_coefficients));
     diagnosis.next_experiment = NEXT.to_string();
     Ok(outcome)
 }
 
 /// Sentence on the white noise of rate that each gyro has at most: the power of its quietest octave, motion included.
-fn noise(streams: &Streams) -> Option<String> {
+fn noise(streams: &Streams, least_coefficients: usize) -> Option<String> {
     let measured = runs(&streams.usable, true);
     let longest = measured.into_iter().max_by_key(Range::len)?;
     let dct = Dct::new(longest.len());
     let of_gyro = |gyro: usize| {
         let mut spectrum = streams.sensed_rad[gyro][longest.clone()].to_vec();
         dct.forward(&mut spectrum);
-        let quietest = quietest(&spectrum)?;
+        let quietest = quietest(&spectrum, least_coefficients)?;
         Some((quietest * streams.rate_hz).sqrt())
     };
     let each = AXES.iter().enumerate().map(|(gyro, axis)| {
@@ -73,10 +72,10 @@ fn noise(streams: &Streams) -> Option<String> {
 }
 
 /// Mean square of the coefficients in the quietest octave; `None` for a record without an octave of enough of them.
-fn quietest(spectrum: &[f64]) -> Option<f64> {
+fn quietest(spectrum: &[f64], least_coefficients: usize) -> Option<f64> {
     let mut end = spectrum.len();
     let mut least: Option<f64> = None;
-    while end / 2 >= LEAST_COEFFICIENTS {
+    while end / 2 >= least_coefficients {
         let octave = &spectrum[end / 2..end];
         let power = octave.iter().map(|c| c * c).sum::<f64>() / octave.len() as f64;
         least = Some(least.map_or(power, |least| least.min(power)));

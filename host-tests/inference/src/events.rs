@@ -269,9 +269,6 @@ fn window_information(basis: &NoiseBasis, powers: &[f64], rows: usize, length: u
 /// # Inputs
 /// `from_row`: sums of the score; `powers`: noise of every bin.
 fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64], plan: &EventPlan) -> Option<Event> {
-    /// Ratio of successive lengths, and places per length: an edge off by a sixteenth costs a thirtieth of the size.
-    const RATIO: f64 = 1.15;
-    const PLACES: usize = 8;
     let rows = from_row.len() - 1;
     let size = |row: usize, length: usize, information: f64| {
         (from_row[row] - from_row[row + length]) / information.sqrt()
@@ -279,14 +276,14 @@ fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64], plan: &EventPlan
     let of_length = |length: usize| window_information(basis, powers, rows, length);
     let larger = |a: &(usize, usize, f64), b: &(usize, usize, f64)| a.2.abs().total_cmp(&b.2.abs());
     let lengths = std::iter::successors(Some(2_usize), |length| {
-        Some(((*length as f64 * RATIO) as usize).max(length + 1))
+        Some(((*length as f64 * plan.length_ratio) as usize).max(length + 1))
     });
     let inner = plan.end_rows..rows.saturating_sub(plan.end_rows);
     let lengths: Vec<usize> = lengths.take_while(|length| 2 * length <= rows).collect();
     let strongest = lengths.par_iter().filter_map(|&length| {
         let information = of_length(length);
         let places =
-            (inner.start..inner.end.saturating_sub(length)).step_by((length / PLACES).max(1));
+            (inner.start..inner.end.saturating_sub(length)).step_by((length / plan.places).max(1));
         places
             .map(|row| (row, length, size(row, length, information)))
             .max_by(larger)
@@ -294,7 +291,7 @@ fn window(from_row: &[f64], basis: &NoiseBasis, powers: &[f64], plan: &EventPlan
     let (mut row, mut length, mut best) = strongest.max_by(larger)?;
     // Refines each edge in turn.
     for edge in [0, 1, 0, 1] {
-        let reach = (length / PLACES).max(1);
+        let reach = (length / plan.places).max(1);
         let (start, end) = (row, row + length);
         let near =
             |at: usize| at.saturating_sub(reach).max(inner.start)..=(at + reach).min(inner.end);

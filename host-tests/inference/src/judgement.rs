@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 use rayon::prelude::*;
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use crate::assembled::Assembled;
 use crate::evaluate::{Drift, Effort, Fit, evaluate};
@@ -9,6 +10,17 @@ use crate::likelihood::Likelihood;
 use crate::linear::pseudo_inverse;
 use crate::noise::NoiseLevels;
 use crate::search::{DriftPrior, Search};
+
+/// Chance of an effect in noise alone, for all places of its selection.
+///
+/// # Inputs
+/// `squared_size`: twice the gain in log likelihood, χ² of `rank` degrees of freedom; `price`: logarithm of the number of
+/// places.
+pub fn chance_in_noise(squared_size: f64, rank: usize, price: f64) -> f64 {
+    let law = ChiSquared::new(rank.max(1) as f64);
+    let tail = law.map_or(1.0, |law| law.sf(squared_size.max(0.0)));
+    (tail * price.exp().max(1.0)).min(1.0)
+}
 
 /// A member of the best set, with its rivals.
 #[derive(Debug, Clone)]

@@ -78,5 +78,5 @@ pub use likelihood::{JointLikelihood, Likelihood, ZeroLikelihood};
 pub use noise::{NoiseBasis, NoiseLevels};
 pub use noise_estimate::NoiseEstimate;
 pub use normal_equations::{Columns, NormalEquations};
-pub use observations::Observations;
+pub use observations::{Observations, TooFewRows};
 pub use search::Search;

@@ -5,6 +5,7 @@
 //! coefficients are unbiased; drift stays continuous. Deviations of a gap's rows from the line are nuisance parameters,
 //! projected out with the transform.
 
+use std::fmt;
 use std::ops::Range;
 
 /// A stretch of rows with its gaps.
@@ -28,18 +29,44 @@ pub struct Observations {
     pub record_rows: usize,
 }
 
+/// Too few rows for a likelihood.
+#[derive(Debug, Clone, Copy, PartialEq, Eq)]
+pub struct TooFewRows {
+    /// Number of rows that can be fitted.
+    pub have: usize,
+    /// Least number of rows.
+    pub need: usize,
+}
+
+impl std::error::Error for TooFewRows {}
+
+impl fmt::Display for TooFewRows {
+    fn fmt(&self, out: &mut fmt::Formatter<'_>) -> fmt::Result {
+        let Self { have, need } = self;
+        let rows = if *have == 1 { "row is" } else { "rows are" };
+        write!(out, "{have} {rows} left to fit, {need} are needed")
+    }
+}
+
 impl Observations {
-    /// One span from the first seen row to the last, gaps bridged; `None` where fewer than eight rows are seen.
-    pub fn bridged(seen: &[bool]) -> Option<Self> {
-        let first = seen.iter().position(|&seen| seen)?;
-        let last = seen.iter().rposition(|&seen| seen)?;
+    /// Forms one span from the first seen row to the last, gaps bridged.
+    ///
+    /// # Errors
+    /// Fewer than eight rows are seen.
+    pub fn bridged(seen: &[bool]) -> Result<Self, TooFewRows> {
+        let have = seen.iter().filter(|seen| **seen).count();
+        let first = seen.iter().position(|&seen| seen);
+        let last = seen.iter().rposition(|&seen| seen);
+        let (Some(first), Some(last), LEAST_ROWS..) = (first, last, have) else {
+            let need = LEAST_ROWS;
+            return Err(TooFewRows { have, need });
+        };
         let rows = first..last + 1;
         let gaps: Vec<Range<usize>> = runs(seen, false)
             .into_iter()
             .filter(|gap| gap.start > first && gap.end <= last)
             .collect();
-        let missing: usize = gaps.iter().map(ExactSizeIterator::len).sum();
-        (rows.len() - missing >= LEAST_ROWS).then(|| Self {
+        Ok(Self {
             spans: vec![Span {
                 rows,
                 gaps,
@@ -189,7 +216,7 @@ fn mean(values: &[f64]) -> f64 {
 
 #[cfg(test)]
 mod tests {
-    use super::{Observations, Span, runs};
+    use super::{Observations, Span, TooFewRows, runs};
 
     #[test]
     fn runs_are_found_with_their_ends() {
@@ -254,7 +281,8 @@ mod tests {
 
     #[test]
     fn too_few_rows_are_no_observations() {
-        assert_eq!(Observations::bridged(&[true; 7]), None);
+        let too_few = TooFewRows { have: 7, need: 8 };
+        assert_eq!(Observations::bridged(&[true; 7]), Err(too_few));
         assert!(Observations::separate(&[true; 7], 1).spans.is_empty());
     }
 }

@@ -292,6 +292,11 @@ section! {
         band: AttitudeBandPlan;
         /// Width of a bin, relative to its frequency.
         bin: f64 = 0.08, "1", [1e-3, 1.0];
+        /// Time constants of the Ornstein-Uhlenbeck terms: half decades, from a filter's to a slow drift's.
+        return_times_s: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0], "s", [1e-6, 1e5];
+        /// Time constant of the single Ornstein-Uhlenbeck term of the reduced model, in the first passes: the middle of
+        /// those.
+        plain_time_s: f64 = 1.0, "s", [1e-6, 1e5];
         /// Weight of a declared random walk, in coefficients of three records: its level may be half or twice the declared
         /// one.
         declared_weight: f64 = 1.5, "1", [0.0, 1e6];
@@ -319,6 +324,8 @@ section! {
     ModulationPlan {
         /// Least gain in log evidence over a single level: two more parameters, the prior's width and the pieces' length.
         least_gain: f64 = 4.0, "nat", [0.0, 1000.0];
+        /// Lengths of a piece that are tried, in shortest ones.
+        lengths: [usize; 6] = [1, 2, 4, 8, 16, 32], "1", [1.0, 1e6];
         /// Least number of pieces for an estimate of the prior.
         least_pieces: usize = 6, "1", [2.0, 1e6];
         /// Least number of values in the shortest pieces.
@@ -333,6 +340,14 @@ section! {
         low_pass_seen: f64 = 5.0, "σ", [0.0, 100.0];
         /// Largest negative time constant of a possible low pass.
         low_pass_negative: f64 = 3.0, "σ", [0.0, 100.0];
+        /// Prior standard deviation of a low pass's time constant about the model's: attitude filters have tens of
+        /// milliseconds.
+        low_pass_std_s: f64 = 0.05, "s", [1e-6, 100.0];
+        /// Time constants of a low pass that are tried, relative to the gyros' lag: rectified vibration is not linear far
+        /// from the likeliest one.
+        low_pass_shares: [f64; 11] = [0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0], "1", [1e-3, 100.0];
+        /// Largest step of any parameter at convergence.
+        settled: f64 = 0.1, "σ", [1e-6, 10.0];
         /// Largest difference of any parameter between coinciding alignments, to which two starts lead.
         same_alignment: f64 = 3.0, "σ", [0.0, 100.0];
     }
@@ -352,6 +367,8 @@ section! {
         believed_degrees: f64 = 20.0, "1", [0.0, 1e6];
         /// Prior probability of any of the groups or effects of a search, shared equally among them.
         any_chance: f64 = 0.3, "1", [1e-6, 1.0];
+        /// Number of instants of the first grid for a step of a bias, which refinements follow.
+        step_instants: usize = 40, "1", [2.0, 1e6];
         /// Number of cosine terms over the record of a smooth drift, the rival of a step of a bias.
         drift_waves: usize = 6, "1", [1.0, 1000.0];
     }
@@ -374,6 +391,8 @@ section! {
     FewAttitudesPlan {
         /// Least number of sums of gyro rows for the quartile from which the random walk is estimated.
         least_sums: usize = 64, "1", [4.0, 1e6];
+        /// Least posterior weight of a noise level that is kept.
+        least_weight: f64 = 1e-4, "1", [0.0, 0.1];
         /// Prior standard deviation of a constant rate of the case during the assumed rest, as of a table.
         turning_std_rad_s: f64 = 1.0, "rad/s", [1e-6, 1000.0];
     }

@@ -9,6 +9,14 @@ section! {
         combinations: CombinationPlan;
         /// Noise of instruments.
         instruments: InstrumentNoisePlan;
+        /// Least significance of a value; a smaller one is counted and not listed, a smaller noise level has a bound.
+        significant_deviations: f64 = 3.0, "σ", [0.0, 100.0];
+        /// Matched-filter SNR at which a six-parameter effect is found with a probability of 0.9.
+        needed_snr: f64 = 7.0, "1", [0.0, 1000.0];
+        /// Largest difference of a resonance from the frequency implied by the static flexure, for one physics.
+        own_mode_deviations: f64 = 3.0, "σ", [0.0, 100.0];
+        /// Largest difference of equal values of two sensors: three equal values may have one cause outside them.
+        equal_deviations: f64 = 3.0, "σ", [0.0, 100.0];
     }
 }
 

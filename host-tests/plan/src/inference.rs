@@ -23,6 +23,10 @@ section! {
         end_rows: usize = 4, "rows", [0.0, 1000.0];
         /// Least number of rows at either end of a span without steps.
         step_end_rows: usize = 8, "rows", [1.0, 1e6];
+        /// Ratio of successive lengths of a window.
+        length_ratio: f64 = 1.15, "1", [1.001, 10.0];
+        /// Number of places of a window per its length: an edge off by a sixteenth costs a thirtieth of the size.
+        places: usize = 8, "1", [1.0, 1000.0];
         /// Inverse of the share of the rows at either end of a span without steps.
         step_end_one_in: usize = 100, "1", [4.0, 1e6];
     }

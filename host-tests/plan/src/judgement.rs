@@ -166,6 +166,8 @@ section! {
     ChannelCausePlan {
         /// Largest relative difference between a factor and its cause, by scale errors.
         near_cause: f64 = 0.02, "1", [0.0, 0.5];
+        /// Factors that are settings of a sensor's range and no other unit.
+        settings: [f64; 4] = [2.0, 4.0, 8.0, 16.0], "1", [1.0, 1000.0];
         /// Largest relative difference between factors of one cause.
         one_cause: f64 = 0.05, "1", [0.0, 0.5];
         /// Least share explained at a lag beyond any delay, for another piece of the same motion.

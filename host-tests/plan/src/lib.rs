@@ -13,6 +13,7 @@ mod inference;
 mod judgement;
 mod long;
 mod number;
+mod positions;
 mod rates;
 mod rest;
 mod section;
@@ -28,6 +29,7 @@ pub use inference::*;
 pub use judgement::*;
 pub use long::*;
 pub use number::Number;
+pub use positions::*;
 pub use rates::*;
 pub use rest::*;
 pub use several::*;
@@ -61,6 +63,8 @@ section! {
         attitude: AttitudePlan;
         /// Accelerometers.
         force: ForcePlan;
+        /// Still positions without a reference.
+        positions: PositionPlan;
     }
 }
 

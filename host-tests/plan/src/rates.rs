@@ -17,6 +17,8 @@ section! {
         lock_in: LockInPlan;
         /// Significance from which a gyro's delay or low pass is used: a gyro that hardly turns fits one of any length.
         path_deviations: f64 = 3.0, "σ", [0.0, 100.0];
+        /// Convergence limit of a parameter about which columns are linearised.
+        settled: f64 = 0.1, "σ", [1e-6, 10.0];
     }
 }
 
@@ -30,6 +32,13 @@ section! {
     }
 }
 
+impl WindowPlan {
+    /// Half-width of the range of an edge \[σ\].
+    pub fn edge_deviations(&self) -> f64 {
+        (2.0 * self.edge_within).sqrt()
+    }
+}
+
 section! {
     /// Scan of families of effects by score tests.
     FamilyPlan {
@@ -37,6 +46,8 @@ section! {
         strongest: usize = 3, "1", [1.0, 1000.0];
         /// Number of rows above which long lists are tested over sums of rows; faster effects are left to the exact columns.
         most_rows: usize = 20_000, "rows", [1000.0, 1e9];
+        /// Number of maxima of a grid of resonances refined with exact columns: more have not been the best.
+        refined: usize = 3, "1", [1.0, 1000.0];
         /// Lowest frequency of a resonance.
         resonance_from_hz: f64 = 5.0, "Hz", [1e-3, 1e5];
         /// Highest frequency of a resonance, as a share of the row rate.

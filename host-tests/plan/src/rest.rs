@@ -21,6 +21,8 @@ section! {
         bounded_deficit: f64 = 4.0, "σ", [0.0, 100.0];
         /// Significance level of a difference of the row rate by the stamps from the nominal one.
         row_rate_chance: f64 = 1e-4, "1", [1e-12, 0.5];
+        /// Convergence limit of the Earth's rotation, over the standard deviation of a mean rate.
+        settled: f64 = 0.1, "σ", [1e-6, 10.0];
         /// Size up to which an effect of the input explains a constant rate, in standard deviations of the prior on its size:
         /// beyond any unit.
         alike_deviations: f64 = 3.0, "σ", [0.0, 100.0];

@@ -37,6 +37,9 @@ pub struct Unit {
 /// Standard gravity \[m/s²\], which defines the unit g.
 pub const STANDARD_GRAVITY_M_S2: f64 = 9.806_65;
 
+/// m/s² to millionths of standard gravity.
+pub const MICRO_G_PER_M_S2: f64 = 1e6 / STANDARD_GRAVITY_M_S2;
+
 /// 0 °C \[K\].
 const ICE_K: f64 = 273.15;
 
@@ -53,7 +56,7 @@ const UNITS: &[(&[&str], Dimension, f64, f64)] = &[
     (&["mrad/s", "mrad_s"], Dimension::AngularRate, 1e-3, 0.0),
     (&["urad/s", "urad_s"], Dimension::AngularRate, 1e-6, 0.0),
     (
-        &["deg/s", "deg_s", "degs", "dps"],
+        &["deg/s", "deg_s", "degs", "dps", "d/s"],
         Dimension::AngularRate,
         DEGREE,
         0.0,
@@ -100,7 +103,12 @@ const UNITS: &[(&[&str], Dimension, f64, f64)] = &[
         1.0,
         0.0,
     ),
-    (&["g", "gn"], Dimension::Force, STANDARD_GRAVITY_M_S2, 0.0),
+    (
+        &["g", "gn", "g's", "gee", "gees"],
+        Dimension::Force,
+        STANDARD_GRAVITY_M_S2,
+        0.0,
+    ),
     (&["mg"], Dimension::Force, STANDARD_GRAVITY_M_S2 / 1e3, 0.0),
     (&["ug"], Dimension::Force, STANDARD_GRAVITY_M_S2 / 1e6, 0.0),
     (&["m/s", "m_s"], Dimension::Velocity, 1.0, 0.0),
@@ -125,14 +133,29 @@ const UNITS: &[(&[&str], Dimension, f64, f64)] = &[
     (&["G", "Gs", "gauss"], Dimension::Field, 1e-4, 0.0),
     (&["mG", "mGs", "mgauss"], Dimension::Field, 1e-7, 0.0),
     (
-        &["s", "sec", "second", "seconds"],
+        &["s", "sec", "secs", "second", "seconds"],
         Dimension::Time,
         1.0,
         0.0,
     ),
-    (&["ms", "msec", "millis"], Dimension::Time, 1e-3, 0.0),
-    (&["us", "usec", "micros"], Dimension::Time, 1e-6, 0.0),
-    (&["ns", "nsec", "nanos"], Dimension::Time, 1e-9, 0.0),
+    (
+        &["ms", "msec", "millis", "milliseconds"],
+        Dimension::Time,
+        1e-3,
+        0.0,
+    ),
+    (
+        &["us", "usec", "micros", "microseconds"],
+        Dimension::Time,
+        1e-6,
+        0.0,
+    ),
+    (
+        &["ns", "nsec", "nanos", "nanosec", "nanoseconds"],
+        Dimension::Time,
+        1e-9,
+        0.0,
+    ),
     (&["min"], Dimension::Time, 60.0, 0.0),
     (&["1", "-"], Dimension::Number, 1.0, 0.0),
 ];
@@ -140,7 +163,8 @@ const UNITS: &[(&[&str], Dimension, f64, f64)] = &[
 impl Unit {
     /// Parses a unit; `0.061*deg/s` is a count with its weight.
     pub fn parse(text: &str) -> Option<Self> {
-        let text = text.trim();
+        let text = text.trim().replace("**", "^");
+        let text = text.as_str();
         if let Some((weight, unit)) = text.split_once('*') {
             let weight: f64 = weight.trim().parse().ok()?;
             let unit = Self::named(unit)?;
@@ -223,12 +247,25 @@ impl Dimension {
 
 /// Reduces the spellings of a unit to one: no blanks, ASCII, `^` for powers.
 fn canonical(text: &str) -> String {
+    let text = text.trim();
+    // A line of units in capitals; case counts in short ones.
+    let is_loud = text.len() > 3 && !text.contains(char::is_lowercase);
+    let text = if is_loud {
+        text.to_lowercase()
+    } else {
+        text.to_owned()
+    };
     let text = text
-        .trim()
         .replace("degrees", "deg")
         .replace("degree", "deg")
-        .replace("°", "deg")
-        .replace("º", "deg")
+        .replace("radians", "rad")
+        .replace("radian", "rad")
+        .replace("meters", "m")
+        .replace("metres", "m")
+        .replace("/seconds", "/s")
+        .replace("/second", "/s")
+        .replace(".s", "s")
+        .replace(['°', 'º', '˚'], "deg")
         .replace(['µ', 'μ'], "u")
         .replace('″', "arcsec")
         .replace('²', "^2")

@@ -6,15 +6,14 @@ use super::cell_marks::error_bar;
 use super::correlations;
 use super::lines;
 use super::terminal::{below_significance, fault_groups, is_time};
-use super::words::{
-    SIGNIFICANT_SIGMAS, Scale, chance, number, plain, rounded, spaced, symbols, with_spread,
-};
+use super::words::{Scale, chance, number, plain, rounded, spaced, symbols, with_spread};
 use rlg_findings::own_mode;
 use rlg_findings::result::{
     Diagnosis, EffectEntry, EvidenceEntry, FitEntry, Identifiable, ONLY_DESCRIBED, ParameterEntry,
     RegimeEntry,
 };
 use rlg_findings::sentences::combination;
+use rlg_plan::FindingsPlan;
 
 /// Largest number of effects and rows on the page; all of them are in the data at its end.
 const MOST_ROWS: usize = 24;
@@ -37,14 +36,15 @@ pub fn effects(diagnosis: &Diagnosis) -> Markup {
         @if !diagnosis.effects.is_empty() {
             section {
                 h2 { "Effects found" }
+                @let plan = &diagnosis.thresholds().findings;
                 @let faults = fault_groups(diagnosis);
                 @let is_grouped = |effect: &EffectEntry| faults.iter().any(|(_, all)| all.iter().any(|one| std::ptr::eq(*one, effect)));
                 @let effects = diagnosis.effects.iter().filter(|effect| !is_grouped(effect));
                 @let (lines, others): (Vec<_>, Vec<_>) = effects.partition(|effect| lines::is_line(effect));
                 @for effect in others.iter().take(MOST_ROWS) {
                     @if others.len() > OPEN {
-                        details { summary { b { (plain(&effect.kind)) } " " (gist(effect)) } (one(effect, &diagnosis.fit)) }
-                    } @else { (one(effect, &diagnosis.fit)) }
+                        details { summary { b { (plain(&effect.kind)) } " " (gist(effect)) } (one(effect, &diagnosis.fit, plan)) }
+                    } @else { (one(effect, &diagnosis.fit, plan)) }
                 }
                 (and_more(others.len()))
                 @for (said, members) in &faults { (alike(said, members)) }
@@ -93,30 +93,30 @@ fn gist(effect: &EffectEntry) -> String {
 }
 
 /// Kinds that are not distinguishable from a found one.
-fn not_distinguishable(effect: &EffectEntry) -> Vec<&str> {
+fn not_distinguishable<'a>(effect: &'a EffectEntry, plan: &FindingsPlan) -> Vec<&'a str> {
     let alike = effect.indistinguishable_from.iter();
     alike
         .filter(|kind| !effect.gravity_speaks_against.contains(kind))
-        .filter(|kind| !own_mode::is_own_physics(effect, kind))
+        .filter(|kind| !own_mode::is_own_physics(effect, kind, plan))
         .map(String::as_str)
         .collect()
 }
 
-fn one(effect: &EffectEntry, fit: &FitEntry) -> Markup {
+fn one(effect: &EffectEntry, fit: &FitEntry, plan: &FindingsPlan) -> Markup {
     html! {
         article {
             h3 { (plain(&effect.kind)) " " code { (effect.kind) } }
             div.split {
-                div { (words(effect, fit)) (caution(effect)) (regimes(&effect.regimes)) }
-                div { (known(effect)) }
+                div { (words(effect, fit, plan)) (caution(effect)) (regimes(&effect.regimes)) }
+                div { (known(effect, plan.significant_deviations)) }
             }
         }
     }
 }
 
 /// Description of an effect, its equivalence class and significance.
-fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
-    let alike = not_distinguishable(effect);
+fn words(effect: &EffectEntry, fit: &FitEntry, plan: &FindingsPlan) -> Markup {
+    let alike = not_distinguishable(effect, plan);
     html! {
         p { (effect.what_was_left_out) }
         @if !effect.equation.is_empty() { p.equation { (symbols(&effect.equation)) } }
@@ -140,7 +140,7 @@ fn words(effect: &EffectEntry, fit: &FitEntry) -> Markup {
                 ". Either, or a mixture, fits the data."
             }
         }
-        @if let Some(said) = own_mode::sentence(effect) { p.note { (said) } }
+        @if let Some(said) = own_mode::sentence(effect, plan) { p.note { (said) } }
         @if !effect.gravity_speaks_against.is_empty() {
             p.note {
                 "Not distinguishable by the gyros alone from "
@@ -216,7 +216,7 @@ fn numbers(effect: &EffectEntry) -> Vec<Parameter<'_>> {
 }
 
 /// Table of the identifiable combinations, then of the single values.
-fn known(effect: &EffectEntry) -> Markup {
+fn known(effect: &EffectEntry, deviations: f64) -> Markup {
     let parameters = numbers(effect);
     let texts = effect
         .parameters
@@ -246,6 +246,7 @@ fn known(effect: &EffectEntry) -> Markup {
             (significant(
                 effect.identifiable.iter().map(|fixed| (combination(&fixed.combination), fixed.value, fixed.std)),
                 (factor, &unit),
+                deviations,
             ))
         }
         @if !parameters.is_empty() {
@@ -254,8 +255,8 @@ fn known(effect: &EffectEntry) -> Markup {
                 (p.name.to_owned(), p.value * own / factor, p.std * own / factor)
             });
             @if combined {
-                details { summary { "Single values, as written in the model" } (values(single, (factor, &unit))) }
-            } @else { (significant(single, (factor, &unit))) }
+                details { summary { "Single values, as written in the model" } (values(single, (factor, &unit), deviations)) }
+            } @else { (significant(single, (factor, &unit), deviations)) }
         }
         (correlations::table(effect))
     }
@@ -314,11 +315,14 @@ fn confidence(effect: &EffectEntry, parameters: &[Parameter]) -> (String, f64) {
     })
 }
 
-/// Table of the values beyond [`SIGNIFICANT_SIGMAS`], or of all if none is; the others are named below it.
-fn significant(rows: impl Iterator<Item = (String, f64, f64)>, scale: (f64, &str)) -> Markup {
-    let is_beyond = |(name, value, std): &(String, f64, f64)| {
-        is_time(name) || value.abs() > SIGNIFICANT_SIGMAS * std
-    };
+/// Table of the values beyond `deviations` \[σ\], or of all if none is; the others are named below it.
+fn significant(
+    rows: impl Iterator<Item = (String, f64, f64)>,
+    scale: (f64, &str),
+    deviations: f64,
+) -> Markup {
+    let is_beyond =
+        |(name, value, std): &(String, f64, f64)| is_time(name) || value.abs() > deviations * std;
     let (beyond, others): (Vec<_>, Vec<_>) = rows.partition(is_beyond);
     let (rows, below) = match beyond.is_empty() {
         true => (others, Vec::new()),
@@ -326,12 +330,16 @@ fn significant(rows: impl Iterator<Item = (String, f64, f64)>, scale: (f64, &str
     };
     let below: Vec<&str> = below.iter().map(|(name, ..)| name.as_str()).collect();
     html! {
-        (values(rows.into_iter(), scale))
-        @if let Some(below) = below_significance(&below) { p.note { (below) "." } }
+        (values(rows.into_iter(), scale, deviations))
+        @if let Some(below) = below_significance(&below, deviations) { p.note { (below) "." } }
     }
 }
 
-fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, &str)) -> Markup {
+fn values(
+    rows: impl Iterator<Item = (String, f64, f64)>,
+    (factor, unit): (f64, &str),
+    deviations: f64,
+) -> Markup {
     html! {
         div.scroll { table.values {
             thead { tr { th { "parameter" } th { "value ± σ" @if !unit.is_empty() { " [" (unit) "]" } } th { "from zero" } } }
@@ -343,7 +351,7 @@ fn values(rows: impl Iterator<Item = (String, f64, f64)>, (factor, unit): (f64, 
                         td.number {
                             @if std > 0.0 {
                                 (format!("{:.1} σ", (value / std).abs()))
-                                @if (value / std).abs() < SIGNIFICANT_SIGMAS { ", not distinguishable from 0" }
+                                @if (value / std).abs() < deviations { ", not distinguishable from 0" }
                             }
                         }
                     }

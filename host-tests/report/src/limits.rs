@@ -6,7 +6,7 @@ use super::cell_marks::log_bar;
 use super::self_test::self_test;
 use super::words::{Scale, number, plain, raised};
 use rlg_findings::result::{Diagnosis, RunnerUp, SelfTestEntry, Sensitivity, Verdict};
-use rlg_findings::sentences::{NEEDED_SNR, REJECTED};
+use rlg_findings::sentences::REJECTED;
 
 /// Difference of ln evidence below which another name is not ruled out: odds of 150 to 1, "very strong" on Kass and
 /// Raftery's scale.
@@ -63,7 +63,7 @@ fn is_excited(diagnosis: &Diagnosis, kind: &str) -> bool {
         .sensitivity
         .iter()
         .find(|entry| entry.kind == kind);
-    own.is_none_or(|entry| entry.snr >= NEEDED_SNR)
+    own.is_none_or(|entry| entry.snr >= diagnosis.thresholds().findings.needed_snr)
 }
 
 /// Formats kinds with their evidence, as "gyro bias (1484), gyro scale (2009)".
@@ -83,6 +83,7 @@ pub fn self_test_shown(diagnosis: &Diagnosis) -> Option<&SelfTestEntry> {
 
 /// Table of the smallest detectable size of each kind.
 pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
+    let needed_snr = diagnosis.thresholds().findings.needed_snr;
     let mut reach: Vec<_> = diagnosis.sensitivity.iter().collect();
     reach.sort_by(|a, b| b.snr.total_cmp(&a.snr));
     let (low, high) = super::plot::ends(reach.iter().map(|entry| entry.snr))
@@ -100,7 +101,7 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                         "No effect was found: those present are below the detectable sizes. "
                     }
                     "Each kind at a size typical of such instruments, with the signal-to-noise ratio of its best determined parameter under this recording's motion and noise. "
-                    "From " (number(NEEDED_SNR)) " on (the line; logarithmic scale) it is found reliably; the last column is the size at which that happens, for the best and for the worst determined parameter."
+                    "From " (number(needed_snr)) " on (the line; logarithmic scale) it is found reliably; the last column is the size at which that happens, for the best and for the worst determined parameter."
                 }
                 div.scroll { table.bars.reach {
                     thead { tr { th { "kind" } th { "typical size" } th { "signal to noise" } th {} th { "found from" } } }
@@ -110,8 +111,8 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
                                 td { (plain(&entry.kind)) }
                                 td.number { (sized(entry, &[entry.typical])) }
                                 td.number { (two_digits(entry.snr)) }
-                                td.wide { (log_bar(entry.snr, low, high, NEEDED_SNR)) }
-                                td { (found_from(entry)) }
+                                td.wide { (log_bar(entry.snr, low, high, needed_snr)) }
+                                td { (found_from(entry, needed_snr)) }
                             }
                         }
                     }
@@ -124,8 +125,8 @@ pub fn sensitivity(diagnosis: &Diagnosis) -> Markup {
 }
 
 /// Smallest detectable sizes of a kind's parameters, best to worst.
-fn found_from(entry: &Sensitivity) -> String {
-    let from = |snr: f64| entry.typical * NEEDED_SNR / snr;
+fn found_from(entry: &Sensitivity, needed_snr: f64) -> String {
+    let from = |snr: f64| entry.typical * needed_snr / snr;
     let best = from(entry.snr);
     if entry.snr_weakest == 0.0 {
         format!("{}, some never", sized(entry, &[best]))
@@ -152,10 +153,11 @@ fn two_digits(value: f64) -> String {
 
 /// Lists the undetectable kinds by reason: too weak here, no channel, not tested.
 pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
+    let needed_snr = diagnosis.thresholds().findings.needed_snr;
     let weak = diagnosis
         .sensitivity
         .iter()
-        .filter(|entry| entry.snr < NEEDED_SNR);
+        .filter(|entry| entry.snr < needed_snr);
     let weak: Vec<&Sensitivity> = weak.collect();
     let mut reasons: Vec<(&str, Vec<&str>)> = Vec::new();
     for line in &diagnosis.not_excluded {
@@ -175,7 +177,7 @@ pub fn not_excluded(diagnosis: &Diagnosis) -> Markup {
                 ul {
                     @if !weak.is_empty() {
                         li {
-                            "Below a signal-to-noise ratio of " (number(NEEDED_SNR)) " at their typical size: "
+                            "Below a signal-to-noise ratio of " (number(needed_snr)) " at their typical size: "
                             @for (place, entry) in weak.iter().enumerate() {
                                 @if place > 0 { ", " }
                                 b { (plain(&entry.kind)) } " (" (two_digits(entry.snr)) ")"

@@ -85,6 +85,7 @@ pub fn section(diagnosis: &Diagnosis, beside: &Beside, allan: &[Chart]) -> Marku
 }
 
 fn gyros(diagnosis: &Diagnosis, declared: &Declared) -> Markup {
+    let plan = &diagnosis.thresholds().findings;
     let known = |term: &&Term| {
         (term.declared)(declared).is_some()
             || diagnosis
@@ -115,8 +116,8 @@ fn gyros(diagnosis: &Diagnosis, declared: &Declared) -> Markup {
                         @for term in &terms {
                             td.number {
                                 @match (term.measured)(noise) {
-                                    Some(level) if level.is_measured() && level.std > 0.0 => (with_spread(level.value * term.factor, level.std * term.factor)),
-                                    Some(level) if level.std > 0.0 => { "< " (number(rounded(level.bound() * term.factor))) },
+                                    Some(level) if level.is_measured(plan) && level.std > 0.0 => (with_spread(level.value * term.factor, level.std * term.factor)),
+                                    Some(level) if level.std > 0.0 => { "< " (number(rounded(level.bound(plan) * term.factor))) },
                                     Some(level) => (number(level.value * term.factor)),
                                     None => "–",
                                 }

@@ -10,15 +10,13 @@ use maud::{Markup, html};
 pub use rlg_findings::names::{plain, spaced};
 use rlg_findings::numbers::DEG_H;
 pub use rlg_findings::numbers::{
-    SIGNIFICANT_SIGMAS, Scale, band, chance, happened, number, raised, seconds, superscript,
+    ARCSEC_PER_RAD, Scale, band, chance, happened, number, raised, seconds, superscript,
     with_spread,
 };
+pub use rlg_recording::units::MICRO_G_PER_M_S2;
 
 /// °/h in one rad/s.
 pub const DEG_H_PER_RAD_S: f64 = DEG_H;
-
-/// Arcseconds in one rad.
-pub const ARCSEC_PER_RAD: f64 = DEG_H_PER_RAD_S;
 
 /// °/√h in one rad/√s: 180/π × √3600.
 pub const DEG_SQRT_H_PER_RAD_SQRT_S: f64 = 180.0 / std::f64::consts::PI * 60.0;
@@ -50,9 +48,6 @@ pub fn display_unit(unit: &str) -> (f64, String) {
         other => (1.0, raised(other)),
     }
 }
-
-/// m/s² to millionths of standard gravity.
-pub const MICRO_G_PER_M_S2: f64 = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
 
 /// Formats an equation of the contract with its letters: "delta_ij = -K_ij alpha_j" as δ with index ij and so on. Other
 /// names (channels of a recording) stay unchanged.

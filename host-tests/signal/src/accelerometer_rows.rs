@@ -12,6 +12,11 @@ use crate::axes::{AXES, Triad};
 use rlg_plan::AccelerometerRowsPlan;
 use rlg_recording::{Clock, Quantity, Recording};
 
+/// Channel name of an accelerometer in findings.
+pub fn channel_name(axis: usize) -> String {
+    format!("accel_{}", AXES[axis])
+}
+
 /// Rows of the accelerometers.
 #[derive(Debug, Clone)]
 pub struct Rows {

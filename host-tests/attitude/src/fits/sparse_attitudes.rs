@@ -125,9 +125,6 @@ fn best_width(weighed: &Weighed, group: Range<usize>, (own, std): (&[f64], &[f64
     (squares.sum::<f64>() / fixed).sqrt()
 }
 
-/// Least posterior weight of a noise level that is kept.
-const LIKELY: f64 = 1e-4;
-
 /// Normal equations of all rows under one pair of noise levels.
 struct UnderNoise {
     log_weight: f64,
@@ -142,6 +139,8 @@ struct UnderNoise {
 pub(crate) struct FewRows {
     under: Vec<UnderNoise>,
     prior_std: Vec<f64>,
+    /// Least posterior weight of a noise level that is kept.
+    least_weight: f64,
     /// Number of values in the attitudes' rows.
     pub(crate) numbers: usize,
     /// Last three columns: constant rate of the case during the assumed rest.
@@ -281,6 +280,7 @@ impl FewRows {
                 .chain(turning.iter().flatten().map(|_| plan.turning_std_rad_s))
                 .collect(),
             turning,
+            least_weight: plan.least_weight,
             numbers: 3 * increments.rows(),
         }
     }
@@ -356,7 +356,7 @@ impl FewRows {
         for ((weight, one), noise) in weights.iter().zip(&each).zip(noises) {
             let weight = weight / total;
             let under = &self.under[*noise];
-            if weight > LIKELY {
+            if weight > self.least_weight {
                 weighed.likely.push(*noise);
             }
             weighed.mean += weight * &one.1;

@@ -19,9 +19,8 @@ use crate::rows::fitting::priced;
 use crate::rows::linearised_rows::About;
 use crate::selection::group_selection::Candidates;
 
-/// Most passes, and the step of the alignment at convergence, in standard deviations.
+/// Most passes.
 const PASSES: usize = 8;
-const SETTLED: f64 = 0.1;
 
 /// Fits few attitudes; `None` if fewer than two lie within the gyros' record.
 pub(crate) fn fit(
@@ -42,6 +41,7 @@ pub(crate) fn fit(
         of_model,
         settings,
     };
+    let settled = settings.plan.attitude.registration.settled;
     let mut alignment = of_model.clone();
     let mut free: Free = Vec::new();
     let mut pass = 0;
@@ -56,7 +56,7 @@ pub(crate) fn fit(
         let now = searched.found.groups();
         let step = searched.found.step_from(&alignment.beyond(of_model));
         pass += 1;
-        let is_settled = pass % PASSES == 0 || (now == free && step.largest() < SETTLED);
+        let is_settled = pass % PASSES == 0 || (now == free && step.largest() < settled);
         if is_settled && is_registered {
             return Ok(Some(fit.fitted(alignment, linearised, searched)));
         }
@@ -132,7 +132,12 @@ impl FewFit<'_> {
         }: &Linearised,
     ) -> (Vec<ParameterColumn>, Option<AtRest>) {
         let rate_hz = self.observed.gyros.rate_hz;
-        let mut columns = priced(about.columns(rate_hz), alignment, self.of_model);
+        let mut columns = priced(
+            about.columns(rate_hz),
+            alignment,
+            self.of_model,
+            &self.settings.plan.attitude.registration,
+        );
         // At rest only the bias of the registration is sensed.
         let bias = places("gyro_bias");
         let mut sensed: Vec<Vector3<f64>> = (0..columns.len())

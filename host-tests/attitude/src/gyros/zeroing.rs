@@ -4,13 +4,13 @@
 //! Each gyro is predicted from the reference's three rates behind a high pass, with a free map and a free constant, in sums over a
 //! tenth of a second; the time constant of least squares stands where it leaves much less than no high pass does.
 
-use rlg_plan::ZeroingPlan;
+use rlg_plan::{GridPlan, ZeroingPlan};
 use std::borrow::Cow;
 
 use nalgebra::{DMatrix, DVector};
 use rlg_catalogue::entries::HIGH_PASS;
 use rlg_catalogue::high_pass::{HighPass, Part, grid};
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{uncorrelated, unlisted};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, Model, ModelEffect};
 use rlg_signal::axes::{AXES, Triad};
@@ -38,7 +38,7 @@ pub(crate) fn of_model(model: &Model) -> [Option<HighPass>; 3] {
 pub(crate) fn find(
     gyros: &Gyros,
     (reference_rad, seen): (&Triad, &[bool]),
-    plan: &ZeroingPlan,
+    (plan, grids): (&ZeroingPlan, &GridPlan),
 ) -> Zeroed {
     let data = Data {
         reference_rad,
@@ -46,7 +46,7 @@ pub(crate) fn find(
         seen,
         period_s: 1.0 / gyros.rate_hz,
     };
-    [0, 1, 2].map(|gyro| data.high_pass(&gyros.along(gyro), plan))
+    [0, 1, 2].map(|gyro| data.high_pass(&gyros.along(gyro), plan, grids))
 }
 
 struct Data<'a> {
@@ -58,11 +58,11 @@ struct Data<'a> {
 }
 
 impl Data<'_> {
-    fn high_pass(&self, values: &[f64], plan: &ZeroingPlan) -> Option<[f64; 2]> {
+    fn high_pass(&self, values: &[f64], plan: &ZeroingPlan, grids: &GridPlan) -> Option<[f64; 2]> {
         let sums = self.sums(values);
         let left = |time_s: Option<f64>| self.left(&sums, time_s);
         let without = left(None)?;
-        let best = grid(self.period_s, values.len())
+        let best = grid(self.period_s, values.len(), grids)
             .into_iter()
             .filter_map(|one| Some((left(Some(one.time_s))?, one.time_s)))
             .min_by(|a, b| a.0.total_cmp(&b.0))?;
@@ -176,25 +176,17 @@ pub(crate) fn entry(zeroed: &Zeroed) -> Option<(EffectEntry, ModelEffect)> {
         let each = zeroed.iter().enumerate();
         each.filter_map(|(axis, one)| one.map(|[value, std]| (AXES[axis].to_string(), value, std)))
     };
-    let count = found().count();
-    if count == 0 {
+    if found().count() == 0 {
         return None;
     }
     let card = card(HIGH_PASS);
-    let parameters = found().map(|(name, value, std)| ParameterEntry::Number {
-        name,
-        value,
-        std,
-        unit: card.unit.to_string(),
-    });
+    let parameters =
+        found().map(|(name, value, std)| ParameterEntry::number(&name, value, std, card.unit));
     let stds: Vec<f64> = found().map(|(_, _, std)| std).collect();
-    let variance = |a: usize, b: usize| if a == b { stds[a] * stds[a] } else { 0.0 };
     let entry = EffectEntry {
         kind: HIGH_PASS.to_string(),
         parameters: parameters.collect(),
-        covariance: (0..count)
-            .map(|a| (0..count).map(|b| variance(a, b)).collect())
-            .collect(),
+        covariance: uncorrelated(&stds),
         ..unlisted(card.equation.to_string(), card.meaning.to_string())
     };
     let values = found().map(|(name, value, _)| (name, EffectValue::Number(value)));

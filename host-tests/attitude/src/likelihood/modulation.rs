@@ -8,9 +8,6 @@
 use rlg_plan::ModulationPlan;
 use statrs::function::gamma::ln_gamma;
 
-/// Grid of piece lengths, in the shortest ones.
-const LENGTHS: [usize; 6] = [1, 2, 4, 8, 16, 32];
-
 /// Energy of a short piece of a record, whitened by a single level.
 #[derive(Debug, Clone, Copy)]
 pub struct Piece {
@@ -70,7 +67,7 @@ impl Modulation {
             return Self::default();
         }
         let single = Law::single(pieces);
-        let laws = LENGTHS.iter().filter_map(|&length| {
+        let laws = plan.lengths.iter().filter_map(|&length| {
             let joined: Vec<Piece> = pieces.chunks(length).map(join).collect();
             let law = Law::likeliest(&joined, plan.least_pieces)?;
             Some((law, joined))

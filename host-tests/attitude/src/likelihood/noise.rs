@@ -18,12 +18,6 @@ use rlg_plan::AttitudeNoisePlan;
 use crate::likelihood::modulation::Modulation;
 use crate::likelihood::octaves::Octaves;
 
-/// Time constants of the Ornstein-Uhlenbeck terms \[s\].
-const RETURN_TIMES_S: [f64; 6] = [0.1, 0.3, 1.0, 3.0, 10.0, 30.0];
-
-/// Time constant of the single Ornstein-Uhlenbeck term of the reduced model, in the first passes \[s\].
-const PLAIN_TIME_S: f64 = 1.0;
-
 /// Exponent of the update factor in the over-relaxed step.
 const LONG_STEP: f64 = 3.0;
 
@@ -173,10 +167,13 @@ impl NoiseTerms {
             let wide = (begin as f64 * (1.0 + plan.bin)) as usize;
             edges.push(wide.max(begin + 1).min(cut));
         }
-        let return_rows = RETURN_TIMES_S
-            .into_iter()
-            .filter(|time_s| !is_plain || *time_s == PLAIN_TIME_S)
-            .filter(|time_s| *time_s > 0.5 * period_s)
+        let return_times_s: &[f64] = match is_plain {
+            true => &[plan.plain_time_s],
+            false => &plan.return_times_s,
+        };
+        let return_rows = return_times_s
+            .iter()
+            .filter(|time_s| **time_s > 0.5 * period_s)
             .map(|time_s| time_s / period_s)
             .collect();
         let mut terms = Self {

@@ -45,9 +45,6 @@ const PASSES: usize = 10;
 /// Passes with the reduced noise model, so that a bad start is not fitted as correlated noise.
 const PLAIN_PASSES: usize = 2;
 
-/// Largest step at convergence, in standard deviations.
-const SETTLED: f64 = 0.1;
-
 /// Gyros, attitudes, and the flags of those left out or known to have jumped.
 #[derive(Clone, Copy)]
 pub(crate) struct Records<'a> {
@@ -87,7 +84,12 @@ pub(crate) fn fitted(
     options: FitOptions,
 ) -> Option<(About, Fitting)> {
     let about = About::new(gyros, samples, stamps, alignment)?;
-    let all = priced(about.columns(gyros.rate_hz), alignment, of_model);
+    let all = priced(
+        about.columns(gyros.rate_hz),
+        alignment,
+        of_model,
+        &gyros.plan.registration,
+    );
     let own = all.into_iter().enumerate();
     let own = own.filter(|(place, _)| options.kept.contains(place));
     let columns = own.map(|(_, column)| column).collect();
@@ -141,7 +143,12 @@ impl Registration {
         physics: Vec<ParameterColumn>,
     ) -> Self {
         let about = &self.about;
-        let mut columns = priced(about.columns(gyros.rate_hz), &self.alignment, model);
+        let mut columns = priced(
+            about.columns(gyros.rate_hz),
+            &self.alignment,
+            model,
+            &gyros.plan.registration,
+        );
         columns.extend(physics);
         let mut rows_rad = about.increments.rows_rad.clone();
         add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
@@ -230,7 +237,9 @@ pub(crate) fn settle(
         let fit = &rows.fitting.fit;
         let steps = Steps::new(&kept, &fit.estimate, &fit.std);
         pass += 1;
-        if (pass > PLAIN_PASSES + 1 && steps.largest() < SETTLED) || pass == PASSES {
+        if (pass > PLAIN_PASSES + 1 && steps.largest() < of.gyros.plan.registration.settled)
+            || pass == PASSES
+        {
             return Some(rows.registration(alignment, &steps));
         }
         walk.step(steps.estimate);

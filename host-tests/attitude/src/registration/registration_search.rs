@@ -137,8 +137,6 @@ impl Growth<'_> {
     /// Linearisation point of a low pass: its maximum-likelihood time constant by grid search, as the rectification of
     /// vibration is not linear far from it. With a delay, the sum of both lags is that of `found`.
     fn low_pass_start(&self, found: &Registration, free: &Free) -> Option<Alignment> {
-        /// Grid of time constants, relative to the gyros' lag.
-        const SHARES: [f64; 11] = [0.15, 0.25, 0.4, 0.55, 0.7, 0.85, 1.0, 1.15, 1.3, 1.6, 2.0];
         let Self { of, model, .. } = *self;
         let of_known = Records {
             stamps: &found.known,
@@ -150,29 +148,35 @@ impl Growth<'_> {
         // Smoothing too long for its second order biases scale and axes.
         let begun = found.with(&vec!["gyro_bias", "reference_misalignment"], model);
         let kept = places_of(free);
-        let tried = SHARES.iter().filter_map(|share| {
-            let time_s = share * late_s;
-            let alignment = Alignment {
-                low_pass_s: Some(Vector3::repeat(time_s)),
-                delay_s: if has_delay {
-                    found.delay_s + time_s
-                } else {
-                    model.delay_s
-                },
-                ..begun.clone()
-            };
-            let point = Point {
-                of_model: model,
-                alignment: &alignment,
-            };
-            let options = FitOptions {
-                kept: &kept,
-                is_plain: true,
-                levels: None,
-            };
-            let (_, fitting) = fitted(of_known, point, options)?;
-            Some((fitting.fit.log_likelihood, alignment))
-        });
+        let tried = of
+            .gyros
+            .plan
+            .registration
+            .low_pass_shares
+            .iter()
+            .filter_map(|share| {
+                let time_s = share * late_s;
+                let alignment = Alignment {
+                    low_pass_s: Some(Vector3::repeat(time_s)),
+                    delay_s: if has_delay {
+                        found.delay_s + time_s
+                    } else {
+                        model.delay_s
+                    },
+                    ..begun.clone()
+                };
+                let point = Point {
+                    of_model: model,
+                    alignment: &alignment,
+                };
+                let options = FitOptions {
+                    kept: &kept,
+                    is_plain: true,
+                    levels: None,
+                };
+                let (_, fitting) = fitted(of_known, point, options)?;
+                Some((fitting.fit.log_likelihood, alignment))
+            });
         let best = tried.max_by(|a, b| a.0.total_cmp(&b.0));
         best.map(|(_, alignment)| alignment)
     }

@@ -7,7 +7,7 @@
 //! A bias of the gyros that decays is its rival: it follows the body instead.
 
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{uncorrelated, unlisted};
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_inference::linear::pseudo_inverse;
 use rlg_model::{EffectValue, Model, ModelEffect};
@@ -89,19 +89,12 @@ impl Settling {
         let named = named.into_iter().chain([("time_constant_s", "s")]);
         let values = self.angle_rad.iter().copied().chain([self.time_s]);
         let all = || named.clone().zip(values.clone()).zip(self.stds);
-        let parameters = all().map(|(((name, unit), value), std)| ParameterEntry::Number {
-            name: name.to_string(),
-            value,
-            std,
-            unit: unit.to_string(),
-        });
-        let variance = |a: usize, b: usize| if a == b { self.stds[a].powi(2) } else { 0.0 };
+        let parameters = all()
+            .map(|(((name, unit), value), std)| ParameterEntry::number(name, value, std, unit));
         let entry = EffectEntry {
             kind: SETTLING.to_string(),
             parameters: parameters.collect(),
-            covariance: (0..4)
-                .map(|a| (0..4).map(|b| variance(a, b)).collect())
-                .collect(),
+            covariance: uncorrelated(&self.stds),
             ..unlisted(card.equation.to_string(), format!("{}{also}", card.meaning))
         };
         let effect = ModelEffect {

@@ -12,6 +12,7 @@ use rlg_diagnosis::rows::data_words;
 use rlg_diagnosis::rows::entries_of_rows::{fault_effect, fault_entry};
 use rlg_findings::absolute;
 use rlg_findings::combinations::identifiable;
+use rlg_findings::entries::append;
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, ExperimentEntry, FORMAT, FitEntry, NoiseEntry,
     ParameterEntry, RegistrationEntry, RunnerUp, Verdict,
@@ -199,28 +200,16 @@ fn meaning(kind: &str, numbers: &Numbers) -> String {
 
 fn entry(said: &Said, one: &Named, numbers: &Numbers) -> EffectEntry {
     let card = card(one.kind);
-    let count = numbers.values.len();
-    let row = |a: usize| (0..count).map(|b| numbers.covariance[(a, b)]).collect();
-    let mut parameters = numbers.parameters();
-    let mut covariance: Vec<Vec<f64>> = (0..count).map(row).collect();
-    let text = |name: &str, value: &str| ParameterEntry::Text {
-        name: name.to_string(),
-        value: value.to_string(),
-    };
+    let (mut parameters, mut covariance) = numbers.parameters();
     let axis = one.scanned.map(|scanned| AXES[scanned.axis()]);
-    parameters.extend(axis.map(|axis| text("axis", axis)));
+    parameters.extend(axis.map(|axis| ParameterEntry::text("axis", axis)));
     let expression = one.expression(said.gyro);
-    parameters.extend(expression.as_ref().map(|one| text("expression", one)));
+    let written = expression.as_ref();
+    parameters.extend(written.map(|one| ParameterEntry::text("expression", one)));
     if let Some(Scanned::Step(step)) = one.scanned {
         let std = said.registered.about.increments.period_s;
-        parameters.push(ParameterEntry::Number {
-            name: "time_s".to_string(),
-            value: said.begins_s(step),
-            std,
-            unit: "s".to_string(),
-        });
-        covariance[0].push(0.0);
-        covariance.push(vec![0.0, std * std]);
+        let time = ParameterEntry::number("time_s", said.begins_s(step), std, "s");
+        append(&mut parameters, &mut covariance, time);
     }
     EffectEntry {
         kind: one.kind.to_string(),
@@ -282,7 +271,9 @@ fn registration(said: &Said) -> Vec<RegistrationEntry> {
         let kind = named.map_or(group.kind, |one| one.kind);
         RegistrationEntry {
             kind: kind.to_string(),
-            parameters: numbers(said, kind, &own, (&found.set, &found.estimates)).parameters(),
+            parameters: numbers(said, kind, &own, (&found.set, &found.estimates))
+                .parameters()
+                .0,
             supported: named.is_some(),
         }
     });

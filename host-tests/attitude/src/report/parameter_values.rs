@@ -3,6 +3,7 @@
 use nalgebra::{DMatrix, DVector, Matrix3};
 use rlg_catalogue::entries::{self, STEP, UNLISTED};
 use rlg_findings::combinations::{Number, identifiable, written};
+use rlg_findings::entries::correlated;
 use rlg_findings::result::ParameterEntry;
 use rlg_plan::CombinationPlan;
 use rlg_signal::axes::AXES;
@@ -37,17 +38,9 @@ impl Numbers {
         self.covariance[(k, k)].max(0.0).sqrt()
     }
 
-    /// Converts the parameters to entries of `diagnosis.json`.
-    pub(crate) fn parameters(&self) -> Vec<ParameterEntry> {
-        let numbers = self.names.iter().zip(&self.values).enumerate();
-        numbers
-            .map(|(k, (name, value))| ParameterEntry::Number {
-                name: name.clone(),
-                value: *value,
-                std: self.std(k),
-                unit: self.unit.to_string(),
-            })
-            .collect()
+    /// Converts the parameters to entries of `diagnosis.json`, with the rows of their covariance.
+    pub(crate) fn parameters(&self) -> (Vec<ParameterEntry>, Vec<Vec<f64>>) {
+        correlated(&self.names, &self.values, &self.covariance, self.unit)
     }
 
     /// Returns the parameters with the prior standard deviation of a kind.

@@ -82,7 +82,7 @@ pub(crate) fn promised(said: &Said) -> Option<ExperimentEntry> {
         walk_rad_sqrt_s: (registered.levels.mean(0) / period_s).sqrt(),
         angle_rad: registered.levels.mean(1).sqrt(),
     };
-    let spins = Experiment::spins();
+    let spins = Experiment::spins(&said.plan.catalogue.table);
     let longest_s = said.plan.attitude.proposed_every_s;
     let spacing_s = period_s.clamp(1.0 / spins.rows_hz, longest_s);
     let experiment = Spins::new(said, &spins, spacing_s)?;
@@ -126,7 +126,12 @@ fn values(said: &Said, noise: RowNoise, instead_of: &Named, kind: &str) -> Optio
     let count = own.len();
     let rate_hz = said.observed.gyros.rate_hz;
     let alignment = &said.registered.alignment;
-    let registration = priced(about.columns(rate_hz), alignment, said.of_model);
+    let registration = priced(
+        about.columns(rate_hz),
+        alignment,
+        said.of_model,
+        &said.plan.attitude.registration,
+    );
     let others = said
         .found
         .registration
@@ -202,7 +207,13 @@ impl Spins {
         let alignment = Alignment::of_model(&model);
         let known = Stamps::without(&vec![false; samples.len()]);
         let about = About::new(&gyros, &samples, &known, &alignment)?;
-        let all = priced(about.columns(rate_hz), &alignment, &alignment).into_iter();
+        let all = priced(
+            about.columns(rate_hz),
+            &alignment,
+            &alignment,
+            &gyros.plan.registration,
+        )
+        .into_iter();
         let is_plain: Vec<usize> = PLAIN.iter().flat_map(|kind| places(kind)).collect();
         let plain = all.enumerate().filter(|(k, _)| is_plain.contains(k));
         Some(Self {

@@ -3,6 +3,7 @@
 use std::collections::BTreeMap;
 
 use nalgebra::Vector3;
+use rlg_findings::entries::unlisted;
 use rlg_findings::result::{EffectEntry, ParameterEntry};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_plan::ReferenceFaultPlan;
@@ -67,12 +68,7 @@ impl Span {
     }
 
     pub(crate) fn entry(&self, plan: &ReferenceFaultPlan) -> EffectEntry {
-        let number = |name: &str, value: f64| ParameterEntry::Number {
-            name: name.to_string(),
-            value,
-            std: 0.0,
-            unit: "s".to_string(),
-        };
+        let number = |name: &str, value: f64| ParameterEntry::number(name, value, 0.0, "s");
         EffectEntry {
             parameters: vec![number("start_s", self.start_s), number("end_s", self.end_s)],
             covariance: vec![vec![0.0; 2]; 2],
@@ -135,22 +131,14 @@ impl JumpSeen {
 
     pub(crate) fn entry(&self) -> EffectEntry {
         let axis = self.axis();
-        let number = |name: &str, value: f64, std: f64, unit: &str| ParameterEntry::Number {
-            name: name.to_string(),
-            value,
-            std,
-            unit: unit.to_string(),
-        };
+        let (size_rad, std_rad) = (self.size_rad[axis], self.std_rad[axis]);
         EffectEntry {
             parameters: vec![
-                number("time_s", self.time_s, 0.0, "s"),
-                number("size", self.size_rad[axis], self.std_rad[axis], "rad"),
-                ParameterEntry::Text {
-                    name: "axis".to_string(),
-                    value: AXES[axis].to_string(),
-                },
+                ParameterEntry::number("time_s", self.time_s, 0.0, "s"),
+                ParameterEntry::number("size", size_rad, std_rad, "rad"),
+                ParameterEntry::text("axis", AXES[axis]),
             ],
-            covariance: vec![vec![0.0, 0.0], vec![0.0, self.std_rad[axis].powi(2)]],
+            covariance: vec![vec![0.0, 0.0], vec![0.0, std_rad.powi(2)]],
             ..fault(
                 "reference_jump",
                 format!(
@@ -183,18 +171,7 @@ pub(crate) fn jumps_sentence(jumps: &[JumpSeen]) -> Option<String> {
 fn fault(kind: &str, what: String) -> EffectEntry {
     EffectEntry {
         kind: kind.to_string(),
-        indistinguishable_from: Vec::new(),
-        gravity_speaks_against: Vec::new(),
-        equation: String::new(),
-        parameters: Vec::new(),
-        covariance: Vec::new(),
-        identifiable: Vec::new(),
-        log_evidence_gain: 0.0,
-        p_value: 0.0,
-        what_was_left_out: what,
-        expression: None,
-        regimes: Vec::new(),
-        evidence: None,
+        ..unlisted(String::new(), what)
     }
 }
 

@@ -124,9 +124,6 @@ pub struct Alignment {
     pub turn: Rotation3<f64>,
 }
 
-/// Prior standard deviation of a low pass's time constant about the model's \[s\].
-pub(crate) const LOW_PASS_STD_S: f64 = 0.05;
-
 impl Alignment {
     /// Returns the rotation from the body's to the sensed axes, without scale and non-orthogonality.
     pub(crate) fn sensed_by_turn(&self) -> Rotation3<f64> {

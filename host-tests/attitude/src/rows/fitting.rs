@@ -1,6 +1,6 @@
 //! Joint fit of all columns of an alignment to its rows.
 
-use rlg_plan::{AttitudeNoisePlan, AttitudeOutlierPlan, ModulationPlan};
+use rlg_plan::{AttitudeNoisePlan, AttitudeOutlierPlan, ModulationPlan, RegistrationPlan};
 use rlg_signal::axes::Triad;
 
 use crate::likelihood::equations::{Band, BandNoise, Equations, Fit, ParameterColumn};
@@ -8,7 +8,7 @@ use crate::likelihood::modulation::{Modulation, Piece};
 use crate::likelihood::noise::{Along, Levels, NoiseTerms};
 use crate::likelihood::octaves::time_s;
 use crate::likelihood::outliers::Weighted;
-use crate::rows::alignment::{Alignment, GROUPS, LOW_PASS_STD_S};
+use crate::rows::alignment::{Alignment, GROUPS};
 use crate::rows::increments::Increments;
 
 /// Attaches the priors of their groups, centred on the model's values, to columns about an alignment.
@@ -16,11 +16,12 @@ pub fn priced(
     columns: Vec<Triad>,
     alignment: &Alignment,
     model: &Alignment,
+    plan: &RegistrationPlan,
 ) -> Vec<ParameterColumn> {
     let beyond = alignment.beyond(model);
     let stds = GROUPS.iter().flat_map(|group| {
         let std = match (group.kind, alignment.low_pass_s) {
-            ("gyro_bandwidth", Some(_)) => LOW_PASS_STD_S,
+            ("gyro_bandwidth", Some(_)) => plan.low_pass_std_s,
             _ => group.prior_std,
         };
         group.names.iter().map(move |_| std)

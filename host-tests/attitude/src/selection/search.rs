@@ -206,7 +206,7 @@ pub(crate) fn search(of: Registered, physics: Physics, plan: &Plan, seed: u64) -
     let in_catalogue = |kind: &str| CATALOGUE.iter().position(|entry| entry.kind == kind);
     registration.sort_by_key(|named| in_catalogue(named.kind));
     let trials = OnBlocks::new(&search.blocks, search.choice(), &physics, &registration);
-    let tested = Some(trials.tested(seed, &plan.judgement.self_test));
+    let tested = Some(trials.tested(seed, plan));
     Found {
         registration,
         named_set,
@@ -246,6 +246,7 @@ impl<'a> Search<'a> {
             about.columns(gyros.rate_hz),
             &registered.alignment,
             of_model,
+            &plan.attitude.registration,
         );
         let mut precisions: Vec<f64> = columns.iter().map(|one| one.prior_std.powi(-2)).collect();
         precisions.extend(candidates.effects.iter().flat_map(|(candidate, own)| {

@@ -222,11 +222,12 @@ impl Trials for OnBlocks<'_> {
         })
     }
 
-    fn sensitivity(&self, planted: &Planted) -> Option<Sensitivity> {
+    fn sensitivity(&self, planted: &Planted, needed_snr: f64) -> Option<Sensitivity> {
         sensitivity(
             planted.kind,
             Reach::of(planted.kind)?,
             planted.alone.iter().copied(),
+            needed_snr,
         )
     }
 }

@@ -4,8 +4,7 @@ use crate::gyros::scanned::{Scanned, Step};
 use crate::likelihood::block_sums::Statistic;
 use crate::selection::residual_scan::{Given, Sought};
 
-/// Instants of the first grid, and of each refinement to either side of the best.
-const FIRST: usize = 40;
+/// Instants of each refinement to either side of the best.
 const AROUND: usize = 4;
 
 /// Finds the step of largest statistic given a set; `None` if a smooth drift of that gyro explains as much.
@@ -16,6 +15,7 @@ pub(crate) fn seek(given: Given) -> Option<Sought> {
         gyro,
         beyond,
         set,
+        plan,
         ..
     } = given;
     let times = &about.increments.places();
@@ -33,7 +33,7 @@ pub(crate) fn seek(given: Given) -> Option<Sought> {
             .into_iter()
             .max_by(|a, b| a.1.squared_size.total_cmp(&b.1.squared_size))
     };
-    let mut stride = ((last - first) / FIRST).max(1);
+    let mut stride = ((last - first) / plan.attitude.blocks.step_instants).max(1);
     let grid: Vec<Step> = (0..3)
         .flat_map(|axis| {
             let rows = (first + stride..last).step_by(stride);

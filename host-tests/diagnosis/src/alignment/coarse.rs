@@ -4,7 +4,7 @@
 //! at the best path each gyro is regressed on all three axes of the reference and a constant. A fit that explains more than
 //! noise of the reference could is removed from the residual before its noise is estimated.
 
-use rlg_plan::CoarsePlan;
+use rlg_plan::Plan;
 
 use nalgebra::Vector3;
 use rlg_catalogue::signals::Path;
@@ -35,7 +35,7 @@ impl Coarse {
 ///
 /// # Inputs
 /// `residual_rad`: residual without the model's effects.
-pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePlan) -> Coarse {
+pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &Plan) -> Coarse {
     let streams = data.streams;
     if streams.at_rest.is_some() {
         return Coarse {
@@ -49,7 +49,13 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
         let parts = residual_rad[gyro].iter().zip(&expected_rad[gyro]);
         parts.map(|(left, expected)| left + expected).collect()
     });
-    let path = path_between(data, &sensed_rad, seen, plan);
+    let path = path_between(
+        data,
+        &sensed_rad,
+        seen,
+        (&plan.rates.coarse, &plan.catalogue.grids),
+    );
+    let least = plan.rates.coarse.explained;
     let behind: Triad = each_axis(|axis| {
         let values = &data.reference_rad[axis];
         path.along(axis, values, streams.rate_hz).into_owned()
@@ -66,8 +72,8 @@ pub fn coarse(data: &Data, residual_rad: &Triad, seen: &[bool], plan: &CoarsePla
         let explained = 1.0 - fit.left / fit.power.max(f64::MIN_POSITIVE);
         // A gyro that senses less than half of its axis is implausible: the axis is still, and only the reference's noise
         // varies.
-        let is_noise = by_noise > plan.explained;
-        if !is_noise && explained > by_noise + plan.explained * (1.0 - by_noise) {
+        let is_noise = by_noise > least;
+        if !is_noise && explained > by_noise + least * (1.0 - by_noise) {
             further[gyro] = fit.coefficients;
             fit.take_out(&mut left, &behind);
         } else {

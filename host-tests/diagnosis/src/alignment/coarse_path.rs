@@ -3,7 +3,7 @@
 use rlg_catalogue::low_pass::{LowPass, grid};
 use rlg_catalogue::signals::Path;
 use rlg_inference::sums::sums;
-use rlg_plan::CoarsePlan;
+use rlg_plan::{CoarsePlan, GridPlan};
 use rlg_signal::derivatives::Spectrum;
 use rlg_signal::streams::{Triad, each_axis};
 
@@ -15,7 +15,7 @@ pub(crate) fn path_between(
     data: &Data,
     sensed_rad: &Triad,
     seen: &[bool],
-    plan: &CoarsePlan,
+    (plan, grids): (&CoarsePlan, &GridPlan),
 ) -> Path {
     let streams = data.streams;
     let each = streams.rows.div_ceil(plan.most_rows);
@@ -29,6 +29,7 @@ pub(crate) fn path_between(
             .collect(),
         rate_hz: streams.rate_hz / each as f64,
         plan,
+        grids,
     };
     let late = search.delays();
     search.low_pass_beside(late).map_or(late, of_low_pass)
@@ -42,6 +43,7 @@ struct PathSearch<'a> {
     rows: Vec<bool>,
     rate_hz: f64,
     plan: &'a CoarsePlan,
+    grids: &'a GridPlan,
 }
 
 impl PathSearch<'_> {
@@ -121,7 +123,7 @@ impl PathSearch<'_> {
                 time_s: one.time_s * octaves.exp2(),
             })
         };
-        grid(2.0 / self.rate_hz, plan.longest_low_pass_s)
+        grid(2.0 / self.rate_hz, plan.longest_low_pass_s, self.grids)
             .into_iter()
             .flat_map(finer)
             .filter_map(|low_pass| Some((low_pass, gain(low_pass)?)))

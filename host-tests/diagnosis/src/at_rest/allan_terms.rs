@@ -1,13 +1,13 @@
 //! Levels of a sensor's noise in the terms of IEEE 952, each with its standard deviation.
 
-use rlg_plan::Plan;
+use rlg_plan::{FindingsPlan, Plan};
 use std::f64::consts::{PI, TAU};
 
 use rlg_findings::result::{ForceNoiseEntry, ForceTermsEntry, LevelEntry, NoiseTermsEntry};
 use rlg_inference::transform::Transform;
 use rlg_inference::{NoiseBasis, NoiseEstimate, NoiseLevels, Observations};
-use rlg_signal::accelerometer_rows::Rows;
-use rlg_signal::streams::AXES;
+use rlg_recording::units::MICRO_G_PER_M_S2;
+use rlg_signal::accelerometer_rows::{Rows, channel_name};
 
 use super::narrowband;
 use crate::confirm::goodness::misfits;
@@ -61,7 +61,7 @@ pub(super) fn of_gyro(
 /// Fits the noise of accelerometers at rest; steady lines are removed, and effects of temperature count as noise. `None` if
 /// a record does not separate the terms; a record that deviates from such noise has no terms.
 pub(super) fn of_accelerometers(rows: &Rows, plan: &Plan) -> Option<Vec<ForceNoiseEntry>> {
-    let observations = Observations::bridged(&rows.usable)?.to_fast_length();
+    let observations = Observations::bridged(&rows.usable).ok()?.to_fast_length();
     let sensed_m_s = narrowband::without_lines(&rows.sensed_m_s, &observations, &plan.rest.steady);
     let known = NoiseLevels::mean(&first_levels(&sensed_m_s, &observations));
     let (transform, basis) = Transform::with_basis(observations, known);
@@ -76,7 +76,7 @@ pub(super) fn of_accelerometers(rows: &Rows, plan: &Plan) -> Option<Vec<ForceNoi
         let is_noise = misfits(&basis, &spectrum, estimate.levels, axis, plan).is_empty();
         let [n, q, b, k] = in_units(&estimate, (rows.count, rows.rate_hz));
         Some(ForceNoiseEntry {
-            channel: format!("accel_{}", AXES[axis]),
+            channel: channel_name(axis),
             noise_m_s2_sqrt_hz: std::f64::consts::SQRT_2 * n.value,
             velocity_noise_m_s: q.value,
             terms: is_noise.then_some(ForceTermsEntry {
@@ -91,7 +91,7 @@ pub(super) fn of_accelerometers(rows: &Rows, plan: &Plan) -> Option<Vec<ForceNoi
 }
 
 /// Sentence on the terms of a gyro, in the units of data sheets.
-pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
+pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry, plan: &FindingsPlan) -> String {
     let per_hour = 3600.0_f64.to_degrees();
     let each = [
         (
@@ -109,34 +109,37 @@ pub(super) fn sentence(axis: &str, terms: &NoiseTermsEntry) -> String {
             "°/h/√h",
         ),
     ];
-    format!("Noise: gyro {axis}: {}.", in_words(&each))
+    format!("Noise: gyro {axis}: {}.", in_words(&each, plan))
 }
 
 /// Sentence on the terms of an accelerometer.
-pub(super) fn sentence_of_force(axis: &str, terms: &ForceTermsEntry) -> String {
-    let micro_g = 1e6 / rlg_recording::units::STANDARD_GRAVITY_M_S2;
+pub(super) fn sentence_of_force(
+    axis: &str,
+    terms: &ForceTermsEntry,
+    plan: &FindingsPlan,
+) -> String {
     let each = [
         ("N", terms.velocity_random_walk_m_s_sqrt_s, 60.0, "m/s/√h"),
         ("Q", terms.quantisation_m_s, 1.0, "m/s"),
-        ("B", terms.bias_instability_m_s2, micro_g, "µg"),
+        ("B", terms.bias_instability_m_s2, MICRO_G_PER_M_S2, "µg"),
         (
             "K",
             terms.acceleration_random_walk_m_s2_sqrt_s,
-            60.0 * micro_g,
+            60.0 * MICRO_G_PER_M_S2,
             "µg/√h",
         ),
     ];
-    format!("Noise: accelerometer {axis}: {}.", in_words(&each))
+    format!("Noise: accelerometer {axis}: {}.", in_words(&each, plan))
 }
 
 /// Each term with its interval, or the bound of an insignificant one, as on the page.
-fn in_words(each: &[(&str, LevelEntry, f64, &str)]) -> String {
+fn in_words(each: &[(&str, LevelEntry, f64, &str)], plan: &FindingsPlan) -> String {
     let each = each.iter().map(|(name, level, factor, unit)| {
-        if level.is_measured() {
+        if level.is_measured(plan) {
             let (value, std) = (level.value * factor, level.std * factor);
             format!("{name} = {value:.3e} ± {std:.1e} {unit}")
         } else {
-            format!("{name} < {:.1e} {unit}", level.bound() * factor)
+            format!("{name} < {:.1e} {unit}", level.bound(plan) * factor)
         }
     });
     each.collect::<Vec<String>>().join(", ")

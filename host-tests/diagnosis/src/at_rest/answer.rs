@@ -6,6 +6,7 @@ use rlg_findings::result::{
 use rlg_findings::sentences::{DEG_H, effect_lines, opening};
 use rlg_model::kinds::{FAULT_KINDS, NOISE_KINDS};
 use rlg_model::{Model, ModelEffect};
+use rlg_plan::FindingsPlan;
 use rlg_signal::still::ROTATION_RAD_S;
 use rlg_signal::streams::{AXES, Streams};
 
@@ -91,7 +92,12 @@ impl Answer {
     }
 
     /// Joins all findings as entries, in words and in the model.
-    pub(super) fn outcome(self, force_lines: Vec<String>, forces: Vec<ForceNoiseEntry>) -> Outcome {
+    pub(super) fn outcome(
+        self,
+        force_lines: Vec<String>,
+        forces: Vec<ForceNoiseEntry>,
+        plan: &FindingsPlan,
+    ) -> Outcome {
         let Looked {
             outcome: first,
             terms,
@@ -134,7 +140,7 @@ impl Answer {
             dropped: self.dropped + self.recorder.rows.dropped,
         };
         let noise_lines = noise_lines.into_iter().chain(force_lines).collect();
-        diagnosis.summary = summary(&diagnosis, &control, self.said, noise_lines);
+        diagnosis.summary = summary(&diagnosis, &control, self.said, noise_lines, plan);
         diagnosis.control = Some(control);
         diagnosis.not_excluded.push(
             "counter_slip: not distinguishable from a jolt of the case without a reference; such places are located"
@@ -206,13 +212,14 @@ fn summary(
     control: &ControlEntry,
     said: Vec<String>,
     noise_lines: Vec<String>,
+    plan: &FindingsPlan,
 ) -> Vec<String> {
     /// Largest number of places in the summary of a disturbed unit at rest.
     const MOST_PLACES: usize = 4;
     let mut lines = vec![opening(diagnosis.verdict).to_string()];
     let is_fault = |effect: &&EffectEntry| FAULT_KINDS.contains(&&*effect.kind);
     let effects = diagnosis.effects.iter().filter(|effect| !is_fault(effect));
-    lines.extend(effects.flat_map(effect_lines));
+    lines.extend(effects.flat_map(|one| effect_lines(one, plan)));
     // Effects are reported above, as at rest they have more names.
     let is_more = |line: &&String| !line.starts_with("Found:") && !noise_lines.contains(line);
     lines.extend(diagnosis.summary.iter().skip(1).filter(is_more).cloned());

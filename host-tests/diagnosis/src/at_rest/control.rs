@@ -27,7 +27,8 @@ pub(super) fn of_shuffled(looked: &Looked, rate_hz: f64, plan: &Plan, seed: u64)
         .fitted
         .iter()
         .for_each(|rows| seen[rows.clone()].fill(true));
-    let found: Option<Lines> = Observations::bridged(&seen).and_then(|observations| {
+    let observations = Observations::bridged(&seen).ok();
+    let found: Option<Lines> = observations.and_then(|observations| {
         let levels = first_levels(&shuffled, &observations);
         lines::search(&shuffled, &seen, &levels, rate_hz, plan)
     });

@@ -3,6 +3,7 @@
 use rlg_findings::result::NoiseTermsEntry;
 use rlg_inference::Hypothesis;
 use rlg_inference::evaluate::residual_power;
+use rlg_plan::FindingsPlan;
 use rlg_signal::streams::{AXES, Streams};
 
 use super::allan_terms;
@@ -23,11 +24,12 @@ pub(super) fn noise_lines(
     noise: &[Option<NoiseTermsEntry>],
     unlike: &[Misfit],
     streams: &Streams,
+    plan: &FindingsPlan,
 ) -> Vec<String> {
     let of_gyro = |(gyro, terms): (usize, &Option<NoiseTermsEntry>)| match is_noise(gyro, unlike) {
         true => terms
             .as_ref()
-            .map(|terms| allan_terms::sentence(AXES[gyro], terms)),
+            .map(|terms| allan_terms::sentence(AXES[gyro], terms, plan)),
         false => summary::unlike_noise(gyro, unlike, streams.rate_hz),
     };
     noise.iter().enumerate().filter_map(of_gyro).collect()

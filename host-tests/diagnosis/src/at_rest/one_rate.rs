@@ -2,12 +2,11 @@
 
 use rlg_catalogue::candidates::Variant;
 use rlg_findings::result::{EffectEntry, NoiseTermsEntry, UNLISTED};
-use rlg_inference::Observations;
 use rlg_inference::observations::runs;
+use rlg_inference::{Observations, TooFewRows};
 use rlg_model::kinds::FAULT_KINDS;
 use rlg_model::{DeclaredModel, Model};
 use rlg_plan::Plan;
-use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
 use rlg_signal::partition::Use;
 use rlg_signal::still::AtRest;
@@ -31,6 +30,7 @@ use crate::report::findings;
 use crate::rows::data::Data;
 use crate::search::structure::Found;
 use crate::settings::Settings;
+use crate::unfit::Unfit;
 
 /// Narrowband features of all gyros.
 pub(super) struct Narrow {
@@ -83,7 +83,7 @@ pub(super) struct Looked {
     pub(super) rest: AtRest,
 }
 
-/// Analyses rows of one rate.
+/// Analyses rows of one rate of a unit at rest.
 ///
 /// # Inputs
 /// `is_as_recorded`: true for the rows of the recording, in which lines are sought; false for sums of them.
@@ -94,27 +94,18 @@ pub(super) fn look(
     of: DeclaredModel<'_>,
     is_as_recorded: bool,
     progress: &dyn Fn(&str),
-) -> Result<Option<Looked>, InputError> {
+) -> Result<Looked, Unfit> {
     let DeclaredModel { model, file } = of;
-    let Some(mut rest) = streams.at_rest.clone() else {
-        return Ok(None);
-    };
+    let mut rest = streams.at_rest.clone().expect("a unit at rest");
     let plan = &settings.plan;
     let mut data = Data::new(streams, model, plan, file)?;
-    let Some(observations) = Observations::bridged(&data.streams.usable) else {
-        return Ok(None);
-    };
+    let observations = Observations::bridged(&data.streams.usable)?;
     set_aside(&mut data, &observations, plan);
-    let Some((mut found, mut unlike)) = steadily(&mut data, &mut rest, settings, progress) else {
-        return Ok(None);
-    };
+    let (mut found, mut unlike) = steadily(&mut data, &mut rest, settings, progress)?;
     let mut narrow = None;
     if is_as_recorded {
         let of = (&mut data, &mut rest, &observations);
-        match beside_lines(of, (found, unlike), settings, progress) {
-            Some(beside) => (narrow, found, unlike) = beside,
-            None => return Ok(None),
-        }
+        (narrow, found, unlike) = beside_lines(of, (found, unlike), settings, progress)?;
     }
     let terms = noise_terms(&data, &found);
     let clean_rad = without_effects(&found, |_| true);
@@ -129,9 +120,7 @@ pub(super) fn look(
     let tested = together.self_test(None, plan, settings.seed);
     together.release();
     progress("writing the findings");
-    let Some(confirmed) = confirmed(Recordings::of_one(&data), &mut together, plan) else {
-        return Ok(None);
-    };
+    let confirmed = confirmed(Recordings::of_one(&data), &mut together, plan)?;
     let share = confirmed.share(&mut together, &data, 0);
     let of = together.of(&data, 0);
     let mut outcome = findings::outcome(of, &share, faults, settings.seed, plan);
@@ -144,10 +133,10 @@ pub(super) fn look(
     diagnosis.effects = others;
     let slow = slow_effects(effects, &data, &rest, is_as_recorded, plan);
     outcome.model = with_found(model, outcome.model, &slow);
-    Ok(Some(Looked {
+    Ok(Looked {
         outcome,
         slow,
-        noise_lines: noise_lines(&terms, &unlike, data.streams),
+        noise_lines: noise_lines(&terms, &unlike, data.streams, &settings.plan.findings),
         terms: std::array::from_fn(|gyro| terms[gyro].filter(|_| noise::is_noise(gyro, &unlike))),
         is_noise: unlike.is_empty(),
         narrow,
@@ -155,7 +144,7 @@ pub(super) fn look(
         before_rad,
         parted,
         rest,
-    }))
+    })
 }
 
 /// Removes lines and bands from the residual, and searches anew given them.
@@ -167,7 +156,7 @@ fn beside_lines(
     (mut found, mut unlike): (Found, Vec<Misfit>),
     settings: &Settings,
     progress: &dyn Fn(&str),
-) -> Option<(Option<Narrow>, Found, Vec<Misfit>)> {
+) -> Result<(Option<Narrow>, Found, Vec<Misfit>), TooFewRows> {
     /// Number of searches for lines. A slow line passes for drift: under the noise without it its own size shows.
     const TURNS: usize = 2;
     let clock = Clock {
@@ -210,12 +199,9 @@ fn beside_lines(
         if !narrow.as_ref().is_some_and(Narrow::is_any) {
             break;
         }
-        match steadily(data, rest, settings, progress) {
-            Some(again) => (found, unlike) = again,
-            None => return None,
-        }
+        (found, unlike) = steadily(data, rest, settings, progress)?;
     }
-    Some((narrow, found, unlike))
+    Ok((narrow, found, unlike))
 }
 
 /// Sets aside the part of the residual that is too narrow for the noise terms.
@@ -232,18 +218,18 @@ fn steadily(
     rest: &mut AtRest,
     settings: &Settings,
     progress: &dyn Fn(&str),
-) -> Option<(Found, Vec<Misfit>)> {
+) -> Result<(Found, Vec<Misfit>), TooFewRows> {
     let found = settle(data, rest, settings, progress)?;
     let unlike = unlike_noise(data, &found, settings);
     if !has_step_on(&found, &unlike) {
-        return Some((found, unlike));
+        return Ok((found, unlike));
     }
     // Excursions of a residual that deviates from the fitted noise are no steps.
     let mut without_steps = *settings;
     without_steps.plan.judgement.event = f64::INFINITY;
     let found = settle(data, rest, &without_steps, progress)?;
     let unlike = unlike_noise(data, &found, settings);
-    Some((found, unlike))
+    Ok((found, unlike))
 }
 
 fn has_step_on(found: &Found, unlike: &[Misfit]) -> bool {

@@ -91,12 +91,7 @@ fn rate_entry(rate: &RowRate, nominal_hz: f64) -> EffectEntry {
         rate.rate_std_hz / nominal_hz,
     );
     EffectEntry {
-        parameters: vec![ParameterEntry::Number {
-            name: "rate_error".to_string(),
-            value: error,
-            std,
-            unit: "1".to_string(),
-        }],
+        parameters: vec![ParameterEntry::number("rate_error", error, std, "1")],
         covariance: vec![vec![std * std]],
         p_value: rate.p_value,
         expression: Some(format!("row_rate({:.6})", rate.rate_hz)),

@@ -3,6 +3,7 @@
 //! A small rotation of the azimuth adds a constant rate towards the east, which is free in every fit. Without it a shape
 //! with a mean, such as a warming, would be fitted beside a constant that holds part of it.
 
+use rlg_inference::TooFewRows;
 use std::sync::Arc;
 
 use nalgebra::{Matrix3, Vector3};
@@ -26,9 +27,7 @@ pub(super) fn settle(
     rest: &mut AtRest,
     settings: &Settings,
     progress: &dyn Fn(&str),
-) -> Option<Found> {
-    /// Convergence threshold: change over the standard deviation of a mean.
-    const SETTLED: f64 = 0.1;
+) -> Result<Found, TooFewRows> {
     const MOST_TURNS: usize = 5;
     let others = CATALOGUE.iter().map(|entry| entry.kind);
     let others = others.filter(|kind| !KINDS.contains(kind));
@@ -60,8 +59,8 @@ pub(super) fn settle(
         let seconds = data.streams.rows as f64 / data.streams.rate_hz;
         let white = found.fit.levels.iter().map(|levels| levels.white);
         let white_rad2 = white.fold(f64::INFINITY, f64::min) * data.streams.rate_hz;
-        if change.norm() < SETTLED * (white_rad2 / seconds).sqrt() || turn == MOST_TURNS {
-            return Some(found);
+        if change.norm() < plan.rest.settled * (white_rad2 / seconds).sqrt() || turn == MOST_TURNS {
+            return Ok(found);
         }
         lay(data, rest, constant);
         turn += 1;

@@ -5,7 +5,7 @@ use rlg_catalogue::entries::{SLIP, STEP, UNLISTED};
 use rlg_catalogue::expression::Expression;
 use rlg_inference::events::{Event, EventKind, impulses, scan};
 use rlg_inference::{Drift, Fit, NoiseLevels};
-use rlg_plan::Plan;
+use rlg_plan::{Plan, WindowPlan};
 
 use super::windows::Edges;
 use crate::iteration::pass::{Begin, Pass, left_on};
@@ -60,7 +60,7 @@ impl Pass {
                     EventKind::Step | EventKind::Window => vec![scanned.event],
                 };
                 for event in together {
-                    let one = self.candidate_of(scanned.gyro, &event);
+                    let one = self.candidate_of(scanned.gyro, &event, &begin.plan.rates.window);
                     let mut known = self.candidates.iter().chain(&new);
                     if !known.any(|other| other.kind == one.kind && other.variant == one.variant) {
                         new.push(one);
@@ -95,7 +95,7 @@ impl Pass {
     }
 
     /// Converts an event of a gyro to a candidate.
-    fn candidate_of(&mut self, gyro: usize, event: &Event) -> Candidate {
+    fn candidate_of(&mut self, gyro: usize, event: &Event, plan: &WindowPlan) -> Candidate {
         let signals = &self.motion.signals;
         let rows = signals.rows as f64;
         // The row of a step of z standard deviations is uncertain by n/(z²/2) rows.
@@ -106,7 +106,7 @@ impl Pass {
             EventKind::Step => pool.event(STEP, gyro, event.row, 3.0 * places_of_edge, signals),
             EventKind::Window => {
                 let window = event.row..event.row + event.rows;
-                let edges = Edges::of(window, event.size * event.size, signals.rows);
+                let edges = Edges::of(window, event.size * event.size, signals.rows, plan);
                 let ([start, end], places) = edges.placed(&self.cuts);
                 let window = Expression::window(start..end, signals);
                 pool.expression(gyro, window, 3.0 * places, signals)

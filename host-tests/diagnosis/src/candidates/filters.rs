@@ -18,7 +18,7 @@ pub(crate) fn low_pass(
     is_moving: [bool; 3],
     longest_s: f64,
 ) -> Option<Found> {
-    let grid = low_pass::grid(signals.period_s(), longest_s);
+    let grid = low_pass::grid(signals.period_s(), longest_s, &signals.plan.grids);
     let grid: Vec<f64> = grid.iter().map(|one| one.time_s).collect();
     let exact = |gyro: usize, time_s: f64| ExactFilter::low_pass(gyro, time_s, signals);
     let found = Filters::new(tests, &grid, is_moving, exact, &signals.plan.odds)?;
@@ -34,7 +34,7 @@ pub(crate) fn high_pass(
     signals: &Signals,
     is_moving: [bool; 3],
 ) -> Option<Found> {
-    let grid = high_pass::grid(signals.period_s(), signals.rows);
+    let grid = high_pass::grid(signals.period_s(), signals.rows, &signals.plan.grids);
     let grid: Vec<f64> = grid.iter().map(|one| one.time_s).collect();
     let exact = |gyro: usize, time_s: f64| ExactFilter::high_pass(gyro, time_s, signals);
     let found = Filters::new(tests, &grid, is_moving, exact, &signals.plan.odds)?;

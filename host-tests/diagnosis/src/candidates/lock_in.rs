@@ -46,7 +46,7 @@ pub(crate) fn lock_in(
         let unit_rad = if is_rounded { unit_rad } else { 0.0 };
         let rounded = plan.rates.lock_in.rounded_units * unit_rad * signals.rate_hz;
         let least = smallest.max(clear).max(rounded);
-        let grid = Threshold::grid(least, largest);
+        let grid = Threshold::grid(least, largest, &plan.catalogue.grids);
         if grid.is_empty() {
             continue;
         }

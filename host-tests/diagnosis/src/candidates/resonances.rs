@@ -17,6 +17,7 @@ fn resonances(signals: &Signals, plan: &FamilyPlan) -> Vec<Resonance> {
     grid(
         plan.resonance_from_hz,
         plan.resonance_of_rate * signals.rate_hz,
+        &signals.plan.grids,
     )
 }
 
@@ -61,7 +62,7 @@ pub(crate) fn mount(
         });
         let worthy = tops
             .into_iter()
-            .take(TOPS)
+            .take(plan.refined)
             .filter(|(_, gain)| *gain > price);
         worthy
             .map(|(resonance, _)| polish(tests, resonance, axis, signals))
@@ -82,9 +83,6 @@ pub(crate) fn mount(
         surplus: sum,
     })
 }
-
-/// Number of maxima of a grid refined with exact columns.
-const TOPS: usize = 3;
 
 /// Refines a mount about an axis to its maximum likelihood (Gauss–Newton), given the best of the tests, with exact columns.
 fn polish(

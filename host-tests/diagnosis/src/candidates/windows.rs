@@ -84,7 +84,7 @@ pub(crate) fn strongest(
             let worth = |one: &(usize, Expression, Shown)| one.2.gain - picked_from(one.1).ln();
             let best = own.max_by(|a, b| worth(a).total_cmp(&worth(b)))?;
             let (_, expression, shown) = best;
-            let (rows, places) = placed(pass, shown, coarse.each);
+            let (rows, places) = placed(pass, shown, coarse.each, plan.edge_deviations());
             let mut pool = Pool::default();
             let places = picked_from(*expression) * places;
             let expression = expression.within(rows, signals)?;
@@ -101,10 +101,11 @@ pub(crate) fn strongest(
 }
 
 /// Window in the recording's rows, and the number of places from which it was selected.
-fn placed(pass: &Pass, shown: &Shown, each: usize) -> (Range<usize>, f64) {
+fn placed(pass: &Pass, shown: &Shown, each: usize, deviations: f64) -> (Range<usize>, f64) {
     let edges = Edges {
         rows: pass.motion.signals.rows,
         at: [shown.rows.start, shown.rows.end].map(|edge| edge * each),
+        deviations,
         reach: shown
             .reach
             .clone()
@@ -120,6 +121,8 @@ pub(crate) struct Edges {
     pub rows: usize,
     /// Estimated edges.
     pub at: [usize; 2],
+    /// Half-width of the ranges \[σ\].
+    pub deviations: f64,
     /// Range of each edge.
     pub reach: [Range<usize>; 2],
 }
@@ -127,14 +130,15 @@ pub(crate) struct Edges {
 impl Edges {
     /// Edges of a window of some rows and a squared size \[σ²\]: an edge of m rows and z standard deviations is uncertain by
     /// m/(z²/2) rows.
-    pub fn of(window: Range<usize>, squared_size: f64, rows: usize) -> Self {
-        const DEVIATIONS: f64 = 3.0;
+    pub fn of(window: Range<usize>, squared_size: f64, rows: usize, plan: &WindowPlan) -> Self {
+        let deviations = plan.edge_deviations();
         let places = (0.5 * squared_size).max(4.0);
-        let reach = (DEVIATIONS * window.len() as f64 / places).ceil() as usize;
+        let reach = (deviations * window.len() as f64 / places).ceil() as usize;
         let at = [window.start, window.end];
         Self {
             rows,
             at,
+            deviations,
             reach: at.map(|edge| edge.saturating_sub(reach)..edge + reach + 1),
         }
     }
@@ -158,8 +162,9 @@ impl Edges {
             let count = cuts.len() as f64;
             return ([start, end], count * count);
         }
-        // Three standard deviations to either side; a uniform prior of the logarithm of the length.
-        let [starts, ends] = self.reach.clone().map(|reach| 6.0 / reach.len() as f64);
+        // A uniform prior of the logarithm of the length.
+        let both = 2.0 * self.deviations;
+        let [starts, ends] = self.reach.clone().map(|reach| both / reach.len() as f64);
         let length = (self.at[1] - self.at[0]) as f64;
         let rows = self.rows as f64;
         (self.at, rows * starts * rows.ln() * length * ends)
@@ -285,10 +290,11 @@ mod tests {
     fn edges_that_may_lie_where_the_motion_changes_lie_there_and_cost_less() {
         let cuts = [0, 1900, 2005, 4000, 10_000];
         // Uncertain by 2000 rows over 200, times three.
-        let edges = Edges::of(2000..4020, 400.0, 10_000);
+        let plan = rlg_plan::WindowPlan::default();
+        let edges = Edges::of(2000..4020, 400.0, 10_000, &plan);
         let (at, cheap) = edges.placed(&cuts);
         assert_eq!(at, [2005, 4000]);
-        let (at, dear) = Edges::of(2000..4500, 400.0, 10_000).placed(&cuts);
+        let (at, dear) = Edges::of(2000..4500, 400.0, 10_000, &plan).placed(&cuts);
         assert_eq!(at, [2000, 4500]);
         assert!(cheap < dear);
     }

@@ -4,9 +4,9 @@ use std::cell::OnceCell;
 use std::ops::Range;
 
 use rlg_catalogue::entries::STEP;
-use rlg_inference::Hypothesis;
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::events::largest_impulse;
+use rlg_inference::{Hypothesis, TooFewRows};
 use rlg_plan::Plan;
 use rlg_signal::partition::blocks;
 use rlg_signal::streams::Triad;
@@ -48,11 +48,16 @@ struct Whitened {
     whitener: Whitener,
 }
 
-/// Whitens rows and members' columns, and sums them over blocks; `None` where too few rows are fitted.
+/// Whitens rows and members' columns, and sums them over blocks.
 ///
 /// # Inputs
 /// `set`: hypotheses of the members of the found set, on the recording's own records.
-fn whiten(data: &Data, found: &Found, set: &[Hypothesis], plan: &Plan) -> Option<Whitened> {
+fn whiten(
+    data: &Data,
+    found: &Found,
+    set: &[Hypothesis],
+    plan: &Plan,
+) -> Result<Whitened, TooFewRows> {
     let whitener = Whitener::new(data, &found.fit.levels)?;
     let whitened = |gyro: usize, rows: &[f64]| whitener.rows(gyro, rows);
     let signals = &found.motion.signals;
@@ -63,7 +68,7 @@ fn whiten(data: &Data, found: &Found, set: &[Hypothesis], plan: &Plan) -> Option
         .collect();
     let blocks = blocks(&whitener.seen, data.streams.rate_hz, &plan.rates.blocks);
     let sums = BlockSums::new(&records, &columns, &blocks);
-    Some(Whitened { sums, whitener })
+    Ok(Whitened { sums, whitener })
 }
 
 /// Parameters of a set, the fixed part of a member counted as one more of its parameters.
@@ -95,12 +100,15 @@ impl Parameters {
 /// significant.
 ///
 /// # Returns
-/// Predictions in the order of the set; `None` where too few rows are fitted.
+/// Predictions in the order of the set.
+///
+/// # Errors
+/// Too few rows are fitted.
 pub(super) fn predictions(
     recordings: Recordings,
     together: &Together,
     plan: &Plan,
-) -> Option<Vec<Prediction>> {
+) -> Result<Vec<Prediction>, TooFewRows> {
     let members = &together.fit.members;
     let found = &together.found;
     let hypotheses = members
@@ -137,12 +145,11 @@ pub(super) fn predictions(
     };
     let sums = BlockSums::join(whitened.into_iter().map(|one| one.sums).chain(of_sums));
     let each = events.into_iter().enumerate();
-    Some(
-        each.map(|(place, event)| {
+    Ok(each
+        .map(|(place, event)| {
             event.unwrap_or_else(|| of_blocks(&found[0], place, &parameters, &sums, plan))
         })
-        .collect(),
-    )
+        .collect())
 }
 
 /// A member that acts once, and its gyro.

@@ -119,7 +119,7 @@ fn settle_in_recording(
     headlines: &mut [usize],
     fit: &Fit,
 ) -> Vec<Option<f64>> {
-    let Some(observations) = data.observed(&data.rows_of(&[Use::Fit])) else {
+    let Ok(observations) = data.observed(&data.rows_of(&[Use::Fit])) else {
         return vec![None; headlines.len()];
     };
     let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(&fit.levels));

@@ -20,7 +20,7 @@ pub(crate) mod per_axis_support;
 
 use rlg_catalogue::Candidate;
 use rlg_catalogue::candidates::{Variant, is_delay};
-use rlg_inference::Fit;
+use rlg_inference::{Fit, TooFewRows};
 use rlg_plan::Plan;
 
 use crate::confirm::bootstrap::{Bootstrap, Named, bootstrap};
@@ -100,29 +100,31 @@ pub(crate) fn fallen(reenacted_away: &[usize], found: &Found) -> Vec<&'static st
 ///
 /// # Returns
 /// Result of the last search, and the kinds left out of it besides `left_out`.
-pub(crate) fn until_none_falls<T>(
+pub(crate) fn until_none_falls<T, E>(
     left_out: &[&str],
     progress: &dyn Fn(&str),
-    mut search: impl FnMut(&[&str]) -> Option<(T, Vec<&'static str>)>,
-) -> Option<(T, Vec<&'static str>)> {
+    mut search: impl FnMut(&[&str]) -> Result<(T, Vec<&'static str>), E>,
+) -> Result<(T, Vec<&'static str>), E> {
     let mut shown_anyway: Vec<&'static str> = Vec::new();
     loop {
         let (left, fallen) = search(&[left_out, &shown_anyway[..]].concat())?;
         if fallen.is_empty() {
-            return Some((left, shown_anyway));
+            return Ok((left, shown_anyway));
         }
         progress("search without effects that a bootstrap reproduces");
         shown_anyway.extend(fallen);
     }
 }
 
-/// Removes members rejected by the cross-validation over blocks, by the parametric bootstrap or as impossible; `None` where
-/// too few rows are left.
+/// Removes members rejected by the cross-validation over blocks, by the parametric bootstrap or as impossible.
+///
+/// # Errors
+/// Too few rows are left.
 pub(crate) fn confirmed(
     recordings: Recordings,
     together: &mut Together,
     plan: &Plan,
-) -> Option<Confirmed> {
+) -> Result<Confirmed, TooFewRows> {
     let predictions = predictions(recordings, together, plan)?;
     let first = &together.found[0];
     let is_costly = |place: &usize| first.judged[*place].cost_without > plan.judgement.naming;
@@ -175,7 +177,7 @@ pub(crate) fn confirmed(
                 fit,
                 supported,
             };
-            return Some(Confirmed { set, misfits });
+            return Ok(Confirmed { set, misfits });
         };
         reenacted_away.push(named.remove(weakest));
     }

@@ -4,7 +4,9 @@ use rlg_catalogue::candidates::PoolColumns;
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::likelihood::behind;
 use rlg_inference::search::DriftPrior;
-use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
+use rlg_inference::{
+    Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search, TooFewRows,
+};
 use rlg_plan::Plan;
 use rlg_signal::partition::Use;
 
@@ -36,8 +38,8 @@ struct Part {
 }
 
 impl Part {
-    /// Part of one recording; `None` where too few rows are left.
-    fn new(data: &Data, found: &Found, headlines: &[usize]) -> Option<Self> {
+    /// Part of one recording.
+    fn new(data: &Data, found: &Found, headlines: &[usize]) -> Result<Self, TooFewRows> {
         let fitted = data.rows_of(&[Use::Fit]);
         let observations = data.observed(&fitted)?.to_fast_length();
         let mut pool = Pool::default();
@@ -50,7 +52,7 @@ impl Part {
             signals: &found.motion.signals,
         };
         let levels = NoiseLevels::mean(&found.fit.levels);
-        Some(Self {
+        Ok(Self {
             equations: NormalEquations::new(observations, &found.residual_rad, &columns, levels),
             candidates,
             pool,
@@ -58,13 +60,16 @@ impl Part {
     }
 }
 
-/// Fits the headlines, places in [`Together::shared`], to all rows to fit; `None` where too few rows of a recording are left.
+/// Fits the headlines, places in [`Together::shared`], to all rows to fit.
+///
+/// # Errors
+/// Too few rows of a recording are left.
 pub(super) fn refit(
     recordings: Recordings,
     together: &Together,
     headlines: &[usize],
     plan: &Plan,
-) -> Option<Refitted> {
+) -> Result<Refitted, TooFewRows> {
     let Recordings { each, sums } = recordings;
     let found = &together.found;
     let mut parts = Vec::with_capacity(each.len());
@@ -128,7 +133,7 @@ pub(super) fn refit(
         widen_by_stops(data, &found[0], part, &mut fit);
     }
     fit.members = headlines.to_vec();
-    Some(Refitted {
+    Ok(Refitted {
         fit,
         misfits,
         supported,

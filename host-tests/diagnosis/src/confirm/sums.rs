@@ -10,7 +10,9 @@ use std::ops::Range;
 use rlg_catalogue::{Candidate, Pool};
 use rlg_inference::block_validation::BlockSums;
 use rlg_inference::search::DriftPrior;
-use rlg_inference::{Columns, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations};
+use rlg_inference::{
+    Columns, Fit, Hypothesis, NoiseLevels, NormalEquations, Observations, TooFewRows,
+};
 use rlg_signal::partition::blocks;
 use rlg_signal::streams::{Triad, add};
 
@@ -97,8 +99,11 @@ fn wide(column: &[f32]) -> Vec<f64> {
 }
 
 impl Sums {
-    /// Forms the normal equations of all columns; `None` where too few blocks are seen.
-    pub(crate) fn new(mut summed: Summed, drift: DriftPrior) -> Option<Self> {
+    /// Forms the normal equations of all columns.
+    ///
+    /// # Errors
+    /// Too few blocks are seen.
+    pub(crate) fn new(mut summed: Summed, drift: DriftPrior) -> Result<Self, TooFewRows> {
         let observations = Observations::bridged(&summed.seen)?;
         let levels = first_levels(&summed.residual_rad, &observations);
         let all = Chosen {
@@ -114,7 +119,7 @@ impl Sums {
         summed
             .candidates
             .retain(|one| is_seen(&one.hypothesis, &equations));
-        Some(Self {
+        Ok(Self {
             summed,
             equations,
             drift,
@@ -148,7 +153,7 @@ impl Sums {
         set: &[Hypothesis],
         levels: &[NoiseLevels],
         plan: &Plan,
-    ) -> Option<BlockSums> {
+    ) -> Result<BlockSums, TooFewRows> {
         let summed = &self.summed;
         let observations = Observations::bridged(&summed.seen)?;
         let whitener = Whitener::of(observations, summed.seen.clone(), levels);
@@ -159,15 +164,15 @@ impl Sums {
             .map(|gyro| whitened(gyro, &summed.residual_rad[gyro]))
             .collect();
         let blocks = blocks(&summed.seen, summed.rate_hz, &plan.rates.blocks);
-        Some(BlockSums::new(&records, &columns, &blocks))
+        Ok(BlockSums::new(&records, &columns, &blocks))
     }
 
-    /// Forms the normal equations of some candidates, reindexed to their own columns; `None` where too few blocks are seen.
+    /// Forms the normal equations of some candidates, reindexed to their own columns.
     pub(crate) fn of(
         &self,
         candidates: &[Candidate],
         levels: &[NoiseLevels],
-    ) -> Option<(NormalEquations, Vec<Candidate>)> {
+    ) -> Result<(NormalEquations, Vec<Candidate>), TooFewRows> {
         let all = &self.summed.pool.columns;
         let mut pool = Pool::default();
         let adopted = candidates.iter().map(|one| pool.adopt(one, all));
@@ -186,7 +191,7 @@ impl Sums {
             &columns,
             NoiseLevels::mean(levels),
         );
-        Some((equations, adopted))
+        Ok((equations, adopted))
     }
 
     /// Residual of the blocks after a fit \[rad\].

@@ -1,7 +1,7 @@
 //! Rows whitened as in the likelihood: divided by the root of their noise, frequency by frequency.
 
 use rlg_inference::transform::Transform;
-use rlg_inference::{Hypothesis, NoiseBasis, NoiseLevels, Observations};
+use rlg_inference::{Hypothesis, NoiseBasis, NoiseLevels, Observations, TooFewRows};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::add;
 
@@ -20,10 +20,13 @@ pub(crate) struct Whitener {
 }
 
 impl Whitener {
-    /// Whitener of the rows to fit, under noise of `levels`; `None` where too few of them are measured.
-    pub fn new(data: &Data, levels: &[NoiseLevels]) -> Option<Self> {
+    /// Whitener of the rows to fit, under noise of `levels`.
+    ///
+    /// # Errors
+    /// Too few of them are measured.
+    pub fn new(data: &Data, levels: &[NoiseLevels]) -> Result<Self, TooFewRows> {
         let seen = data.rows_of(&[Use::Fit]);
-        Some(Self::of(data.observed(&seen)?, seen, levels))
+        Ok(Self::of(data.observed(&seen)?, seen, levels))
     }
 
     /// Whitener of the rows that are `seen`, as a span.

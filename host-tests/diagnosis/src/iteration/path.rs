@@ -7,9 +7,6 @@ use rlg_catalogue::signals::Path;
 use rlg_inference::Fit;
 use rlg_plan::RatesPlan;
 
-/// Change of a parameter \[σ\] below which no further pass is made.
-pub(crate) const SETTLED: f64 = 0.1;
-
 /// Estimate of a member's parameters beyond its base; minus the base for an insignificant low pass.
 pub(crate) fn shown(
     fit: &Fit,
@@ -120,13 +117,13 @@ pub(crate) fn is_settled(
     let stands = numbers.all(|(&place, block)| {
         let base = candidates[place].base.iter().zip(block.clone());
         base.filter(|(base, _)| **base != 0.0)
-            .all(|(_, at)| fit.estimate[at].abs() < SETTLED * fit.covariance[(at, at)].sqrt())
+            .all(|(_, at)| fit.estimate[at].abs() < plan.settled * fit.covariance[(at, at)].sqrt())
     });
     stands
         && (0..3).all(|axis| {
             let change = (delay_s[axis] - made_with_s[axis]).abs();
             if std_s[axis].is_finite() {
-                change < SETTLED * std_s[axis]
+                change < plan.settled * std_s[axis]
             } else {
                 change == 0.0
             }

@@ -7,7 +7,6 @@ use rlg_catalogue::turned::{TURNED, nearest, turn};
 use rlg_catalogue::{Candidate, Pool, Signals};
 use rlg_inference::NoiseLevels;
 
-use super::path::SETTLED;
 use super::state::Before;
 use crate::rows::data::Data;
 use crate::rows::model_effects::known_by_axis;
@@ -43,8 +42,14 @@ impl Turned {
         })
     }
 
-    /// True if products of its small angles, with each other and with scale errors, exceed the noise.
-    pub(crate) fn is_seen(&self, data: &Data, signals: &Signals, levels: &[NoiseLevels]) -> bool {
+    /// True if products of its small angles, with each other and with scale errors, exceed `settled` \[σ\].
+    pub(crate) fn is_seen(
+        &self,
+        data: &Data,
+        signals: &Signals,
+        levels: &[NoiseLevels],
+        settled: f64,
+    ) -> bool {
         let others = data.turned_by_all() - Matrix3::identity();
         let products = turn(self.known_rad + self.found_rad) * others;
         let powers: Vec<f64> = signals
@@ -60,7 +65,7 @@ impl Turned {
                 squared += sensed.sum::<f64>().powi(2) * power / (levels.white + levels.angle);
             }
         }
-        squared > SETTLED * SETTLED
+        squared > settled * settled
     }
 
     /// Forms the catalogue's columns over the rotated reference.

@@ -36,12 +36,7 @@ fn entry(band: &Band) -> EffectEntry {
     let stds = band.rms_rad_s.map(|[_, std]| std);
     let (mut parameters, mut covariance) = by_axis(sizes, stds, "rad/s");
     for (name, value, std) in [(FREQUENCY, hz, hz_std), (WIDTH, width_hz, width_std)] {
-        let number = ParameterEntry::Number {
-            name: name.to_string(),
-            value,
-            std,
-            unit: "Hz".to_string(),
-        };
+        let number = ParameterEntry::number(name, value, std, "Hz");
         append(&mut parameters, &mut covariance, number);
     }
     let [x, y, z] = sizes.map(|rms| rms * DEG_H);

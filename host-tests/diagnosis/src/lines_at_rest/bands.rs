@@ -59,7 +59,7 @@ pub(crate) fn search(
     lattice: &Lattice,
     plan: &BandPlan,
 ) -> Option<Bands> {
-    let observations = Observations::bridged(rows.seen)?;
+    let observations = Observations::bridged(rows.seen).ok()?;
     let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(levels));
     let noise = each_axis(|gyro| basis.by_coefficient(levels[gyro]));
     let mut spectra = each_axis(|gyro| transform.spectrum(&rows.left_rad[gyro]));
@@ -121,7 +121,7 @@ fn beyond_beside(rows: &Rows, bands: &[Band], levels: &[NoiseLevels]) -> Option<
     if bands.is_empty() {
         return Some(each_axis(|gyro| vec![0.0; rows.left_rad[gyro].len()]));
     }
-    let observations = Observations::bridged(rows.usable)?;
+    let observations = Observations::bridged(rows.usable).ok()?;
     let (transform, _) = Transform::with_basis(observations, NoiseLevels::mean(levels));
     let before = each_axis(|gyro| transform.spectrum(&rows.left_rad[gyro]));
     let mut after = before.clone();

@@ -43,12 +43,7 @@ fn entry(line: &Line, lines: &[Line], clock: Clock) -> EffectEntry {
     let amplitudes = sizes.map(|[amplitude, _]| amplitude);
     let (mut parameters, mut covariance) = by_axis(amplitudes, sizes.map(|[_, std]| std), "rad/s");
     let mut number = |name: &str, value: f64, std: f64| {
-        let number = ParameterEntry::Number {
-            name: name.to_string(),
-            value,
-            std,
-            unit: "Hz".to_string(),
-        };
+        let number = ParameterEntry::number(name, value, std, "Hz");
         append(&mut parameters, &mut covariance, number);
     };
     let [x, y, z] = amplitudes.map(|amplitude| amplitude * DEG_H);

@@ -40,7 +40,7 @@ pub(crate) fn search(
     rate_hz: f64,
     plan: &Plan,
 ) -> Option<Lines> {
-    let observations = Observations::bridged(seen)?;
+    let observations = Observations::bridged(seen).ok()?;
     let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(levels));
     let clock = Clock {
         rows: seen.len(),

@@ -39,6 +39,7 @@ use crate::tiles::locate;
 use crate::tiles::noise_spectrum::Noise;
 use crate::tiles::pictures::{self, Pictures};
 use crate::tiles::regimes::regimes_of;
+use crate::unfit::Unfit;
 
 /// Kind that a stretch cannot show: it needs an attitude since the recording's beginning.
 const OF_ATTITUDE: &str = "earth_rate";
@@ -46,20 +47,21 @@ const OF_ATTITUDE: &str = "earth_rate";
 /// Findings, and each stretch with a result derived from it.
 pub type WithStretches<T> = (Outcome, Vec<(Streams, T)>);
 
-/// Diagnoses a recording of which `most_rows` may be in memory at once; `None` where too few rows can be fitted.
+/// Diagnoses a recording of which `most_rows` may be in memory at once.
 ///
 /// # Returns
 /// The findings, and the stretches with the result of `also` for each.
 ///
 /// # Errors
-/// Rows cannot be read; axes are reversed or exchanged; or the model's installation matrix has no inverse.
+/// Rows cannot be read; axes are reversed or exchanged; the model's installation matrix has no inverse; or too few rows can be
+/// fitted.
 pub fn diagnose_also<T>(
     settings: &Settings,
     (long, most_rows): (&Long, usize),
     of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
     also: impl Fn(&Found) -> T,
-) -> Result<Option<WithStretches<T>>, InputError> {
+) -> Result<WithStretches<T>, Unfit> {
     let Settings {
         left_out,
         ref plan,
@@ -86,9 +88,7 @@ pub fn diagnose_also<T>(
         plan,
         left_out: &without,
     };
-    let Some(standing) = stand(&mut fitted, Grouping::Stretches, scope, progress) else {
-        return Ok(None);
-    };
+    let standing = stand(&mut fitted, Grouping::Stretches, scope, progress)?;
     let about = About {
         long,
         cut: &cut,
@@ -99,9 +99,7 @@ pub fn diagnose_also<T>(
         turned: turned.as_ref(),
         stretches: &rows,
     };
-    let Some(mut sums) = sums_of(about, standing.shown(), progress)? else {
-        return Ok(None);
-    };
+    let mut sums = sums_of(about, standing.shown(), progress)?;
     progress("search with the sums");
     let mut together = standing.judged(Some(sums.side()), plan);
     progress("self-test on this recording");
@@ -113,9 +111,7 @@ pub fn diagnose_also<T>(
         each: &fitted,
         sums: Some(&sums),
     };
-    let Some(confirmed) = confirmed(recordings, &mut together, plan) else {
-        return Ok(None);
-    };
+    let confirmed = confirmed(recordings, &mut together, plan)?;
     progress("writing the findings");
     let of = Searched {
         fitted: &fitted,
@@ -131,21 +127,17 @@ pub fn diagnose_also<T>(
     let beside: Vec<T> = together.found.iter().map(also).collect();
     drop((fitted, together));
     let streams = all.into_iter().map(|(streams, _)| streams);
-    Ok(Some((outcome, streams.zip(beside).collect())))
+    Ok((outcome, streams.zip(beside).collect()))
 }
 
-/// Reads all rows and sums over them; `None` where too few can be fitted.
-fn sums_of(
-    about: About,
-    shown: Shown,
-    progress: &dyn Fn(&str),
-) -> Result<Option<Sums>, InputError> {
+/// Reads all rows and sums over them.
+fn sums_of(about: About, shown: Shown, progress: &dyn Fn(&str)) -> Result<Sums, Unfit> {
     let seconds = about.long.seconds();
     let drift = drift_prior(&about.model.model.gyro);
     let summed = form(about, shown, &|done| {
         progress(&format!("reading {:.0} of {seconds:.0} s", done * seconds));
     })?;
-    Ok(Sums::new(summed, drift))
+    Ok(Sums::new(summed, drift)?)
 }
 
 /// Stretches and sums of a recording, with their confirmed set.

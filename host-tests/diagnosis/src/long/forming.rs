@@ -170,12 +170,12 @@ impl Forming<'_> {
         }
         drop(plain);
         match Observations::bridged(&seen) {
-            Some(observed) => {
+            Ok(observed) => {
                 let levels = first_levels(&left_rad, &observed.clone().to_fast_length());
                 let clean_rad = bridged(&left_rad, &observed);
                 estimate(data, &clean_rad, &levels, &seen, self.shown.path, plan)
             }
-            None => {
+            Err(_) => {
                 // Held-out rows: the noise is that of the stretches, the residual is not used.
                 let usable = data.streams.usable.clone();
                 let nothing: Triad = std::array::from_fn(|_| vec![0.0; usable.len()]);

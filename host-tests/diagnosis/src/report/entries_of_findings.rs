@@ -6,12 +6,13 @@ use nalgebra::DMatrix;
 use rlg_catalogue::candidates::Variant;
 use rlg_catalogue::entries::STEP;
 use rlg_catalogue::signals::AXES;
+use rlg_findings::entries::append;
 use rlg_findings::result::{EffectEntry, EvidenceEntry, ParameterEntry};
 use rlg_findings::updated_model::set_choice;
 use rlg_inference::Fit;
+use rlg_inference::judgement::chance_in_noise;
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::streams::Streams;
-use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::finding::{Finding, Number, Numbers, card, fixed, numbers, of_the_others};
 use crate::search::structure::Searched;
@@ -63,7 +64,7 @@ pub(crate) fn entry(one: &Finding, fit: &Fit, of: Searched) -> EffectEntry {
         );
     }
     what_was_left_out.push_str(&of_the_others(one.supported));
-    let tail = ChiSquared::new(one.rank.max(1) as f64).map_or(1.0, |law| law.sf(one.squared_size));
+    let price = one.candidate.hypothesis.price;
     EffectEntry {
         kind: one.candidate.kind.to_string(),
         indistinguishable_from: alike,
@@ -73,7 +74,7 @@ pub(crate) fn entry(one: &Finding, fit: &Fit, of: Searched) -> EffectEntry {
         covariance: parameters.covariance,
         identifiable: fixed(&numbers, &of_numbers, &one.combinations),
         log_evidence_gain: one.cost_without,
-        p_value: (tail * one.candidate.hypothesis.price.exp().max(1.0)).min(1.0),
+        p_value: chance_in_noise(one.squared_size, one.rank, price),
         what_was_left_out,
         expression: shown,
         regimes: one.regimes.clone(),
@@ -95,11 +96,9 @@ struct Parameters {
 
 impl Parameters {
     fn new(numbers: &[Number], covariance: &DMatrix<f64>) -> Self {
-        let of_number = |(k, number): (usize, &Number)| ParameterEntry::Number {
-            name: number.name.clone(),
-            value: number.value,
-            std: covariance[(k, k)].max(0.0).sqrt(),
-            unit: number.unit.to_string(),
+        let of_number = |(k, number): (usize, &Number)| {
+            let std = covariance[(k, k)].max(0.0).sqrt();
+            ParameterEntry::number(&number.name, number.value, std, number.unit)
         };
         let row = |a: usize| (0..numbers.len()).map(|b| covariance[(a, b)]).collect();
         Self {
@@ -109,24 +108,13 @@ impl Parameters {
     }
 
     fn add_text(&mut self, name: &str, value: &str) {
-        self.each.push(ParameterEntry::Text {
-            name: name.to_string(),
-            value: value.to_string(),
-        });
+        self.each.push(ParameterEntry::text(name, value));
     }
 
     /// Adds a number that is independent of the others.
     fn add_number(&mut self, name: &str, value: f64, std: f64, unit: &str) {
-        self.each.push(ParameterEntry::Number {
-            name: name.to_string(),
-            value,
-            std,
-            unit: unit.to_string(),
-        });
-        self.covariance.iter_mut().for_each(|row| row.push(0.0));
-        let mut own = vec![0.0; self.covariance.len()];
-        own.push(std * std);
-        self.covariance.push(own);
+        let number = ParameterEntry::number(name, value, std, unit);
+        append(&mut self.each, &mut self.covariance, number);
     }
 }
 

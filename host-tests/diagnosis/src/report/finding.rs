@@ -62,7 +62,8 @@ pub(crate) fn findings<'a>(
     let Searched { data, found } = of;
     let (confirmed, left_rad) = (&share.set, &share.left_rad);
     let fit = &confirmed.fit;
-    let whitener = Whitener::new(data, &fit.levels).filter(|_| !confirmed.named.is_empty());
+    let is_any = !confirmed.named.is_empty();
+    let whitener = Whitener::new(data, &fit.levels).ok().filter(|_| is_any);
     let left_sigma = whitener
         .as_ref()
         .map(|whitener| each_axis(|gyro| whitener.rows(gyro, &left_rad[gyro])));

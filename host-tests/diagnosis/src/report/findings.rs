@@ -377,7 +377,7 @@ fn noise_entries(fit: &Fit, noise: &[Noise; 3], span_s: f64) -> Vec<NoiseEntry> 
 /// True if a step or a slip is significant in any row, rows to test included: too late for a name, but the
 /// residual is then not the fitted noise.
 fn has_event(data: &Data, fit: &Fit, after_rad: &Triad, plan: &Plan) -> bool {
-    let Some(observations) = data.observed(&data.rows_of(&[Use::Fit, Use::Test])) else {
+    let Ok(observations) = data.observed(&data.rows_of(&[Use::Fit, Use::Test])) else {
         return false;
     };
     let (transform, basis) = Transform::with_basis(observations, NoiseLevels::mean(&fit.levels));

@@ -77,7 +77,7 @@ pub(crate) fn next_experiment(
         if is_confused(one) {
             question.separated(plan)
         } else {
-            question.known_better(&plan.judgement.experiment)
+            question.known_better(plan)
         }
     });
     next.unwrap_or_else(|| Next::of_card(kind))
@@ -269,7 +269,7 @@ impl<'a> Question<'a> {
         let own_plan = &plan.judgement.experiment;
         let needed = deciding_sigma(plan.judgement.class_within, own_plan);
         let mut best: Option<(usize, u32, Said)> = None;
-        for experiment in Experiment::all() {
+        for experiment in Experiment::all(&plan.catalogue.table) {
             let Some(said) = self.said(experiment) else {
                 continue;
             };
@@ -305,18 +305,18 @@ impl<'a> Question<'a> {
 
     /// Selects the experiment with the smallest standard deviations of the finding's parameters; `None` if none is
     /// worthwhile.
-    fn known_better(&self, plan: &ExperimentPlan) -> Option<Next> {
+    fn known_better(&self, plan: &Plan) -> Option<Next> {
         let here = self.deviations(&self.here);
         let worst = |said: &Said| {
             let there = self.deviations(&self.together(&said.information, 1));
             let ratios = here.iter().zip(&there).map(|(here, there)| there / here);
             ratios.fold(0.0, f64::max)
         };
-        let all = Experiment::all().into_iter();
+        let all = Experiment::all(&plan.catalogue.table).into_iter();
         let said = all.filter_map(|experiment| self.said(experiment));
         let rated = said.map(|said| (worst(&said), said));
         let (ratio, said) = rated.min_by(|a, b| a.0.total_cmp(&b.0))?;
-        if ratio.is_nan() || ratio > plan.worthwhile {
+        if ratio.is_nan() || ratio > plan.judgement.experiment.worthwhile {
             return None;
         }
         let entry = self.entry(&said, 1, Vec::new());
@@ -375,7 +375,7 @@ fn of_recording(
     levels: &[NoiseLevels],
 ) -> Option<Information> {
     let rows = data.rows_of(&[Use::Fit]);
-    let observations = data.observed(&rows)?.to_fast_length();
+    let observations = data.observed(&rows).ok()?.to_fast_length();
     let columns = PoolColumns {
         columns: &pool.columns,
         signals: &found.motion.signals,

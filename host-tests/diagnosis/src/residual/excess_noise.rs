@@ -30,7 +30,7 @@ pub fn excess(
     explained_rad: &Triad,
     plan: &Plan,
 ) -> Vec<Excess> {
-    let Some(observations) = data.observed(&data.rows_of(&[Use::Fit])) else {
+    let Ok(observations) = data.observed(&data.rows_of(&[Use::Fit])) else {
         return Vec::new();
     };
     let levels = Compared::new(data, fit, motion, &observations, unlike_noise, plan);

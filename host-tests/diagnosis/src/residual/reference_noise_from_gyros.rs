@@ -13,7 +13,7 @@ use crate::search::structure::{Found, left_by};
 /// motion with the least noise by both, however small the motion. Unseen rows are bridged, or zero outside the spans.
 pub fn read_by_gyros(data: &Data, found: &Found) -> Option<Triad> {
     let rows = data.streams.rows;
-    let looked_at = data.observed(&data.rows_of(&[Use::Fit]))?;
+    let looked_at = data.observed(&data.rows_of(&[Use::Fit])).ok()?;
     let left_rad = bridged(&left_by(found, &found.fit), &looked_at);
     let basis = NoiseBasis::new(&Observations::separate(&vec![true; rows], 1));
     let dct = Dct::new(rows);

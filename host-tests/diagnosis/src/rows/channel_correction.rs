@@ -8,6 +8,7 @@ use std::collections::BTreeMap;
 use std::path::Path;
 
 use nalgebra::{Matrix3, Vector3};
+use rlg_findings::entries::{uncorrelated, unlisted};
 use rlg_findings::result::{EffectEntry, ParameterEntry, Verdict};
 use rlg_findings::sentences::opening;
 use rlg_model::catalogue::NINE;
@@ -193,43 +194,29 @@ fn entry(
     let is_scale = effect.kind == "channel_factor"
         && lead == Lead::Reference
         && !crossing.factors.iter().any(|factor| is_unit(*factor, plan));
-    let std = |gyro: usize, axis: usize| crossing.measured.std[(gyro, axis)];
-    let number = |name: &str, value: f64, std: f64| ParameterEntry::Number {
-        name: name.to_string(),
-        value,
-        std: if std.is_finite() { std } else { 0.0 },
-        unit: "1".to_string(),
+    let std = |gyro: usize, axis: usize| match crossing.measured.std[(gyro, axis)] {
+        std if std.is_finite() => std,
+        _ => 0.0,
     };
-    let parameters: Vec<ParameterEntry> = if is_scale {
+    let numbers: Vec<(&str, f64, f64)> = if is_scale {
         let of = |gyro: usize| {
             let axis = crossing.axes.row(gyro).transpose().iamax();
-            let name = AXES[gyro];
-            number(
-                name,
-                exact(crossing.factors[gyro], plan) - 1.0,
-                std(gyro, axis),
-            )
+            let error = exact(crossing.factors[gyro], plan) - 1.0;
+            (AXES[gyro], error, std(gyro, axis))
         };
         (0..3).map(of).collect()
     } else {
         let of = |place: usize| {
             let (gyro, axis) = (place / 3, place % 3);
-            number(NINE[place], effect.number(NINE[place]), std(gyro, axis))
+            (NINE[place], effect.number(NINE[place]), std(gyro, axis))
         };
         (0..9).map(of).collect()
     };
-    let stds: Vec<f64> = parameters
-        .iter()
-        .map(|one| match one {
-            ParameterEntry::Number { std, .. } => *std,
-            ParameterEntry::Text { .. } => 0.0,
-        })
-        .collect();
-    let covariance = (0..stds.len())
-        .map(|a| {
-            let of = |b: usize| if a == b { stds[a] * stds[a] } else { 0.0 };
-            (0..stds.len()).map(of).collect()
-        })
+    let stds: Vec<f64> = numbers.iter().map(|(.., std)| *std).collect();
+    let covariance = uncorrelated(&stds);
+    let numbers = numbers.into_iter();
+    let parameters: Vec<ParameterEntry> = numbers
+        .map(|(name, value, std)| ParameterEntry::number(name, value, std, "1"))
         .collect();
     EffectEntry {
         kind: if is_scale { "gyro_scale" } else { &effect.kind }.to_string(),
@@ -238,16 +225,11 @@ fn entry(
         } else {
             Vec::new()
         },
-        gravity_speaks_against: Vec::new(),
-        equation: "gyro_i = sum_j map_ij reference_j".to_string(),
         parameters,
         covariance,
-        identifiable: Vec::new(),
-        log_evidence_gain: 0.0,
-        p_value: 0.0,
-        what_was_left_out: sentence(lead, crossing, plan),
-        expression: None,
-        regimes: Vec::new(),
-        evidence: None,
+        ..unlisted(
+            "gyro_i = sum_j map_ij reference_j".to_string(),
+            sentence(lead, crossing, plan),
+        )
     }
 }

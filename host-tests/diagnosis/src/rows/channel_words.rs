@@ -77,8 +77,8 @@ pub fn cause(factor: f64, rate_hz: f64, plan: &ChannelCausePlan) -> Option<(f64,
 
 /// True if a factor is that between two units: small powers of two are settings of a sensor.
 pub fn is_unit(factor: f64, plan: &ChannelCausePlan) -> bool {
-    const SETTINGS: [f64; 4] = [2.0, 4.0, 8.0, 16.0];
-    let is_setting = |one: f64| SETTINGS.contains(&one) || SETTINGS.contains(&(1.0 / one));
+    let settings = plan.settings;
+    let is_setting = |one: f64| settings.contains(&one) || settings.contains(&(1.0 / one));
     cause(factor, f64::NAN, plan).is_some_and(|(one, _)| !is_setting(one.abs()))
 }
 

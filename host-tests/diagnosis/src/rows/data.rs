@@ -8,7 +8,7 @@ use nalgebra::Matrix3;
 use rlg_catalogue::signals::{Inputs, Path, Signals};
 use rlg_catalogue::turned::{TURNED, known_turn};
 use rlg_catalogue::{Column, Sensed};
-use rlg_inference::Observations;
+use rlg_inference::{Observations, TooFewRows};
 use rlg_model::Model;
 use rlg_recording::error::InputError;
 use rlg_signal::own_lines::OwnLine;
@@ -154,11 +154,14 @@ impl<'a> Data<'a> {
         reached(&rows, self.late_rows)
     }
 
-    /// Rows that are `seen`, as one span; `None` where they are too few. In a stretch of a longer recording the level is a
-    /// free parameter: the whole recording determines it.
-    pub fn observed(&self, seen: &[bool]) -> Option<Observations> {
+    /// Rows that are `seen`, as one span. In a stretch of a longer recording the level is a free parameter: the whole
+    /// recording determines it.
+    ///
+    /// # Errors
+    /// They are too few.
+    pub fn observed(&self, seen: &[bool]) -> Result<Observations, TooFewRows> {
         let observed = Observations::bridged(seen)?;
-        Some(match self.streams.is_stretch() {
+        Ok(match self.streams.is_stretch() {
             true => observed.with_free_levels(),
             false => observed,
         })

@@ -2,6 +2,7 @@
 
 use std::collections::BTreeMap;
 
+use rlg_findings::entries::unlisted;
 use rlg_findings::result::{ChannelEntry, EffectEntry, FiguresEntry, ParameterEntry};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_signal::fault::{Detail, Fault};
@@ -15,12 +16,7 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
     let [start_s, end_s] = streams.span_of(&fault.rows);
     // A fault is located to the row.
     let std = 1.0 / streams.rate_hz;
-    let number = |name: &str, value: f64| ParameterEntry::Number {
-        name: name.to_string(),
-        value,
-        std,
-        unit: "s".to_string(),
-    };
+    let number = |name: &str, value: f64| ParameterEntry::number(name, value, std, "s");
     // Counts are exact: places and rows, or rows per sample.
     let counted = match fault.detail {
         Detail::Places { places, rows } => {
@@ -35,12 +31,7 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
     covariance[1][1] = std * std;
     let counted = counted
         .into_iter()
-        .map(|(name, value)| ParameterEntry::Number {
-            name: name.to_string(),
-            value,
-            std: 0.0,
-            unit: "1".to_string(),
-        });
+        .map(|(name, value)| ParameterEntry::number(name, value, 0.0, "1"));
     let rows_of = data_words::rows_of(streams, fault);
     let said = match fault.detail {
         Detail::None => format!(
@@ -50,37 +41,23 @@ pub fn fault_entry(streams: &Streams, fault: &Fault) -> EffectEntry {
         _ => data_words::sentence(streams, &[fault]),
     };
     EffectEntry {
-        evidence: None,
-        gravity_speaks_against: Vec::new(),
         kind: fault.kind.to_string(),
         indistinguishable_from: fault
             .indistinguishable_from
             .iter()
             .map(|kind| (*kind).to_string())
             .collect(),
-        equation: String::new(),
         parameters: [
-            ParameterEntry::Text {
-                name: "channel".to_string(),
-                value: fault.channel.clone(),
-            },
+            ParameterEntry::text("channel", &fault.channel),
             number("start_s", start_s),
             number("end_s", end_s),
         ]
         .into_iter()
         .chain(counted)
-        .chain(rows_of.map(|owner| ParameterEntry::Text {
-            name: "rows_of".to_string(),
-            value: owner.to_string(),
-        }))
+        .chain(rows_of.map(|owner| ParameterEntry::text("rows_of", owner)))
         .collect(),
         covariance,
-        identifiable: Vec::new(),
-        log_evidence_gain: 0.0,
-        p_value: 0.0,
-        what_was_left_out: said,
-        expression: None,
-        regimes: Vec::new(),
+        ..unlisted(String::new(), said)
     }
 }
 

@@ -8,7 +8,7 @@ use rlg_inference::{Hypothesis, NoiseLevels, NormalEquations, Observations};
 use crate::alignment::case_motion::Motion;
 use crate::candidates::scores::size_price;
 use crate::iteration::pass::Pass;
-use crate::iteration::path::{SETTLED, shown};
+use crate::iteration::path::shown;
 use crate::iteration::reference_rotation::Turned;
 use crate::iteration::state::{Before, left_behind_known, take_out_hidden};
 use crate::rows::data::Data;
@@ -38,7 +38,10 @@ impl About<'_> {
     ) -> Vec<Candidate> {
         let signals = &motion.signals;
         let mut candidates = pool.candidates(signals, motion.is_moving, scope.left_out);
-        if self.turned.is_seen(data, signals, self.levels) {
+        if self
+            .turned
+            .is_seen(data, signals, self.levels, scope.plan.rates.settled)
+        {
             self.turned.carry(&mut candidates, pool, signals);
         }
         match self.before {
@@ -71,9 +74,14 @@ impl About<'_> {
 }
 
 /// Keeps candidates that the rows show, and prices and links delays.
-fn settle(candidates: &mut Vec<Candidate>, levels: &[NoiseLevels], equations: &NormalEquations) {
+fn settle(
+    candidates: &mut Vec<Candidate>,
+    levels: &[NoiseLevels],
+    equations: &NormalEquations,
+    settled: f64,
+) {
     for one in candidates.iter_mut().filter(|one| one.kind == LATE_PICKOFF) {
-        if squared_fixed(&one.hypothesis, levels, equations) < SETTLED * SETTLED {
+        if squared_fixed(&one.hypothesis, levels, equations) < settled * settled {
             one.hypothesis.fixed.clear();
         }
     }
@@ -116,7 +124,12 @@ impl Pass {
             NoiseLevels::mean(about.levels),
             &data.free_constants,
         );
-        settle(&mut candidates, about.levels, &equations);
+        settle(
+            &mut candidates,
+            about.levels,
+            &equations,
+            scope.plan.rates.settled,
+        );
         Self {
             motion,
             residual_rad,

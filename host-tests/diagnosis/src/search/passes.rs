@@ -7,7 +7,7 @@ use nalgebra::Matrix3;
 use rlg_catalogue::Candidate;
 use rlg_catalogue::signals::Path;
 use rlg_catalogue::turned::TURNED;
-use rlg_inference::{Fit, NoiseLevels, Observations};
+use rlg_inference::{Fit, NoiseLevels, Observations, TooFewRows};
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Triad, add_triad};
 
@@ -24,10 +24,13 @@ use crate::rows::data::{Data, bridged};
 use crate::rows::noise_levels::first_levels;
 use crate::settings::Scope;
 
-/// Finds the best set; `None` where too few rows can be fitted.
-pub fn find(data: &mut Data, scope: Scope, progress: &dyn Fn(&str)) -> Option<Found> {
+/// Finds the best set.
+///
+/// # Errors
+/// Too few rows can be fitted.
+pub fn find(data: &mut Data, scope: Scope, progress: &dyn Fn(&str)) -> Result<Found, TooFewRows> {
     let settled = settle(data, scope, progress)?;
-    Some(settled.pass.judge(settled.fit, scope.plan, settled.tried))
+    Ok(settled.pass.judge(settled.fit, scope.plan, settled.tried))
 }
 
 /// Last pass of a search, with a converged set and delays.
@@ -51,12 +54,12 @@ pub(crate) struct Rows {
 }
 
 impl Rows {
-    /// Selects the rows to fit; `None` where they are too few.
-    fn of(data: &Data) -> Option<Self> {
+    /// Selects the rows to fit.
+    fn of(data: &Data) -> Result<Self, TooFewRows> {
         let seen = data.rows_of(&[Use::Fit]);
         let looked_at = data.observed(&seen)?;
         let fitted = looked_at.clone().to_fast_length();
-        Some(Self {
+        Ok(Self {
             seen,
             looked_at,
             fitted,
@@ -64,11 +67,14 @@ impl Rows {
     }
 }
 
-/// The residual of the model with its effects \[rad\]; `None` where too few rows can be fitted.
-pub fn residual_of_model(data: &mut Data, plan: &Plan) -> Option<Triad> {
+/// The residual of the model with its effects \[rad\].
+///
+/// # Errors
+/// Too few rows can be fitted.
+pub fn residual_of_model(data: &mut Data, plan: &Plan) -> Result<Triad, TooFewRows> {
     let mut left = data.residual_rad.clone();
     if data.model.effects.is_empty() {
-        return Some(left);
+        return Ok(left);
     }
     let rows = Rows::of(data)?;
     // The known effects are subtracted before the noise levels of the residual are meaningful.
@@ -79,16 +85,23 @@ pub fn residual_of_model(data: &mut Data, plan: &Plan) -> Option<Triad> {
         data.set_known(&motion.signals);
         left = without_known(data, &motion.signals);
     }
-    Some(left)
+    Ok(left)
 }
 
-/// Alternates linearisation and structure search until set and delays converge; `None` where too few rows can be fitted.
-pub(crate) fn settle(data: &mut Data, scope: Scope, progress: &dyn Fn(&str)) -> Option<Settled> {
+/// Alternates linearisation and structure search until set and delays converge.
+///
+/// # Errors
+/// Too few rows can be fitted.
+pub(crate) fn settle(
+    data: &mut Data,
+    scope: Scope,
+    progress: &dyn Fn(&str),
+) -> Result<Settled, TooFewRows> {
     let plan = scope.plan;
     data.forget_found();
     let mut rows = Rows::of(data)?;
     let left = residual_of_model(data, plan)?;
-    let far = coarse(data, &left, &rows.seen, &plan.rates.coarse);
+    let far = coarse(data, &left, &rows.seen, plan);
     if far.path != Path::default() {
         data.late_rows += far.path.longest_delay_s() * data.streams.rate_hz;
         rows = Rows::of(data)?;
@@ -118,7 +131,7 @@ pub(crate) fn settle(data: &mut Data, scope: Scope, progress: &dyn Fn(&str)) -> 
         tried += done.tried;
         if done.has_ended || is_last && stood.is_none() {
             data.found_share = share_of(&done.fit, &done.pass.candidates, &done.pass.pool);
-            return Some(Settled {
+            return Ok(Settled {
                 pass: done.pass,
                 fit: done.fit,
                 tried,
@@ -264,7 +277,8 @@ impl Begun {
     fn pass(&self, data: &mut Data, rows: &Rows, asks: Asks, scope: Scope) -> Done {
         let now = self.linearised(data, rows, scope);
         let tried = Turned::tried(data, &self.before);
-        let tried = tried.filter(|tried| tried.is_seen(data, &now.motion.signals, &self.levels));
+        let (signals, settled) = (&now.motion.signals, scope.plan.rates.settled);
+        let tried = tried.filter(|tried| tried.is_seen(data, signals, &self.levels, settled));
         let done = self.searched(now, data, asks, scope);
         let Some(tried) = tried else {
             return done;

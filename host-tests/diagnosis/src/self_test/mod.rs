@@ -7,8 +7,7 @@ use rand_chacha::ChaCha8Rng;
 use rlg_findings::result::{
     Diagnosis, SelfTestEntry, SelfTestKind, SelfTestPoint, Sensitivity, Tested,
 };
-use rlg_findings::sentences::NEEDED_SNR;
-use rlg_plan::SelfTestPlan;
+use rlg_plan::{Plan, SelfTestPlan};
 use statrs::distribution::{Beta, ChiSquared, ContinuousCDF};
 
 pub mod moments;
@@ -56,16 +55,23 @@ pub trait Trials {
     fn theory(&self, planted: &Self::Planted, rho: f64) -> f64;
 
     /// Sensitivity of the recording to the effect's kind.
-    fn sensitivity(&self, planted: &Self::Planted) -> Option<Sensitivity>;
+    ///
+    /// # Inputs `needed_snr`: SNR at which an effect is found.
+    fn sensitivity(&self, planted: &Self::Planted, needed_snr: f64) -> Option<Sensitivity>;
 
     /// Runs all trials.
-    fn tested(&self, seed: u64, plan: &SelfTestPlan) -> Tested {
+    fn tested(&self, seed: u64, plan: &Plan) -> Tested {
+        let needed_snr = plan.findings.needed_snr;
+        let (own, random) = (
+            &plan.judgement.self_test,
+            &mut ChaCha8Rng::seed_from_u64(seed),
+        );
         Tested {
-            self_test: self.entry(&mut ChaCha8Rng::seed_from_u64(seed), plan),
+            self_test: self.entry(random, own),
             sensitivity: self
                 .planted()
                 .into_iter()
-                .filter_map(|one| self.sensitivity(one))
+                .filter_map(|one| self.sensitivity(one, needed_snr))
                 .collect(),
         }
     }
@@ -175,6 +181,7 @@ pub fn sensitivity(
     kind: &str,
     reach: Reach,
     information: impl Iterator<Item = f64>,
+    needed_snr: f64,
 ) -> Option<Sensitivity> {
     let typical = reach.typical;
     let snr = information.map(|one| typical * one.max(0.0).sqrt());
@@ -187,7 +194,7 @@ pub fn sensitivity(
         typical,
         unit: reach.unit.to_string(),
         snr: strongest,
-        snr_weakest: if largest_snr < NEEDED_SNR {
+        snr_weakest: if largest_snr < needed_snr {
             0.0
         } else {
             weakest

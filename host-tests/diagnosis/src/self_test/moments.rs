@@ -41,7 +41,7 @@ pub fn self_test_on(
     seed: u64,
 ) -> Option<Tested> {
     let trials = Trials::new(data, set, rows, plan)?;
-    Some(trials.tested(seed, &plan.judgement.self_test))
+    Some(trials.tested(seed, plan))
 }
 
 /// Row of the catalogue as a hypothesis on the records.
@@ -394,9 +394,10 @@ impl<'a> super::Trials for Trials<'a> {
         })
     }
 
-    fn sensitivity(&self, planted: &Tried<'a>) -> Option<Sensitivity> {
+    fn sensitivity(&self, planted: &Tried<'a>, needed_snr: f64) -> Option<Sensitivity> {
         let information = planted.information.diagonal();
-        sensitivity(planted.kind, planted.reach?, information.iter().copied())
+        let information = information.iter().copied();
+        sensitivity(planted.kind, planted.reach?, information, needed_snr)
     }
 }
 

@@ -4,8 +4,8 @@ use rlg_plan::Plan;
 
 use rlg_catalogue::signals::Path as SignalPath;
 use rlg_findings::result::RecordingEntry;
+use rlg_inference::TooFewRows;
 use rlg_model::DeclaredModel;
-use rlg_recording::error::InputError;
 use rlg_signal::fault::Fault;
 use rlg_signal::partition::Use;
 use rlg_signal::streams::{Streams, Triad};
@@ -26,9 +26,9 @@ use crate::rows::noise_levels::reported;
 use crate::search::structure::Found;
 use crate::settings::{Scope, Settings};
 use crate::tiles::held_out_figures::validate;
+use crate::unfit::Unfit;
 
-/// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments; `None` where too few
-/// rows of one can be fitted.
+/// Diagnoses aligned and qualified recordings of one unit together, using up their sensed increments.
 ///
 /// # Inputs
 /// `all`: each with the faults of its data; recordings with a held-out piece only test.
@@ -37,14 +37,14 @@ use crate::tiles::held_out_figures::validate;
 /// The findings, and the result of `also` for each fitted recording.
 ///
 /// # Errors
-/// The model's installation matrix has no inverse.
+/// The model's installation matrix has no inverse, or too few rows of a recording can be fitted.
 pub fn diagnose_also<T>(
     settings: &Settings,
     all: &mut [(Streams, Vec<Fault>)],
     of: DeclaredModel<'_>,
     progress: &dyn Fn(&str),
     also: impl Fn(&Found) -> T,
-) -> Result<Option<(Outcome, Vec<T>)>, InputError> {
+) -> Result<(Outcome, Vec<T>), Unfit> {
     let DeclaredModel { model, file } = of;
     let Settings {
         left_out,
@@ -64,7 +64,7 @@ pub fn diagnose_also<T>(
             faults.push(std::mem::take(of_data));
         }
     }
-    let searched = until_none_falls(left_out, progress, |without| {
+    let searched = until_none_falls(left_out, progress, |without| -> Result<_, TooFewRows> {
         let mut together = find(
             &mut fitted,
             Scope {
@@ -83,11 +83,9 @@ pub fn diagnose_also<T>(
         };
         let confirmed = confirmed(recordings, &mut together, plan)?;
         let fallen = fallen(&confirmed.set.reenacted_away, &together.found[0]);
-        Some(((together, confirmed, tested_on), fallen))
-    });
-    let Some(((mut together, mut confirmed, tested_on), shown_anyway)) = searched else {
-        return Ok(None);
-    };
+        Ok(((together, confirmed, tested_on), fallen))
+    })?;
+    let ((mut together, mut confirmed, tested_on), shown_anyway) = searched;
     confirmed.set.shown_anyway = shown_anyway;
     progress("writing the findings");
     let held_out: Vec<HeldOut> = tested
@@ -103,7 +101,7 @@ pub fn diagnose_also<T>(
         settings,
     );
     outcome.diagnosis.add_self_test(tested_on);
-    Ok(Some((outcome, together.found.iter().map(also).collect())))
+    Ok((outcome, together.found.iter().map(also).collect()))
 }
 
 /// Figures of a held-out recording: the common effects, predicted from its own reference. None of its rows is used before.

@@ -318,10 +318,8 @@ fn joined(
             .iter_mut()
             .filter(|one| one.text("recording").is_none())
         {
-            entry.parameters.push(ParameterEntry::Text {
-                name: "recording".to_string(),
-                value: data.streams.piece.recording.clone(),
-            });
+            let recording = ParameterEntry::text("recording", &data.streams.piece.recording);
+            entry.parameters.push(recording);
         }
         effects.extend(own);
         rest.extend(of_data);

@@ -8,7 +8,9 @@ use rlg_catalogue::signals::Path;
 use rlg_catalogue::{Candidate, Pool, Sensed};
 use rlg_inference::judgement::Judged;
 use rlg_inference::search::best_of;
-use rlg_inference::{Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search};
+use rlg_inference::{
+    Fit, Hypothesis, JointLikelihood, NoiseLevels, NormalEquations, Search, TooFewRows,
+};
 
 use super::delays::{joint_delay, mean_delay};
 use crate::confirm::sharing::{
@@ -50,20 +52,29 @@ pub(crate) struct Standing {
     tried: usize,
 }
 
-/// Finds the best set of all recordings; `None` where too few rows of one can be fitted.
-pub(crate) fn find(all: &mut [Data], scope: Scope, progress: &dyn Fn(&str)) -> Option<Together> {
+/// Finds the best set of all recordings.
+///
+/// # Errors
+/// Too few rows of one can be fitted.
+pub(crate) fn find(
+    all: &mut [Data],
+    scope: Scope,
+    progress: &dyn Fn(&str),
+) -> Result<Together, TooFewRows> {
     let standing = stand(all, Grouping::Recordings, scope, progress)?;
-    Some(standing.judged(None, scope.plan))
+    Ok(standing.judged(None, scope.plan))
 }
 
-/// Alternates linearisation of each recording and the search over all until both converge; `None` where too few rows of one
-/// can be fitted.
+/// Alternates linearisation of each recording and the search over all until both converge, or for the plan's passes.
+///
+/// # Errors
+/// Too few rows of one can be fitted.
 pub(crate) fn stand(
     all: &mut [Data],
     grouping: Grouping,
     scope: Scope,
     progress: &dyn Fn(&str),
-) -> Option<Standing> {
+) -> Result<Standing, TooFewRows> {
     let plan = scope.plan;
     let mut recordings = Vec::with_capacity(all.len());
     let mut fits = Vec::with_capacity(all.len());
@@ -80,7 +91,9 @@ pub(crate) fn stand(
     spell_in_all(&mut recordings, &fits);
     let mut levels: Vec<NoiseLevels> = fits.iter().flat_map(|fit| fit.levels.clone()).collect();
     let mut before: Option<Vec<Shared>> = None;
-    for pass in 1..=plan.judgement.passes {
+    let mut pass = 0;
+    loop {
+        pass += 1;
         progress(&format!("all together, pass {pass}"));
         let sides: Vec<Side> = recordings.iter().map(|one| side_of(&one.pass)).collect();
         let shared = spell(&sides, grouping, plan);
@@ -106,8 +119,8 @@ pub(crate) fn stand(
         let nothing = members.is_empty()
             && fits.iter().all(|fit| fit.members.is_empty())
             && recordings.iter().all(|one| one.path() == Path::default());
-        if nothing || (is_same && stands) || pass == plan.judgement.passes {
-            return Some(Standing {
+        if nothing || (is_same && stands) || pass >= plan.judgement.passes {
+            return Ok(Standing {
                 recordings,
                 grouping,
                 shared,
@@ -124,7 +137,6 @@ pub(crate) fn stand(
             .collect();
         before = Some(members);
     }
-    None
 }
 
 /// Joint result of the stretches, for the whole recording.

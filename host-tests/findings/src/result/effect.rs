@@ -28,6 +28,26 @@ pub enum ParameterEntry {
     },
 }
 
+impl ParameterEntry {
+    /// Forms an estimate with its standard deviation.
+    pub fn number(name: &str, value: f64, std: f64, unit: &str) -> Self {
+        Self::Number {
+            name: name.to_string(),
+            value,
+            std,
+            unit: unit.to_string(),
+        }
+    }
+
+    /// Forms a text.
+    pub fn text(name: &str, value: &str) -> Self {
+        Self::Text {
+            name: name.to_string(),
+            value: value.to_string(),
+        }
+    }
+}
+
 /// Returns the value of a text parameter among `parameters`.
 pub fn text_of<'a>(parameters: &'a [ParameterEntry], name: &str) -> Option<&'a str> {
     parameters.iter().find_map(|one| match one {

@@ -1,9 +1,8 @@
 //! Fit and noise in `diagnosis.json`: figures by channel and recording, noise terms.
 
+use rlg_plan::FindingsPlan;
 use schemars::JsonSchema;
 use serde::Serialize;
-
-use crate::numbers::SIGNIFICANT_SIGMAS;
 
 /// Fit before and after.
 #[derive(Debug, Clone, Serialize, JsonSchema)]
@@ -127,14 +126,14 @@ pub struct LevelEntry {
 }
 
 impl LevelEntry {
-    /// True if the level exceeds zero by [`SIGNIFICANT_SIGMAS`] standard deviations.
-    pub fn is_measured(&self) -> bool {
-        self.value > SIGNIFICANT_SIGMAS * self.std
+    /// True if the level exceeds zero by the least significance of a value.
+    pub fn is_measured(&self, plan: &FindingsPlan) -> bool {
+        self.value > plan.significant_deviations * self.std
     }
 
-    /// Upper bound of the level: the root of its square plus [`SIGNIFICANT_SIGMAS`] standard deviations of the square.
-    pub fn bound(&self) -> f64 {
-        (self.value.powi(2) + SIGNIFICANT_SIGMAS * self.std_of_square()).sqrt()
+    /// Upper bound of the level: the root of its square plus as many standard deviations of the square.
+    pub fn bound(&self, plan: &FindingsPlan) -> f64 {
+        (self.value.powi(2) + plan.significant_deviations * self.std_of_square()).sqrt()
     }
 
     /// Standard deviation of the square: levels are fitted as squares, which are nearly normal even if the levels are

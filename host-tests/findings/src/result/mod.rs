@@ -2,6 +2,7 @@
 //!
 //! SI units. Names and meanings are fixed by the contract; fields beyond it are additions.
 
+use rlg_plan::Plan;
 use schemars::JsonSchema;
 use serde::Serialize;
 use std::collections::BTreeMap;
@@ -159,6 +160,14 @@ impl Diagnosis {
             each.join("; ")
         )]);
         self.plan = changed;
+    }
+
+    /// Thresholds that the diagnosis was made with.
+    pub fn thresholds(&self) -> Plan {
+        let changed = self.plan.iter();
+        changed.fold(Plan::default(), |plan, one| {
+            plan.with(&one.number, &one.value)
+        })
     }
 
     /// Adds the self-test and the sensitivity, if they were computed.
@@ -347,4 +356,28 @@ pub struct Tested {
     pub self_test: SelfTestEntry,
     /// Sensitivity to each kind, in the order of the catalogue.
     pub sensitivity: Vec<Sensitivity>,
+}
+
+#[cfg(test)]
+mod tests {
+    use super::{Diagnosis, PlanEntry};
+
+    #[test]
+    fn a_diagnosis_gives_back_the_thresholds_that_it_was_made_with() {
+        let changed = |number: &str, value: &[f64]| PlanEntry {
+            number: number.to_owned(),
+            value: value.to_vec(),
+            default: Vec::new(),
+        };
+        let mut diagnosis = Diagnosis::unusable("log", 0, "");
+        assert!(diagnosis.thresholds().changed().is_empty());
+        diagnosis.under_plan(vec![
+            changed("findings.needed_snr", &[9.0]),
+            changed("catalogue.grids.lags_s", &[0.2, 0.4, 1.6, 6.4]),
+        ]);
+        let plan = diagnosis.thresholds();
+        assert_eq!(plan.changed().len(), 2);
+        assert_eq!(plan.findings.needed_snr, 9.0);
+        assert_eq!(plan.catalogue.grids.lags_s, [0.2, 0.4, 1.6, 6.4]);
+    }
 }

@@ -7,6 +7,7 @@ use rlg_findings::names::{plain, spaced};
 use rlg_findings::numbers::seconds;
 use rlg_findings::own_mode;
 use rlg_findings::result::{Diagnosis, EffectEntry, UNLISTED, number_of, text_of};
+use rlg_plan::FindingsPlan;
 
 use super::sizes::{strength, words};
 use crate::lines::{frequency, is_band, is_line};
@@ -76,6 +77,7 @@ pub(super) fn said(diagnosis: &Diagnosis) -> Vec<(String, String)> {
             None => groups.push((own, vec![effect])),
         }
     }
+    let plan = &diagnosis.thresholds().findings;
     let share = |members: &[&EffectEntry]| {
         let evidence = members[0].evidence.as_ref();
         evidence.map_or(f64::INFINITY, |one| one.share)
@@ -93,7 +95,7 @@ pub(super) fn said(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     });
     let mut said: Vec<(String, String)> = groups
         .iter()
-        .map(|(group, members)| one(*group, members))
+        .map(|(group, members)| one(*group, members, plan))
         .collect();
     let kinds: Vec<&str> = diagnosis
         .effects
@@ -104,7 +106,12 @@ pub(super) fn said(diagnosis: &Diagnosis) -> Vec<(String, String)> {
     let registration =
         registration.filter(|one| one.supported && !kinds.contains(&one.kind.as_str()));
     said.extend(registration.map(|one| {
-        let words = words(&one.kind, &one.parameters, None);
+        let words = words(
+            &one.kind,
+            &one.parameters,
+            None,
+            plan.significant_deviations,
+        );
         (words.name, words.sizes)
     }));
     said
@@ -131,9 +138,10 @@ pub(super) fn lines(diagnosis: &Diagnosis, room: usize) -> Vec<String> {
 
 /// Alternative causes of each effect.
 pub(super) fn not_distinguishable(diagnosis: &Diagnosis) -> Option<String> {
+    let plan = &diagnosis.thresholds().findings;
     let mut said: Vec<String> = Vec::new();
     for effect in &diagnosis.effects {
-        let rivals = rivals(effect);
+        let rivals = rivals(effect, plan);
         if !rivals.is_empty() {
             let words = format!("{} or {}", plain(&effect.kind), rivals.join(" or "));
             if !said.contains(&words) {
@@ -145,18 +153,18 @@ pub(super) fn not_distinguishable(diagnosis: &Diagnosis) -> Option<String> {
     let own: BTreeSet<String> = diagnosis
         .effects
         .iter()
-        .filter_map(own_mode::sentence)
+        .filter_map(|one| own_mode::sentence(one, plan))
         .collect();
     let all: Vec<String> = apart.into_iter().chain(own).collect();
     (!all.is_empty()).then(|| all.join(" "))
 }
 
 /// Alternative causes of one effect in words.
-fn rivals(effect: &EffectEntry) -> Vec<String> {
+fn rivals(effect: &EffectEntry, plan: &FindingsPlan) -> Vec<String> {
     let alike = effect.indistinguishable_from.iter();
     let alike = alike.filter(|kind| !effect.gravity_speaks_against.contains(kind));
-    let has_own = own_mode::sentence(effect).is_some();
-    let alike = alike.filter(|kind| !own_mode::is_own_physics(effect, kind));
+    let has_own = own_mode::sentence(effect, plan).is_some();
+    let alike = alike.filter(|kind| !own_mode::is_own_physics(effect, kind, plan));
     let mut words: Vec<String> = alike
         .map(|kind| match &effect.expression {
             Some(expression) if kind == UNLISTED && effect.kind != UNLISTED => expression.clone(),
@@ -174,11 +182,17 @@ fn rivals(effect: &EffectEntry) -> Vec<String> {
 }
 
 /// Line of a group: its name and description.
-fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
+fn one(group: Group<'_>, members: &[&EffectEntry], plan: &FindingsPlan) -> (String, String) {
     match group {
-        Group::Kind(kind) => sized(plain(kind), members),
+        Group::Kind(kind) => sized(plain(kind), members, plan),
         Group::Expression(axis, expression) => {
-            let words = words(UNLISTED, &members[0].parameters, Some(members[0]));
+            let deviations = plan.significant_deviations;
+            let words = words(
+                UNLISTED,
+                &members[0].parameters,
+                Some(members[0]),
+                deviations,
+            );
             let who = match axis {
                 "" => "the gyros follow".to_owned(),
                 axis => format!("gyro {axis} follows"),
@@ -188,8 +202,8 @@ fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
                 format!("{}; no effect of the catalogue", words.sizes),
             )
         }
-        Group::Lines => ("spectral lines".to_owned(), strongest_of(members)),
-        Group::Bands => ("noise in a band".to_owned(), strongest_of(members)),
+        Group::Lines => ("spectral lines".to_owned(), strongest_of(members, plan)),
+        Group::Bands => ("noise in a band".to_owned(), strongest_of(members, plan)),
         Group::Fault(kind) => (plain(kind), faults(members)),
         Group::Sentence(kind) => (plain(kind), members[0].what_was_left_out.clone()),
         Group::Unexplained => {
@@ -206,8 +220,8 @@ fn one(group: Group<'_>, members: &[&EffectEntry]) -> (String, String) {
 }
 
 /// Size of the strongest line or band, and their number.
-fn strongest_of(members: &[&EffectEntry]) -> String {
-    let (_, sizes) = sized(String::new(), &members[..1]);
+fn strongest_of(members: &[&EffectEntry], plan: &FindingsPlan) -> String {
+    let (_, sizes) = sized(String::new(), &members[..1], plan);
     let hz = frequency(members[0]);
     match members.len() {
         1 => format!("{hz} Hz: {sizes}"),
@@ -216,14 +230,20 @@ fn strongest_of(members: &[&EffectEntry]) -> String {
 }
 
 /// Sizes of one kind; of several effects the strongest, and their number.
-fn sized(name: String, members: &[&EffectEntry]) -> (String, String) {
+fn sized(name: String, members: &[&EffectEntry], plan: &FindingsPlan) -> (String, String) {
     let strongest = members
         .iter()
         .max_by(|a, b| strength(a).total_cmp(&strength(b)));
     let Some(strongest) = strongest else {
         return (name, String::new());
     };
-    let words = words(&strongest.kind, &strongest.parameters, Some(strongest));
+    let deviations = plan.significant_deviations;
+    let words = words(
+        &strongest.kind,
+        &strongest.parameters,
+        Some(strongest),
+        deviations,
+    );
     match members.len() {
         1 if words.sizes.is_empty() => (name, strongest.what_was_left_out.clone()),
         1 => (words.name, words.sizes),

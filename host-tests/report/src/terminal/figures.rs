@@ -1,12 +1,12 @@
 //! Text on the differences between recording and model, and on held-out time before and after, a line each.
 
 use rlg_findings::names::spaced;
-use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, band, chance, happened, seconds};
+use rlg_findings::numbers::{Scale, band, chance, happened, seconds};
 use rlg_findings::result::{ChannelEntry, Diagnosis};
 
 use super::sizes::to_two_digits;
 
-/// Two-sided probability of [`SIGNIFICANT_SIGMAS`] in noise alone.
+/// Two-sided probability of 3 σ in noise alone.
 const SIGNIFICANT_CHANCE: f64 = 0.0027;
 
 /// Power over noise below which held-out time is quieter than the fitted: noise of one level scatters less.
@@ -89,10 +89,11 @@ pub(super) fn drift(diagnosis: &Diagnosis) -> Option<String> {
             "Held out: no rows (too few); the fit is not tested on unseen time.".to_owned(),
         );
     }
+    let deviations = diagnosis.thresholds().findings.significant_deviations;
     let is_significant = |channel: &&ChannelEntry| {
         let figures = [&channel.held_out_before, &channel.held_out_after];
         let mut far = figures.iter();
-        far.any(|one| one.drift_rad_s.abs() > SIGNIFICANT_SIGMAS * one.drift_std_rad_s)
+        far.any(|one| one.drift_rad_s.abs() > deviations * one.drift_std_rad_s)
     };
     let shown: Vec<&ChannelEntry> = channels.iter().filter(is_significant).collect();
     let said = shown.chunk_by(|a, b| a.unit == b.unit).map(|alike| {

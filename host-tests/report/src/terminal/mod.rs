@@ -20,7 +20,7 @@ pub(crate) use sizes::{below_significance, is_time};
 use rlg_findings::names::plain;
 use rlg_findings::numbers::Scale;
 use rlg_findings::result::{Diagnosis, Verdict};
-use rlg_findings::sentences::{NEEDED_SNR, READ_AS};
+use rlg_findings::sentences::READ_AS;
 
 /// Largest number of lines of an answer, before the line with the page's path.
 pub const MOST_LINES: usize = 14;
@@ -88,8 +88,9 @@ fn sensitive(diagnosis: &Diagnosis) -> Option<String> {
         .filter(|one| one.snr > 0.0)
         .collect();
     reach.sort_by(|a, b| b.snr.total_cmp(&a.snr));
+    let needed_snr = diagnosis.thresholds().findings.needed_snr;
     let said = reach.iter().take(MOST_KINDS).map(|one| {
-        let from = one.typical * NEEDED_SNR / one.snr;
+        let from = one.typical * needed_snr / one.snr;
         let scale = Scale::of("x", &one.unit, from);
         let size = sizes::to_two_digits(from * scale.factor);
         format!("{} from {}", plain(&one.kind), scale.with_unit(&size))

@@ -65,20 +65,21 @@ fn one_term(diagnosis: &Diagnosis, (letter, unit, of, is_bounded): &Term) -> Opt
         Some((axis, of(noise.terms.as_ref()?)))
     });
     let known: Vec<(&str, LevelEntry)> = known.collect();
-    let bound = |(_, level): &(&str, LevelEntry)| level.bound();
+    let plan = &diagnosis.thresholds().findings;
+    let bound = |(_, level): &(&str, LevelEntry)| level.bound(plan);
     let largest = known.iter().map(bound).fold(0.0, f64::max);
     let scale = Scale::of("noise", unit, largest);
-    let is_bound_alone = known.iter().all(|(_, level)| !level.is_measured());
+    let is_bound_alone = known.iter().all(|(_, level)| !level.is_measured(plan));
     if is_bound_alone {
         let below = format!("{letter} < {}", to_two_digits(largest * scale.factor));
         return (*is_bounded && !known.is_empty()).then(|| scale.with_unit(&below));
     }
     let each = known.iter().filter_map(|(axis, level)| {
-        if level.is_measured() {
+        if level.is_measured(plan) {
             return Some(format!("{axis} {}", scale.pair(level.value, level.std)));
         }
         is_bounded.then(|| {
-            let below = to_two_digits(level.bound() * scale.factor);
+            let below = to_two_digits(level.bound(plan) * scale.factor);
             format!("{axis} < {below}")
         })
     });

@@ -4,7 +4,7 @@
 //! into the same dots, indistinguishable without colour; the grid of dots itself is a dozen lines.
 
 use rlg_diagnosis::tiles::pictures::Pictures;
-use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, seconds};
+use rlg_findings::numbers::{Scale, seconds};
 use rlg_findings::result::{Diagnosis, ParameterEntry};
 use rlg_recording::AXES;
 
@@ -54,10 +54,11 @@ fn has_finding(diagnosis: &Diagnosis, axis: &str) -> bool {
     let channel = format!("gyro_{axis}");
     let is_located = diagnosis.locations.iter().any(|one| one.channel == channel);
     let is_of = |name: &str| name == "all" || name.starts_with(axis);
+    let deviations = diagnosis.thresholds().findings.significant_deviations;
     let is_sized = |one: &ParameterEntry| match one {
         ParameterEntry::Number {
             name, value, std, ..
-        } => is_of(name) && value.abs() > SIGNIFICANT_SIGMAS * std,
+        } => is_of(name) && value.abs() > deviations * std,
         ParameterEntry::Text { .. } => false,
     };
     is_located

@@ -1,7 +1,7 @@
 //! Text on the sizes of one effect: the significant ones, in one unit, with the digits justified by their σ.
 
 use rlg_findings::names::{plain, plain_at, spaced};
-use rlg_findings::numbers::{SIGNIFICANT_SIGMAS, Scale, number};
+use rlg_findings::numbers::{Scale, number};
 use rlg_findings::result::{EffectEntry, ParameterEntry, number_of, text_of};
 use rlg_findings::sentences::combination;
 
@@ -38,7 +38,12 @@ pub(super) struct Words {
 
 /// Formats an effect's name and significant sizes; a single parameter in any case, and for several insignificant ones a
 /// statement of that.
-pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&EffectEntry>) -> Words {
+pub(super) fn words(
+    kind: &str,
+    effect: &[ParameterEntry],
+    entry: Option<&EffectEntry>,
+    deviations: f64,
+) -> Words {
     let mut sizes = entry.map_or_else(Vec::new, fixed);
     if sizes.is_empty() {
         sizes = single(effect);
@@ -47,11 +52,11 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
     if sizes.len() > 1 {
         let (beyond, others): (Vec<_>, Vec<_>) = sizes
             .into_iter()
-            .partition(|size| size.sigmas() > SIGNIFICANT_SIGMAS);
+            .partition(|size| size.sigmas() > deviations);
         if beyond.is_empty() {
             return Words {
                 name: plain(kind),
-                sizes: none_alone(&others),
+                sizes: none_alone(&others, deviations),
             };
         }
         sizes = beyond;
@@ -75,24 +80,24 @@ pub(super) fn words(kind: &str, effect: &[ParameterEntry], entry: Option<&Effect
         said = format!("{said} at {} s", number(time_s));
     }
     let below: Vec<&str> = below.iter().map(|size| size.name.as_str()).collect();
-    if let Some(below) = below_significance(&below) {
+    if let Some(below) = below_significance(&below, deviations) {
         said = format!("{said}; {below}");
     }
     Words { name, sizes: said }
 }
 
 /// Names sizes that are not significant by themselves, as "x, y below 3 σ", or counts them if there are many.
-pub(crate) fn below_significance(names: &[&str]) -> Option<String> {
+pub(crate) fn below_significance(names: &[&str], deviations: f64) -> Option<String> {
     let which = match names {
         [] => return None,
         names if names.len() <= MOST_BELOW => names.join(", "),
         names => format!("{} others", names.len()),
     };
-    Some(format!("{which} below {SIGNIFICANT_SIGMAS} σ"))
+    Some(format!("{which} below {deviations} σ"))
 }
 
 /// States that none of several sizes is significant by itself, with their precision.
-fn none_alone(sizes: &[Size<'_>]) -> String {
+fn none_alone(sizes: &[Size<'_>], deviations: f64) -> String {
     let widest = |a: &&Size<'_>, b: &&Size<'_>| a.std.total_cmp(&b.std);
     let names: Vec<&str> = sizes.iter().map(|size| size.name.as_str()).collect();
     let alike = sizes.iter().filter(|size| size.unit == sizes[0].unit);
@@ -102,7 +107,7 @@ fn none_alone(sizes: &[Size<'_>]) -> String {
     let scale = Scale::of(widest.parameter, widest.unit, widest.std);
     let std = scale.with_unit(&to_two_digits(widest.std * scale.factor));
     format!(
-        "{}: none by itself beyond 3 σ (σ up to {std})",
+        "{}: none by itself beyond {deviations} σ (σ up to {std})",
         names.join(", ")
     )
 }

@@ -4,8 +4,8 @@ use std::path::{Path, PathBuf};
 
 use clap::Args;
 use rlg_attitude::serves as is_slow;
-use rlg_diagnosis::Outcome;
 use rlg_diagnosis::rows::channel_correction;
+use rlg_diagnosis::{Outcome, Unfit};
 use rlg_findings::result::{Diagnosis, EffectEntry, FitEntry, RegistrationEntry};
 use rlg_flow::Aligned;
 use rlg_signal::qualify;
@@ -183,14 +183,17 @@ impl Align {
         rlg_diagnosis::rows::model_effects::is_predictable(model, file)?;
         let faults =
             qualify::unknown_faults(&mut streams, &model.effects, &settings.plan.signal.faults);
-        let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress)?;
-        Ok(outcome.map(|mut outcome| {
-            if let Some(correction) = correction {
-                correction.report(&mut outcome);
-            }
-            outcome.diagnosis.prepend(restored);
-            outcome
-        }))
+        let outcome = rlg_diagnosis::align(&settings, &mut streams, &faults, of, progress);
+        let mut outcome = match outcome {
+            Err(Unfit::TooFewRows(_)) => return Ok(None),
+            Err(Unfit::Input(error)) => return Err(error),
+            Ok(outcome) => outcome,
+        };
+        if let Some(correction) = correction {
+            correction.report(&mut outcome);
+        }
+        outcome.diagnosis.prepend(restored);
+        Ok(Some(outcome))
     }
 }
 

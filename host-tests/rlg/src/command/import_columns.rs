@@ -15,16 +15,16 @@ use crate::diagnose::stands_in_positions;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column, Dates, blocks};
 use crate::import::files::date_times::{is_rfc3339, rfc3339};
-use crate::import::files::{beside, hdf5_file, mat_file, text_table};
+use crate::import::files::{beside, hdf5_file, mat_file, split_stamps, text_table};
 use crate::import::forming::assemble::{Assembled, Values, assemble};
 use crate::import::forming::attitudes::EulerOrder;
 use crate::import::forming::clocks::{Said, TimeOption, check_times};
 use crate::import::forming::described;
 use crate::import::forming::settle::Settled;
 use crate::import::known;
-use crate::import::mapping::column_names::{time_in, time_unit};
 use crate::import::mapping::own_rows;
 use crate::import::mapping::questions;
+use crate::import::mapping::time_names::{time_in, time_unit};
 use crate::model::{Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::plausibility::{self, Bounds};
@@ -86,6 +86,7 @@ impl ColumnOptions {
         let first = &request.files[0];
         let (mut blocks, sums) = all_blocks(request, in_memory)?;
         blocks.retain(|block| block.rows > 1);
+        blocks.iter_mut().for_each(split_stamps::join);
         if blocks.is_empty() {
             return Err(InputError::new(first, "holds no column of numbers")
                 .expected("columns of equal length, a row a sample"));

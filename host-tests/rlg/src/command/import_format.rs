@@ -42,7 +42,9 @@ impl Format {
     pub(super) fn of_file(file: &Path) -> Result<Self, InputError> {
         let extension = file.extension().unwrap_or_default().to_string_lossy();
         Ok(match extension.to_ascii_lowercase().as_str() {
-            "csv" | "tsv" | "txt" | "dat" | "log" | "asc" => Self::Csv,
+            "csv" | "tsv" | "txt" | "dat" | "log" | "asc" | "ascii" | "prn" | "lvm" | "gcsv" => {
+                Self::Csv
+            }
             "mat" => Self::Mat,
             "h5" | "hdf5" | "hdf" => Self::Hdf5,
             "parquet" | "pq" => Self::Parquet,

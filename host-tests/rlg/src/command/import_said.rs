@@ -67,6 +67,11 @@ pub(super) fn say(
             ));
         }
     }
+    if !assembled.stamps.is_empty() {
+        let mut stamps = assembled.stamps.clone();
+        stamps.dedup();
+        terminal.say(format!("  time         <- {}", stamps.join(", ")));
+    }
     for (column, reason) in left_out {
         terminal.say(format!("  left out     {column}: {reason}"));
     }
@@ -120,6 +125,7 @@ pub(super) fn result(
         "tables": tables,
         "channels": channels,
         "left_out": left_out,
+        "stamps": assembled.stamps,
         "notes": assembled.notes,
         "sha256": sums,
     })

@@ -66,7 +66,7 @@ fn rounded_increments_are_no_pulses() {
         rlg::model::DeclaredModel::new(model, file),
         &|_| {},
     );
-    let diagnosis = outcome.expect("a model").expect("rows enough").diagnosis;
+    let diagnosis = outcome.expect("a model, and rows enough").diagnosis;
     assert_ne!(diagnosis.verdict, Verdict::Matches);
     for named in ["pulse_quantisation", "counter_slip", "lock_in"] {
         assert!(
@@ -116,8 +116,7 @@ fn the_same_with_other_test_rows(text: &str, expected: &[&str]) {
             rlg::model::DeclaredModel::new(model, file),
             &|_| {},
         )
-        .expect("a model that can be used")
-        .expect("rows enough")
+        .expect("a model that can be used, and rows enough")
     });
     assert_eq!(
         kinds(&clean.diagnosis),

@@ -13,6 +13,7 @@ mod import_foreign;
 mod import_headers;
 mod import_matrices;
 mod import_raw;
+mod import_strangers;
 mod model_compensation;
 mod model_new;
 mod model_round_trip;

@@ -74,6 +74,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 29] = [
             "rlg-findings",
             "rlg-diagnosis",
             "rlg-attitude",
+            "rlg-calibration",
             "rlg-force",
         ],
     ),
@@ -118,6 +119,7 @@ const MAY_DEPEND_ON: [(&str, &[&str]); 29] = [
     (
         "rlg-report",
         &[
+            "rlg-plan",
             "rlg-recording",
             "rlg-findings",
             "rlg-diagnosis",

@@ -75,8 +75,9 @@ fn comments_name_quantities() {
 }
 
 /// Packages with the sentences of a diagnosis and of its report.
-const SENTENCES: [&str; 10] = [
+const SENTENCES: [&str; 11] = [
     "attitude",
+    "calibration",
     "catalogue",
     "diagnosis",
     "findings",

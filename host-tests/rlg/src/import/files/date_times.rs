@@ -2,18 +2,24 @@
 
 use chrono::{DateTime, NaiveDateTime, NaiveTime, SecondsFormat, Timelike as _};
 
-use super::columns::Dates;
+use super::columns::{Column, Dates};
 
 /// Formats with a zone, in addition to RFC 3339.
 const WITH_ZONE: [&str; 2] = ["%Y-%m-%d %H:%M:%S%.f%:z", "%Y-%m-%dT%H:%M:%S%.f%z"];
 
 /// Formats without one. A day before a month only with points between: 05/01/2026 is ambiguous.
-const WITHOUT_ZONE: [&str; 4] = [
+const WITHOUT_ZONE: [&str; 6] = [
     "%Y-%m-%d %H:%M:%S%.f",
     "%Y-%m-%dT%H:%M:%S%.f",
     "%Y/%m/%d %H:%M:%S%.f",
     "%d.%m.%Y %H:%M:%S%.f",
+    // MATLAB's default, and the clock of twelve hours, which only the month goes before.
+    "%d-%b-%Y %H:%M:%S%.f",
+    "%m/%d/%Y %I:%M:%S%.f %p",
 ];
+
+/// Length of a day \[s\].
+const DAY_S: f64 = 86_400.0;
 
 /// Plausible stamps in seconds since 1970: from 2001 to 2100 \[s\].
 const SINCE_1970_S: std::ops::Range<f64> = 1e9..4.1e9;
@@ -38,6 +44,9 @@ pub fn parse(cell: &str) -> Option<(i64, f64, Dates)> {
     if !cell.contains(':') {
         return None;
     }
+    // Python's logging and spreadsheets with decimal commas: 12:00:00,010.
+    let point = cell.replace(',', ".");
+    let cell = point.as_str();
     let mut forms = WITHOUT_ZONE.iter();
     if let Some(time) = forms.find_map(|form| NaiveDateTime::parse_from_str(cell, form).ok()) {
         return Some(of(time.and_utc(), false));
@@ -59,6 +68,23 @@ pub fn parse(cell: &str) -> Option<(i64, f64, Dates)> {
 pub fn origin_since_1970_s(first_s: f64, last_s: f64) -> Option<i64> {
     let is_absolute = SINCE_1970_S.contains(&first_s) && SINCE_1970_S.contains(&last_s);
     is_absolute.then_some(first_s.floor() as i64)
+}
+
+/// Adds a day to times of day behind each midnight.
+pub fn unwrap_midnight(column: &mut Column) {
+    if column.dates.is_none_or(|dates| dates.has_day) {
+        return;
+    }
+    let (mut days, mut before) = (0.0, f64::NEG_INFINITY);
+    for value in &mut column.values {
+        if *value - before < -0.5 * DAY_S {
+            days += 1.0;
+        }
+        if value.is_finite() {
+            before = *value;
+        }
+        *value += days * DAY_S;
+    }
 }
 
 /// Formats seconds since 1970 by RFC 3339, in UTC.

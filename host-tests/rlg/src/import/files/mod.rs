@@ -2,6 +2,8 @@
 
 pub mod beside;
 
+pub mod split_stamps;
+
 pub mod columns;
 
 pub mod matrix;

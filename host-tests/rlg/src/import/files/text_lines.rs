@@ -4,7 +4,7 @@
 
 use std::collections::VecDeque;
 use std::fs::{self, File};
-use std::io::{BufRead, BufReader, Cursor};
+use std::io::{BufRead, BufReader, Cursor, Read as _};
 use std::path::Path;
 
 use sha2::{Digest as _, Sha256};
@@ -17,6 +17,9 @@ const BUFFER: usize = 1 << 16;
 /// Byte-order mark of UTF-8.
 const MARK: &[u8] = b"\xEF\xBB\xBF";
 
+/// Byte-order marks of UTF-16, little and big end first.
+const UTF_16: [[u8; 2]; 2] = [[0xFF, 0xFE], [0xFE, 0xFF]];
+
 /// Encoding of a text.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 enum Encoding {
@@ -28,8 +31,10 @@ enum Encoding {
 /// Text of a file.
 pub(super) struct Text<'a> {
     file: &'a Path,
-    /// Bytes of what cannot be read twice.
+    /// Bytes of what cannot be read twice, or of UTF-16, decoded.
     kept: Option<Vec<u8>>,
+    /// SHA-256 of the file's own bytes, where others are kept.
+    own_sha256: Option<String>,
     encoding: Encoding,
 }
 
@@ -60,13 +65,30 @@ impl<'a> Text<'a> {
     pub(super) fn open(file: &'a Path) -> Result<Self, InputError> {
         let unreadable = |error| InputError::unreadable(file, &error);
         let is_file = fs::metadata(file).map_err(unreadable)?.is_file();
-        let kept = match is_file {
+        let mut kept = match is_file {
             true => None,
             false => Some(fs::read(file).map_err(unreadable)?),
         };
+        let mut mark = [0; 2];
+        let begin = match &kept {
+            Some(bytes) => bytes.get(..2).map(|begin| mark.copy_from_slice(begin)),
+            None => File::open(file)
+                .and_then(|mut file| file.read_exact(&mut mark))
+                .ok(),
+        };
+        let mut own_sha256 = None;
+        if begin.is_some() && UTF_16.contains(&mark) {
+            let bytes = match kept.take() {
+                Some(bytes) => bytes,
+                None => fs::read(file).map_err(unreadable)?,
+            };
+            own_sha256 = Some(hex(&Sha256::digest(&bytes)));
+            kept = Some(of_utf_16(&bytes));
+        }
         Ok(Self {
             file,
             kept,
+            own_sha256,
             encoding: Encoding::Utf8,
         })
     }
@@ -118,8 +140,8 @@ impl<'a> Text<'a> {
                 }
             }
         }
-        let digest = hash.finalize();
-        survey.sha256 = digest.iter().map(|byte| format!("{byte:02x}")).collect();
+        let own = self.own_sha256.clone();
+        survey.sha256 = own.unwrap_or_else(|| hex(&hash.finalize()));
         Ok(Some(survey))
     }
 
@@ -176,6 +198,21 @@ impl Body<'_> {
     }
 }
 
+fn hex(digest: &[u8]) -> String {
+    digest.iter().map(|byte| format!("{byte:02x}")).collect()
+}
+
+/// Decodes UTF-16 behind its mark.
+fn of_utf_16(bytes: &[u8]) -> Vec<u8> {
+    let is_little = bytes.starts_with(&UTF_16[0]);
+    let pairs = bytes[2..].chunks_exact(2).map(|pair| match is_little {
+        true => u16::from_le_bytes([pair[0], pair[1]]),
+        false => u16::from_be_bytes([pair[0], pair[1]]),
+    });
+    let units: Vec<u16> = pairs.collect();
+    String::from_utf16_lossy(&units).into_bytes()
+}
+
 /// All lines.
 struct Lines<'a> {
     file: &'a Path,
@@ -194,6 +231,11 @@ impl Lines<'_> {
         read.map_err(|error| InputError::unreadable(self.file, &error))?;
         if let Some(hash) = hash {
             hash.update(&self.bytes);
+        }
+        // A logger that was switched off leaves the end of its file as it was allocated.
+        if self.bytes.last() == Some(&0) {
+            let end = self.bytes.iter().rposition(|byte| *byte != 0);
+            self.bytes.truncate(end.map_or(0, |end| end + 1));
         }
         if self.bytes.contains(&0) {
             return Err(

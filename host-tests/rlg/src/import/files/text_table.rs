@@ -44,6 +44,7 @@ pub fn read(
     let survey = text.survey(SAMPLE_ROWS)?;
     check(&survey.sha256)?;
     let delimiter = delimiter(&survey.last);
+    let usual = usual_width(&delimiter, &survey.last);
     let mut body = text.body()?;
     let mut above: VecDeque<BodyLine> = VecDeque::new();
     let mut rows = survey.body;
@@ -53,7 +54,7 @@ pub fn read(
                 .value(format!("{} lines of text", survey.body))
                 .expected("a header and rows of numbers, parted by `,`, `;`, tabs or blanks")
         })?;
-        if delimiter.is_row(&line.1) {
+        if delimiter.is_row(&line.1) && is_as_wide(&delimiter, &line.1, usual) {
             break line;
         }
         if above.len() == MOST_HEADER_LINES {
@@ -70,13 +71,25 @@ pub fn read(
     let width = width(&delimiter, above.back(), &first);
     let (names, units) = header(&delimiter, &above, &survey.comments, width);
     let mut table = Cells::new(file, delimiter, (names, units), rows, survey.is_whole);
+    let footer = survey.last.iter().rev();
+    let footer = footer.take_while(|(_, line)| !delimiter.is_row(line));
+    let footer: Vec<usize> = footer.map(|(line, _)| *line).collect();
     let mut next = Some(first);
-    while let Some((line, content)) = next {
+    while let Some((line, content)) = next.filter(|(line, _)| !footer.contains(line)) {
         if !table.add(line, &content)? {
             break;
         }
         next = body.next()?;
     }
+    if let (Some(last), Some(first)) = (footer.first(), footer.last()) {
+        table.notes.push(format!(
+            "lines {first} to {last}, which hold no numbers, are left out"
+        ));
+    }
+    table
+        .columns
+        .iter_mut()
+        .for_each(date_times::unwrap_midnight);
     let mut comments = survey.comments.iter();
     let block = Block {
         file: file.to_path_buf(),
@@ -128,13 +141,14 @@ impl Delimiter {
 
     /// Parses the number in a cell, NaN if missing; `None` for text.
     fn number(&self, cell: &str) -> Option<f64> {
-        if let Ok(number) = cell.parse() {
+        // MATLAB writes durations as `0.01 sec`.
+        if let Ok(number) = cell.strip_suffix(" sec").unwrap_or(cell).parse() {
             return Some(number);
         }
         let lower = cell.to_ascii_lowercase();
         let absent = matches!(
             lower.as_str(),
-            "" | "null" | "na" | "n/a" | "none" | "-" | "--"
+            "" | "null" | "na" | "n/a" | "#n/a" | "none" | "-" | "--"
         );
         // -nan(ind), 1.#QNAN: printed by C libraries.
         if absent || lower.trim_start_matches('-').starts_with("nan") || lower.contains(".#") {
@@ -185,6 +199,19 @@ fn delimiter(sample: &VecDeque<BodyLine>) -> Delimiter {
         }
     }
     best
+}
+
+/// Returns the number of cells of most of the last rows; of a preamble of `key,value` lines before the table each has another.
+fn usual_width(delimiter: &Delimiter, last: &VecDeque<BodyLine>) -> usize {
+    let rows = last.iter().filter(|(_, line)| delimiter.is_row(line));
+    let mut widths: Vec<usize> = rows.map(|(_, line)| delimiter.split(line).len()).collect();
+    widths.sort_unstable();
+    widths.get(widths.len() / 2).copied().unwrap_or(0)
+}
+
+/// True if a line has the usual number of cells, give or take empty ones at its end.
+fn is_as_wide(delimiter: &Delimiter, line: &str, usual: usize) -> bool {
+    delimiter.split(line).len().abs_diff(usual) <= 1 || usual <= 2
 }
 
 /// Returns the number of columns: cells of the first row, and one more if the header has it and the row ends with a

@@ -8,8 +8,8 @@ use crate::error::InputError;
 use crate::import::files::columns::{Block, Column};
 use crate::import::files::date_times::origin_since_1970_s;
 use crate::import::mapping::column_map::locate;
-use crate::import::mapping::column_names;
 use crate::import::mapping::mapped::Mapped;
+use crate::import::mapping::time_names;
 use crate::recording::Quantity;
 use crate::recording::units::{Dimension, Unit};
 
@@ -131,7 +131,7 @@ pub fn stamps_of(
 fn by_name(block: &Block, mapped: &Mapped) -> Option<usize> {
     let is_time = |column: &Column| {
         let is_text = matches!(column.bad_cell, Some((0, _)));
-        let is_named = column_names::time_in(block, column).is_some();
+        let is_named = time_names::time_in(block, column).is_some();
         let is_empty = column.values.iter().all(|value| value.is_nan());
         column.dates.is_some() || (!is_text && !is_empty && is_named)
     };
@@ -141,6 +141,15 @@ fn by_name(block: &Block, mapped: &Mapped) -> Option<usize> {
         let before = before.or_else(|| Some(name.split_once('[')?.0));
         before.unwrap_or("").to_owned()
     };
+    // The moment of the measurement, and not that of its message.
+    let is_measured = |column: &Column| {
+        let name: String = column.name.to_lowercase();
+        let is_named = name.ends_with("header.stamp") || name.ends_with("timestamp_sample");
+        is_named && is_time(column) && time_names::is_even(&column.values)
+    };
+    if let Some(measured) = block.columns.iter().position(is_measured) {
+        return Some(measured);
+    }
     let own = structure(&block.columns[mapped.column].name);
     let mut columns = block.columns.iter();
     let beside = columns.position(|column| is_time(column) && structure(&column.name) == own);
@@ -159,7 +168,7 @@ pub fn time_unit(block: &Block, column: usize, said: &Said) -> Result<Option<Uni
         .find(|option| option.column == column.name);
     let written = given.and_then(|option| option.unit.clone());
     let in_file = || {
-        column_names::time_in(block, column)
+        time_names::time_in(block, column)
             .flatten()
             .or(column.unit.clone())
     };
@@ -282,7 +291,7 @@ fn seconds(column: &Column, unit_s: f64, origin: Option<Origin>) -> Vec<f64> {
 
 /// Makes the error of rows without a time, which names a column whose text may be a time.
 fn no_time(block: &Block) -> InputError {
-    let is_named = |column: &&Column| column_names::time_unit(&column.name).is_some();
+    let is_named = |column: &&Column| time_names::time_unit(&column.name).is_some();
     let text = block.columns.iter().filter(is_named).find_map(|column| {
         let (row, text) = column.bad_cell.as_ref()?;
         Some((column, *row, text))

@@ -26,7 +26,11 @@ pub mod settle;
 
 pub mod settle_angle;
 
+mod settle_orders;
+
 pub mod settle_times;
+
+mod settle_unknown;
 
 pub mod settle_units;
 

@@ -7,6 +7,9 @@ use crate::import::files::columns::Block;
 use crate::import::mapping::mapped::Plan;
 use crate::import::mapping::questions::Question;
 
+/// Largest number of columns that are compared with the gyros.
+const MOST_TRIED: usize = 8;
+
 impl Settled {
     /// Asks for a column that may be the angle of a table, where no reference is known and a gyro follows it: it may as well
     /// be the unit's own sum.
@@ -25,17 +28,24 @@ impl Settled {
         let names: Vec<String> = first.telling.iter().map(name_of).collect();
         let angles = names
             .iter()
-            .filter(|name| name.to_lowercase().contains("angle"));
-        let angles: Vec<&String> = angles.collect();
-        let [name] = angles[..] else {
-            return Ok(());
-        };
-        let mut tried = self.clone();
-        tried.maps.push(format!("{name}=reference_angle:z"));
-        let plan = tried.plan(blocks)?;
-        let assembled = tried.provisional(blocks, &plan, lacks_rate)?;
-        let found = evidence::axis_of_reference(&assembled.tables);
-        if let Some((axis, found)) = found.filter(|(_, found)| found.abs() > ALIKE) {
+            .filter(|name| !name.to_lowercase().contains("temp"));
+        let mut followed: Option<(&String, &str, f64)> = None;
+        for name in angles.take(MOST_TRIED) {
+            let mut tried = self.clone();
+            tried.maps.push(format!("{name}=reference_angle:z"));
+            let Ok(plan) = tried.plan(blocks) else {
+                continue;
+            };
+            let assembled = tried.provisional(blocks, &plan, lacks_rate)?;
+            let found = evidence::axis_of_reference(&assembled.tables);
+            let found = found.filter(|(_, found)| found.abs() > ALIKE);
+            if let Some((axis, found)) = found
+                && followed.is_none_or(|(.., before)| found.abs() > before.abs())
+            {
+                followed = Some((name, axis, found));
+            }
+        }
+        if let Some((name, axis, found)) = followed {
             let sign = match found < 0.0 {
                 true => ", which reads it with the other sign",
                 false => "",

@@ -23,6 +23,9 @@ const FASTEST_RAD_S: f64 = 35.0;
 /// Temperatures of units in K that are none in °C \[K\].
 const KELVIN: std::ops::Range<f64> = 200.0..400.0;
 
+/// Temperature below which a unit at work does not stay \[°C\].
+const COLDEST_C: f64 = 15.0;
+
 /// Units of rates.
 const RATES: [&str; 5] = ["rad/s", "deg/s", "mrad/s", "mdeg/s", "deg/h"];
 
@@ -52,6 +55,12 @@ impl Settled {
         if KELVIN.contains(&warmest) {
             let why = format!("{warmest:.1} as the greatest is one of a unit in K alone");
             self.set(blocks, open, &is_temperature, "K", &why);
+        } else if warmest.is_finite() && (warmest - 32.0) / 1.8 < COLDEST_C {
+            let why = format!(
+                "the greatest is {warmest:.1}, in F {:.0} C and colder than a unit at work",
+                (warmest - 32.0) / 1.8
+            );
+            self.set(blocks, open, &is_temperature, "C", &why);
         } else if warmest.is_finite() {
             let evidence = format!(
                 "the greatest is {warmest:.1}; in F it would be {:.0} C",
@@ -201,6 +210,11 @@ fn put(blocks: &mut [Block], plan: &mut Plan, of: Of, text: &str) -> Option<(Str
         mapped.unit = Unit::parse(text).unwrap_or(mapped.unit);
     }
     quantity.map(|quantity| (names.join(", "), quantity))
+}
+
+/// Returns the unit of rates whose scale is near a ratio.
+pub(super) fn nearest_rate(ratio: f64) -> Option<&'static str> {
+    nearest(ratio, &RATES)
 }
 
 /// Returns the unit whose scale is near a ratio.

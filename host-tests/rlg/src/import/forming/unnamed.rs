@@ -3,15 +3,11 @@
 
 use super::settle_times;
 use crate::import::files::columns::{Block, Column};
+use crate::import::mapping::column_names;
 use crate::import::mapping::questions::Question;
+use crate::import::mapping::time_names::is_even;
 use crate::recording::AXES;
 use crate::recording::units::{STANDARD_GRAVITY_M_S2, Unit};
-
-/// Share of steps within a factor of [`EVEN`] of their median, in a column of stamps.
-const MOST: f64 = 0.9;
-
-/// Largest ratio of an even step to the median step.
-const EVEN: f64 = 5.0;
 
 /// Largest median deviation of a force's length from its median, relative.
 const STEADY: f64 = 0.2;
@@ -62,11 +58,19 @@ pub fn guess(blocks: &[Block], has_time: bool) -> Option<Guessed> {
     if let Some(first) = quaternion {
         used[first..first + 4].fill(true);
     }
-    let force = force(&block.columns, &used);
+    let mut force = force(&block.columns, &used);
+    let without_force = used.clone();
     if let Some((first, _)) = force {
         used[first..first + 3].fill(true);
     }
-    let gyros = gyros(&block.columns, &used)?;
+    let gyros = match gyros(&block.columns, &used) {
+        Some(gyros) => gyros,
+        // Beside a quaternion the only three are the gyros, whatever their length.
+        None => {
+            force = None;
+            quaternion.and_then(|_| gyros(&block.columns, &without_force))?
+        }
+    };
     let is_sum = match (force, step_s) {
         (Some((_, Length { median, .. })), Some(step_s)) => {
             is_near(median, STANDARD_GRAVITY_M_S2 * step_s)
@@ -146,6 +150,19 @@ impl Guessed {
     }
 }
 
+/// Returns the median length of three columns in a unit of force \[m/s²\].
+pub fn length_m_s2(blocks: &[Block], names: &[String]) -> Option<f64> {
+    let block = blocks.iter().find(|block| {
+        let mut columns = block.columns.iter();
+        columns.any(|column| column.name == names[0])
+    })?;
+    let of = |name: &String| block.columns.iter().find(|column| column.name == *name);
+    let columns: Option<Vec<Column>> = names.iter().map(|name| of(name).cloned()).collect();
+    let columns = columns?;
+    let scale = column_names::own_unit(&columns[0])?.scale;
+    Some(scale * Length::of(&columns).median)
+}
+
 /// Length of three columns taken as a vector.
 #[derive(Debug, Clone, Copy)]
 struct Length {
@@ -200,21 +217,11 @@ fn is_quaternion(columns: &[Column]) -> bool {
 
 /// Returns the first column that grows evenly; a count of the rows only if there is no other.
 fn stamps(columns: &[Column]) -> Option<usize> {
-    let is_even = |column: &&Column| {
-        let steps = steps(&column.values);
-        let middle = median(steps.clone());
-        let even = (middle / EVEN)..(middle * EVEN);
-        let count = steps.iter().filter(|step| even.contains(step)).count();
-        middle > 0.0
-            && steps.iter().all(|step| *step >= 0.0)
-            && count as f64 > MOST * steps.len() as f64
-    };
-    let counts_rows = |column: &Column| steps(&column.values).iter().all(|step| *step == 1.0);
     let growing: Vec<usize> = (0..columns.len())
-        .filter(|&place| columns[place].dates.is_none() && is_even(&&columns[place]))
+        .filter(|&place| columns[place].dates.is_none() && is_even(&columns[place].values))
         .collect();
     let mut stamps = growing.iter().copied();
-    let found = stamps.find(|&place| !counts_rows(&columns[place]));
+    let found = stamps.find(|&place| !counts_rows(&columns[place].values));
     found.or(growing.first().copied())
 }
 
@@ -255,6 +262,11 @@ fn triples<'a>(
     (0..columns.len().saturating_sub(2))
         .filter(move |&first| is_free(used, first, 3) && begins(first))
         .map(|first| (first, Length::of(&columns[first..first + 3])))
+}
+
+/// True if values count the rows.
+pub fn counts_rows(values: &[f64]) -> bool {
+    steps(values).iter().all(|step| *step == 1.0)
 }
 
 fn steps(values: &[f64]) -> Vec<f64> {

@@ -9,6 +9,7 @@ use super::map_options::{Given, parse, units_of_quantities};
 use super::mapped::{Mapped, Plan};
 use super::one_attitude;
 use super::targets::Target;
+use super::time_names;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column};
 use crate::recording::Quantity;
@@ -50,10 +51,20 @@ pub fn plan(
     }
     for (b, block) in blocks.iter().enumerate() {
         let (guesses, unordered) = guesses(block);
-        for (c, column) in block.columns.iter().enumerate() {
+        let empty = one_attitude::empty_orientation(block);
+        // What is calibrated goes before what is raw, wherever it stands.
+        let (raw, others): (Vec<usize>, Vec<usize>) =
+            (0..block.columns.len()).partition(|c| column_names::is_raw(&block.columns[*c].name));
+        for c in others.into_iter().chain(raw) {
+            let column = &block.columns[c];
             if !named.contains(&(b, c)) && !times.contains(&column.name) {
+                if empty.contains(&c) {
+                    let reason = one_attitude::EMPTY.to_owned();
+                    plan.left_out.push((column.name.clone(), reason));
+                    continue;
+                }
                 let guess = guesses[c].clone();
-                let is_known = guess.is_some() || column_names::time_in(block, column).is_some();
+                let is_known = guess.is_some() || time_names::time_in(block, column).is_some();
                 match by_name(blocks, (b, c), guess, &units, &plan)? {
                     Ok(mapped) => plan.mapped.push(mapped),
                     Err(reason) => {
@@ -77,7 +88,7 @@ pub fn plan(
 /// True if a column of numbers, by its name, may be an attitude, an angle or a temperature.
 fn may_tell(column: &Column) -> bool {
     let is_number = column.bad_cell.is_none() && column.values.iter().any(|value| !value.is_nan());
-    is_number && column_names::reason(&column.name).1
+    is_number && column_names::reason(&column.name, column.unit.as_deref()).1
 }
 
 /// Returns the place of the column `name`, or `FILE:COLUMN`: block and index.
@@ -244,7 +255,7 @@ fn by_name(
     let (block, column) = (&blocks[b], &blocks[b].columns[c]);
     let leave = |reason: &str| Ok(Err(reason.to_owned()));
     let Some(guess) = guess else {
-        return leave(column_names::reason(&column.name).0);
+        return leave(column_names::reason(&column.name, column.unit.as_deref()).0);
     };
     let axis = guess.axis.as_deref();
     let name = guess.target.name();
@@ -287,7 +298,7 @@ fn by_name(
 }
 
 /// Guesses the quantities of a block's columns from their names, with digits turned into axes: 0 1 2 or 1 2 3 are x y z, 0
-/// to 3 of a quaternion w x y z. Also the places of quaternions counted from 1, whose scalar is the first or the last.
+/// to 3 of a quaternion w x y z. Also the places of counted quaternions, whose scalar is the first or the last.
 fn guesses(block: &Block) -> (Vec<Option<Guess>>, Vec<usize>) {
     let mut guesses: Vec<Option<Guess>> = block
         .columns
@@ -295,6 +306,19 @@ fn guesses(block: &Block) -> (Vec<Option<Guess>>, Vec<usize>) {
         .map(|column| column_names::guess_in(block, column))
         .collect();
     let mut unordered = Vec::new();
+    for (place, axis) in quaternions(block) {
+        let is_other = guesses[place].as_ref().is_some_and(|guess| {
+            let rotation = Target::Stored(Quantity::GyroRate);
+            ![Target::Euler, rotation].contains(&guess.target)
+        });
+        if !is_other {
+            guesses[place] = Some(Guess {
+                target: Target::Stored(Quantity::ReferenceAttitude),
+                axis: Some(axis.to_owned()),
+                unit: None,
+            });
+        }
+    }
     let digit = |guess: &Guess| {
         guess
             .axis
@@ -321,7 +345,7 @@ fn guesses(block: &Block) -> (Vec<Option<Guess>>, Vec<usize>) {
         };
         let is_quaternion = guess.target == Target::Stored(Quantity::ReferenceAttitude);
         let from_zero = seen.contains(&(guess.target.clone(), 0));
-        if is_quaternion && !from_zero {
+        if is_quaternion {
             unordered.push(column);
         }
         // In q1 to q4 some take the first as the scalar and some the last: the gyros decide, or --map.
@@ -339,6 +363,48 @@ fn guesses(block: &Block) -> (Vec<Option<Guess>>, Vec<usize>) {
     }
     (guesses, unordered)
 }
+
+/// Returns the places and axes of four columns that have one name with w, x, y, z behind it, and the length 1 in most rows:
+/// `rotation.x` to `rotation.w` of a transform is a quaternion, three of that name are rates.
+fn quaternions(block: &Block) -> Vec<(usize, &'static str)> {
+    let split = |column: &Column| {
+        let (mut stem, _) = column_names::bracketed(&column.name);
+        let axis = stem.pop()?.to_ascii_lowercase();
+        let axis = ["w", "x", "y", "z"]
+            .into_iter()
+            .find(|one| one.starts_with(axis))?;
+        let is_parted = !stem.ends_with(char::is_alphanumeric);
+        is_parted.then_some((stem, axis))
+    };
+    let columns = block.columns.iter().enumerate();
+    let split = columns.filter_map(|(place, column)| Some((place, split(column)?)));
+    let split: Vec<(usize, (String, &'static str))> = split.collect();
+    let mut found = Vec::new();
+    for (_, (stem, _)) in split.iter().filter(|(_, (_, axis))| *axis == "w") {
+        let own = split.iter().filter(|(_, (other, _))| other == stem);
+        let own: Vec<(usize, &'static str)> =
+            own.map(|(place, (_, axis))| (*place, *axis)).collect();
+        let length = |row: usize| -> f64 {
+            let squares = own
+                .iter()
+                .map(|(place, _)| block.columns[*place].values[row].powi(2));
+            squares.sum()
+        };
+        let rows = (0..block.rows).step_by((block.rows / LOOKED_AT).max(1));
+        let count = rows.clone().count();
+        let unit = rows.filter(|row| (length(*row) - 1.0).abs() < UNIT_LENGTH);
+        if own.len() == 4 && 2 * unit.count() > count {
+            found.extend(own);
+        }
+    }
+    found
+}
+
+/// Number of rows that show a quaternion.
+const LOOKED_AT: usize = 1000;
+
+/// Largest deviation of a quaternion's squared length from 1.
+const UNIT_LENGTH: f64 = 0.02;
 
 impl Plan {
     /// Returns the column already mapped to this quantity about this axis.
@@ -369,8 +435,7 @@ fn are_accelerometers_alone(plan: &Plan) -> bool {
     let mut left_out = plan.left_out.iter();
     ["x", "y", "z"].into_iter().all(of_axis)
         && !plan.mapped.iter().any(tells_motion)
-        && left_out
-            .all(|(name, reason)| reason == BY_MAP || column_names::time_unit(name).is_some())
+        && left_out.all(|(name, reason)| reason == BY_MAP || time_names::time_unit(name).is_some())
 }
 
 /// Refuses a file without gyros about x, y and z, unless it holds accelerometers alone.

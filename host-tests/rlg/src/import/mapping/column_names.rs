@@ -21,7 +21,7 @@ pub struct Guess {
 /// Splits off the unit in brackets or behind the last blank of a name; returns the name without it, and the unit. Brackets
 /// around another text are dropped if they are empty or hold no unit, and a word before the unit goes to the name:
 /// `ORIENTATION Z (azimuth °)`.
-fn bracketed(name: &str) -> (String, Option<String>) {
+pub(super) fn bracketed(name: &str) -> (String, Option<String>) {
     for (open, close) in [('(', ')'), ('[', ']')] {
         if let Some((before, inside)) = name
             .trim_end()
@@ -55,15 +55,29 @@ fn bracketed(name: &str) -> (String, Option<String>) {
     (name.to_owned(), None)
 }
 
-/// Splits a name into words: at signs, and between a small letter and a capital.
-fn words(name: &str) -> Vec<String> {
+/// Splits a name into words: at signs, between a small letter and a capital, and between an acronym and a word: `GPSTime`,
+/// but not `GYROx`.
+pub(super) fn words(name: &str) -> Vec<String> {
     let mut words = vec![String::new()];
     let mut small = false;
-    for letter in name.chars() {
+    let letters: Vec<char> = name.chars().collect();
+    let small_behind = |place: usize| {
+        let mut behind = letters[place + 1..].iter();
+        behind
+            .by_ref()
+            .take(2)
+            .filter(|one| one.is_lowercase())
+            .count()
+            == 2
+    };
+    for (place, &letter) in letters.iter().enumerate() {
         if !letter.is_alphanumeric() {
             words.push(String::new());
         } else {
-            if small && letter.is_uppercase() {
+            let is_first = words.last().is_none_or(String::is_empty);
+            let begins =
+                small || (!is_first && letters[place - 1].is_uppercase() && small_behind(place));
+            if begins && letter.is_uppercase() {
                 words.push(String::new());
             }
             if let Some(word) = words.last_mut() {
@@ -110,23 +124,25 @@ fn meaning(words: &[String]) -> Option<(Target, Option<String>)> {
         return Some((Target::Euler, Some(axis.to_owned())));
     }
     let mut axis = None;
+    let mut is_angle = false;
     if left.len() > 1 {
         if let Some(found) = left.last().and_then(|word| axis_of(word)) {
             axis = Some(found);
-            left.pop();
+            is_angle = left.pop().and_then(angle_axis).is_some();
         } else if let Some(found) = left.first().and_then(|word| axis_of(word)) {
             axis = Some(found);
-            left.remove(0);
+            is_angle = angle_axis(left.remove(0)).is_some();
         }
     }
-    let mut stem = left.concat();
+    let stem = left.concat();
     // A reference with only an axis in its name is an attitude: `Vicon Orientation W` came out as `orientation`.
     let mut target = name_table::target(&stem).filter(|_| axis.is_some() || stem.len() > 1);
     if target.is_none() && axis.is_none() {
-        let last = stem.pop()?;
-        axis = axis_of(&last.to_string());
-        axis?;
-        target = name_table::target(&stem);
+        (target, axis) = joined_axis(&stem)?;
+    }
+    // `attitude.roll` is an angle; `attitude.x` a part of a quaternion.
+    if is_angle && target == Some(Target::Stored(Quantity::ReferenceAttitude)) {
+        target = Some(Target::Euler);
     }
     // One angle of a table is an encoder's, three of a camera system are a sequence.
     let is_table = lower
@@ -147,6 +163,21 @@ fn meaning(words: &[String]) -> Option<(Target, Option<String>)> {
     // A table's angle without an axis gets it from the gyros.
     let may_be_bare = bare.contains(&target);
     (axis.is_some() || may_be_bare).then_some((target, axis.map(str::to_owned)))
+}
+
+/// Returns target and axis of a name joined with its axis, behind it or, as MAVLink has it, before: `gyrox`, `xgyro`.
+fn joined_axis(stem: &str) -> Option<(Option<Target>, Option<&'static str>)> {
+    let mut name = stem.to_owned();
+    let last = name.pop()?;
+    let axis = axis_of(&last.to_string());
+    let behind = axis.and_then(|_| name_table::target(&name));
+    if behind.is_some() {
+        return Some((behind, axis));
+    }
+    let mut letters = stem.chars();
+    let before = letters.next().filter(|first| "xyz".contains(*first))?;
+    let target = name_table::target(letters.as_str()).filter(|_| letters.as_str().len() > 2);
+    Some((target, axis_of(&before.to_string())))
 }
 
 /// Returns the axis of an angle that is a word by itself.
@@ -241,10 +272,13 @@ fn bare_axis(block: &Block, column: &Column) -> Option<Guess> {
     })
 }
 
-/// Returns the reason for which a column of this name is not taken, and true if it might be an attitude, an angle or a
-/// temperature, which is not left out without a word of the user's.
-pub fn reason(name: &str) -> (&'static str, bool) {
-    let (rest, _) = bracketed(name);
+/// Returns the reason for which a column of this name and unit is not taken, and true if it might be an attitude, an angle or
+/// a temperature, which is not left out without a word of the user's.
+pub fn reason(name: &str, unit: Option<&str>) -> (&'static str, bool) {
+    let (rest, own) = bracketed(name);
+    let unit = own.as_deref().or(unit).and_then(Unit::parse);
+    let tells = [Dimension::Angle, Dimension::Temperature];
+    let by_unit = unit.is_some_and(|unit| tells.contains(&unit.dimension));
     let lower: Vec<String> = words(&rest)
         .iter()
         .map(|word| word.to_lowercase())
@@ -253,7 +287,7 @@ pub fn reason(name: &str) -> (&'static str, bool) {
         Some(reason) => (reason, false),
         None => (
             "its name says no quantity and axis; --map states both",
-            name_table::is_telling(&lower),
+            by_unit || name_table::is_telling(&lower),
         ),
     }
 }
@@ -307,7 +341,10 @@ fn guess_whole(name: &str) -> Option<Guess> {
             _ if is_bare => return None,
             _ => meaning(&words)?,
         };
-        return Some(Guess { target, axis, unit });
+        // `Temps (s)` is a time.
+        let is_other = parsed.dimension == Dimension::Time
+            && target.dimension().is_some_and(|own| own != Dimension::Time);
+        return (!is_other).then_some(Guess { target, axis, unit });
     }
     // A unit may be the last words, before or behind the axis: `gyro_x_deg_s`, `accelerometer_m_s2[0]`.
     let (body, index) = match words.split_last() {
@@ -335,56 +372,34 @@ fn guess_whole(name: &str) -> Option<Guess> {
     Some(Guess { target, axis, unit })
 }
 
-/// Returns the unit text of a column of times, `Some(None)` if the name means time but has no unit.
-pub fn time_unit(name: &str) -> Option<Option<String>> {
-    let (rest, unit) = bracketed(name);
+/// Returns the unit in a column's name or in its line of units.
+pub fn own_unit(column: &Column) -> Option<Unit> {
+    let (_, unit) = bracketed(&column.name);
+    Unit::parse(unit.as_ref().or(column.unit.as_ref())?)
+}
+
+/// Returns the axis that a name ends or begins with: `x-axis`, `vel_z`.
+pub fn own_axis(name: &str) -> Option<&'static str> {
+    let (rest, _) = bracketed(name);
     let words = words(&rest);
-    let lower: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
-    let is_of_time =
-        |unit: &str| Unit::parse(unit).is_some_and(|unit| unit.dimension == Dimension::Time);
-    let (first, last) = (words.first()?, words.last()?);
-    if let Some(unit) = unit {
-        let is_named = is_of_time(&unit) && words.iter().any(|word| is_time(word));
-        return is_named.then_some(Some(unit));
-    }
-    // ArduPilot's TimeUS.
-    let small = last.to_lowercase();
-    if words.len() > 1 && is_of_time(&small) && words.iter().any(|word| is_time(word)) {
-        return Some(Some(small));
-    }
-    if let [unit, elapsed] = &lower[..]
-        && elapsed == "elapsed"
-        && is_of_time(unit)
-    {
-        return Some(Some(unit.clone()));
-    }
-    let is_offset = name_table::no_measurement(&lower).is_some();
-    let is_named = is_time(first) || is_time(last) || lower.concat() == "sampletimefine";
-    let alone = matches!(words.len(), 1..=3) && is_named && !is_offset;
-    alone.then_some(None)
+    let letters = ["x", "y", "z"];
+    let of = |word: &String| axis_of(word).filter(|axis| letters.contains(axis));
+    words
+        .last()
+        .and_then(of)
+        .or_else(|| words.first().and_then(of))
 }
 
-/// Returns the unit text of a column of times in its file, by its name or by the form of the file.
-pub fn time_in(block: &Block, column: &Column) -> Option<Option<String>> {
-    if let Some(meaning) = Form::takes(block, column) {
-        let unit = meaning.strip_prefix("time:")?.rsplit(':').next()?;
-        return Some(Some(unit.to_owned()));
-    }
-    let named = time_unit(&column.name)?;
-    let by_form = || Form::unit_in(block, "time").map(|(unit, _)| unit.to_owned());
-    Some(named.or(column.unit.clone()).or_else(by_form))
+/// True if a name is of another instrument's measurement, or of none.
+pub fn is_of_another(name: &str) -> bool {
+    let lower: Vec<String> = words(name).iter().map(|word| word.to_lowercase()).collect();
+    name_table::no_measurement(&lower).is_some()
+        || lower.iter().any(|word| name_table::is_reference(word))
 }
 
-/// True if a word means time; a capital T is a temperature as often.
-fn is_time(word: &str) -> bool {
-    let names = [
-        "time",
-        "times",
-        "timestamp",
-        "timestamps",
-        "stamp",
-        "stamps",
-        "chiptime",
-    ];
-    word == "t" || names.contains(&word.to_lowercase().as_str())
+/// True if a name says that its values are not calibrated.
+pub fn is_raw(name: &str) -> bool {
+    let words = words(name);
+    let mut words = words.iter().map(|word| word.to_lowercase());
+    words.any(|word| ["raw", "uncal", "uncalibrated", "uncomp", "un"].contains(&word.as_str()))
 }

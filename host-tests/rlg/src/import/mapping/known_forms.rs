@@ -120,6 +120,19 @@ const FORMS: &[Form] = &[
         ],
         ..NONE
     },
+    // Movella DOT data export with Euler angles.
+    Form {
+        name: "Movella DOT",
+        columns: &["SampleTimeFine", "Euler_X", "Acc_X", "Gyr_X"],
+        units: &[
+            ("gyro_rate", "deg/s"),
+            ("specific_force", "m/s^2"),
+            ("reference_euler", "deg"),
+            ("time", "us"),
+        ],
+        euler: Some("zyx"),
+        ..NONE
+    },
     // Xsens, MT Low Level Communication Protocol: SampleTimeFine counts ticks of 10 kHz. The quaternion's names tell it from a
     // Movella DOT's export, whose stamps are in us.
     Form {
@@ -138,7 +151,7 @@ const FORMS: &[Form] = &[
     Form {
         name: "Xsens MT text",
         columns: &["PacketCounter", "Acc_X", "Gyr_X"],
-        without: &["Quat_W"],
+        without: &["Quat_W", "Euler_X"],
         units: &[
             ("gyro_rate", "rad/s"),
             ("specific_force", "m/s^2"),
@@ -193,6 +206,18 @@ const FORMS: &[Form] = &[
         name: "EuRoC ground truth",
         columns: &["timestamp", "p_RS_R_x", "q_RS_w"],
         units: &[("time", "ns")],
+        ..NONE
+    },
+    // Kalibr, bag creator: omega in rad/s and alpha, the specific force, in m/s^2; stamps in ns.
+    Form {
+        name: "Kalibr imu0.csv",
+        columns: &["timestamp", "omega_x", "alpha_x"],
+        takes: &[
+            "alpha_x=specific_force:x:m/s^2",
+            "alpha_y=specific_force:y:m/s^2",
+            "alpha_z=specific_force:z:m/s^2",
+        ],
+        units: &[("gyro_rate", "rad/s"), ("time", "ns")],
         ..NONE
     },
     // x-IMU GUI, CSVfileWriter: `Element 1` to `Element 4` are w x y z.

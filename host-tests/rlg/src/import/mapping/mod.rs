@@ -14,6 +14,8 @@ pub mod questions;
 
 pub mod known_forms;
 
+pub mod time_names;
+
 pub mod map_options;
 
 pub mod column_map;

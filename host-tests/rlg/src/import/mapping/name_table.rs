@@ -50,9 +50,18 @@ const NAMES: &[(&[&str], Meaning, &str)] = &[
         "Physics Toolbox, WitMotion, EuRoC (w_RS_S), NaveGo (imu.wb), textbooks",
     ),
     (
-        &["angularvelocity", "angularrate", "angularvel"],
+        &[
+            "angularvelocity",
+            "angularrate",
+            "angularvel",
+            "angvelocity",
+            "gyroout",
+            "drehrate",
+            "kreisel",
+            "gyroskop",
+        ],
         Meaning::GyroRate,
-        "ROS sensor_msgs/Imu, WitMotion",
+        "ROS sensor_msgs/Imu, WitMotion, Analog Devices (X_GYRO_OUT), loggers in German",
     ),
     (
         &[
@@ -103,9 +112,13 @@ const NAMES: &[(&[&str], Meaning, &str)] = &[
             "acceleration",
             "a",
             "accelerometeracceleration",
+            "acce",
+            "linacc",
+            "acclout",
+            "beschleunigung",
         ],
         Meaning::Force,
-        "ArduPilot IMU, Xsens, x-io, phyphox, WitMotion, SensorLog",
+        "ArduPilot IMU, Xsens, x-io, phyphox, WitMotion, SensorLog, RIDI (acce), UZH-FPV (lin_acc), Analog Devices",
     ),
     (
         &["accsmooth", "accadc"],
@@ -167,6 +180,7 @@ const NAMES: &[(&[&str], Meaning, &str)] = &[
             "quaternion",
             "quaternions",
             "quatq",
+            "orientationq",
             "orientation",
             "attitude",
             "att",
@@ -235,6 +249,11 @@ const FILLERS: &[&str] = &[
     "type",
     "rs",
     "unit",
+    "un",
+    "comp",
+    "scaled",
+    "est",
+    "estimated",
 ];
 
 /// Words of a measurement by another instrument.
@@ -355,7 +374,9 @@ pub fn is_telling(words: &[String]) -> bool {
 /// Returns the dimensionless or physical meaning of a bare axis in a file of this name: `Gyroscope.csv` of phyphox and
 /// Sensor Logger has the columns x, y, z.
 pub fn of_file(words: &[String]) -> Option<Target> {
-    words.iter().find_map(|word| match target(word)? {
+    let joined = std::iter::once(words.concat());
+    let mut each = joined.chain(words.iter().cloned());
+    each.find_map(|word| match target(&word)? {
         found @ Target::Stored(_) if word.len() > 2 => Some(found),
         _ => None,
     })

@@ -3,7 +3,7 @@
 use super::known_forms::Form;
 use super::mapped::{Mapped, Plan};
 use super::targets::Target;
-use crate::import::files::columns::Block;
+use crate::import::files::columns::{Block, Column};
 use crate::recording::Quantity;
 
 /// Attitudes by preference: those without a convention of their own first.
@@ -16,7 +16,6 @@ const BY_PREFERENCE: [Target; 4] = [
 
 /// Leaves out all guessed attitudes but the preferred one that is whole.
 pub fn keep(blocks: &[Block], plan: &mut Plan) {
-    drop_constant(blocks, plan);
     let is_whole = |target: &Target| {
         let has = |part: &&str| {
             let mut mapped = plan.mapped.iter();
@@ -60,27 +59,30 @@ pub fn keep(blocks: &[Block], plan: &mut Plan) {
     }
 }
 
-/// Leaves out the orientation of a `sensor_msgs/Imu` that never changes: its driver has none.
-fn drop_constant(blocks: &[Block], plan: &mut Plan) {
-    let is_orientation = |mapped: &&Mapped| {
-        mapped.target == Target::Stored(Quantity::ReferenceAttitude)
-            && !mapped.is_given
-            && Form::of(&blocks[mapped.block])
-                .into_iter()
-                .any(|form| form.name == "ROS sensor_msgs/Imu")
+/// Reason of an orientation left out by [`empty_orientation`].
+pub const EMPTY: &str = "it never changes, as of a sensor_msgs/Imu without an orientation";
+
+/// Returns the orientation of a `sensor_msgs/Imu` that never changes: its driver has none. Another attitude may then take its
+/// place.
+pub fn empty_orientation(block: &Block) -> Vec<usize> {
+    let is_imu = Form::of(block)
+        .into_iter()
+        .any(|form| form.name == "ROS sensor_msgs/Imu");
+    let structure = |column: &Column| {
+        let (before, _) = column.name.rsplit_once('.')?;
+        before.ends_with("orientation").then(|| before.to_owned())
     };
-    let is_constant = |mapped: &Mapped| {
-        let values = &blocks[mapped.block].columns[mapped.column].values;
+    let columns = block.columns.iter().enumerate();
+    let of_orientation = columns.filter_map(|(place, column)| Some((place, structure(column)?)));
+    let of_orientation: Vec<(usize, String)> = of_orientation.filter(|_| is_imu).collect();
+    let is_constant = |place: usize| {
+        let values = &block.columns[place].values;
         values.windows(2).all(|pair| pair[0] == pair[1])
     };
-    let found: Vec<Mapped> = plan.mapped.iter().filter(is_orientation).cloned().collect();
-    if found.is_empty() || !found.iter().all(is_constant) {
-        return;
-    }
-    plan.mapped.retain(|mapped| !found.contains(mapped));
-    for mapped in found {
-        let name = blocks[mapped.block].columns[mapped.column].name.clone();
-        let reason = "it never changes, as of a sensor_msgs/Imu without an orientation";
-        plan.left_out.push((name, reason.to_owned()));
-    }
+    let is_empty = |name: &String| {
+        let mut own = of_orientation.iter().filter(|(_, other)| other == name);
+        own.all(|(place, _)| is_constant(*place))
+    };
+    let empty = of_orientation.iter().filter(|(_, name)| is_empty(name));
+    empty.map(|(place, _)| *place).collect()
 }

@@ -1,8 +1,8 @@
 //! Moves columns filled in every second, third, ... row only to rows of their own: an encoder logged with gyros of twice its
 //! rate.
 
-use super::column_names;
 use super::mapped::{Mapped, Plan};
+use super::time_names;
 use crate::import::files::columns::{Block, Column};
 
 /// Smallest share of equal steps from one filled row to the next: any other empty row is a missing value.
@@ -71,7 +71,7 @@ fn filled_rows(values: &[f64]) -> Option<Vec<usize>> {
 /// Returns the columns of times of a block at these rows.
 fn stamps(block: &Block, rate_hz: Option<f64>, rows: &[usize]) -> Option<Vec<Column>> {
     let is_time =
-        |column: &&Column| column.dates.is_some() || column_names::time_in(block, column).is_some();
+        |column: &&Column| column.dates.is_some() || time_names::time_in(block, column).is_some();
     let times = block.columns.iter().filter(is_time);
     let times: Vec<Column> = times.map(|column| thinned(column, rows)).collect();
     if !times.is_empty() {

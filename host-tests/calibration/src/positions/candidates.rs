@@ -1,13 +1,12 @@
 //! Errors observable in still positions: the accelerometer kinds, by their effect on the length of the specific force.
 
 use nalgebra::Vector3;
+use rlg_catalogue::accelerometers::{KINDS, Kind};
 use rlg_findings::result::UNLISTED;
 use rlg_inference::{Bound, Hypothesis, Term};
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_plan::OddsPlan;
 use rlg_signal::axes::AXES;
-
-use crate::kinds::{KINDS, Kind};
 
 /// Design column.
 #[derive(Debug, Clone, Copy, PartialEq)]

@@ -5,11 +5,14 @@
 //! rate δω turns the attitude after a turn by φ = ∫ R δω dt in the axes at its beginning, and the carried direction Rᵀu by
 //! Rᵀ(u × φ) (Savage, Strapdown Analytics, sec. 3.5).
 
+use std::ops::Range;
+
 use nalgebra::{Matrix3, Rotation3, SMatrix, Vector3};
+use rlg_catalogue::entry::tilt;
 use rlg_model::ModelEffect;
-use rlg_signal::axes::AXES;
 
 use super::readings::{Gyros, Turn};
+use crate::unknowns::{PAIRS, names};
 
 /// Parameters of the gyros: three biases, three scale errors, six tilts.
 pub const OWN: usize = 12;
@@ -24,30 +27,25 @@ pub type Derivatives = SMatrix<f64, 3, ALL>;
 /// Sizes of the parameters: rad/s, 1, rad, rad/s.
 pub type Sizes = nalgebra::SVector<f64, ALL>;
 
-/// Gyro and axis of each tilt δ_ij, in the order of the parameters.
-pub const PAIRS: [(usize, usize); 6] = [(0, 1), (0, 2), (1, 0), (1, 2), (2, 0), (2, 1)];
+/// Kinds that rests and turns show.
+pub const KINDS: [&str; 3] = ["gyro_bias", "gyro_scale", "installation"];
 
-/// Sensitivity of gyro `i` to a tilt about axis `j`: its sign and the axis whose rate it adds, as (e_j × e_i).
-fn tilt(i: usize, j: usize) -> (f64, usize) {
-    let third = 3 - i - j;
-    let sign = if (i + 1) % 3 == j { -1.0 } else { 1.0 };
-    (sign, third)
+/// Places of the parameters of a kind among all.
+pub fn places(kind: &str) -> Range<usize> {
+    match kind {
+        "gyro_bias" => 0..3,
+        "gyro_scale" => 3..TILTS,
+        _ => TILTS..OWN,
+    }
 }
 
 /// Sizes of the gyros' effects in a model.
 pub fn of_model(effects: &[ModelEffect]) -> Sizes {
     let mut sizes = Sizes::zeros();
     for effect in effects {
-        for (i, axis) in AXES.iter().enumerate() {
-            match effect.kind.as_str() {
-                "gyro_bias" => sizes[i] += effect.number(axis),
-                "gyro_scale" => sizes[3 + i] += effect.number(axis),
-                _ => {}
-            }
-        }
-        if effect.kind == "installation" {
-            for (at, (i, j)) in PAIRS.into_iter().enumerate() {
-                sizes[TILTS + at] += effect.number(&format!("{}{}", AXES[i], AXES[j]));
+        for kind in KINDS.into_iter().filter(|kind| effect.kind == *kind) {
+            for (at, name) in places(kind).zip(names(kind)) {
+                sizes[at] += effect.number(name);
             }
         }
     }
@@ -57,8 +55,7 @@ pub fn of_model(effects: &[ModelEffect]) -> Sizes {
 /// True for an effect of a model that [`of_model`] takes into account, or that no gyro shows here.
 pub fn is_predicted(effect: &ModelEffect) -> bool {
     let kind = effect.kind.as_str();
-    let own = ["gyro_bias", "gyro_scale", "installation"];
-    own.contains(&kind) || kind.starts_with("accel_")
+    KINDS.contains(&kind) || kind.starts_with("accel_")
 }
 
 /// Factor of the rate in the reading: 1 + s on the diagonal, tilts beside it.

@@ -19,6 +19,8 @@ pub mod search;
 
 pub mod diagnose;
 
+mod few_positions;
+
 mod words;
 
 mod too_few;

@@ -1,17 +1,17 @@
 //! Sentences on the findings of still positions, and on the effects that they cannot show.
 
 use nalgebra::DMatrix;
+use rlg_catalogue::accelerometers::{KINDS, Kind};
+use rlg_findings::entries::are_equal;
 use rlg_findings::result::{ChannelEntry, EffectEntry, UNLISTED, Verdict};
-use rlg_findings::sentences::{NEEDED_SNR, combination, effect_lines, opening};
+use rlg_findings::sentences::{combination, effect_lines, opening};
 use rlg_inference::evaluate::{Effort, evaluate};
+use rlg_recording::units::MICRO_G_PER_M_S2 as MICRO_G;
 use rlg_signal::axes::AXES;
 
 use super::candidates::{Column, names, shows};
 use super::diagnose::Diagnosed;
 use super::too_few::NEXT;
-use crate::effects::are_equal;
-use crate::findings::MICRO_G;
-use crate::kinds::{KINDS, Kind};
 
 /// Reason why some kinds are not observable.
 const STILL: &str = "needs motion; the unit was at rest wherever it was compared with gravity";
@@ -35,7 +35,7 @@ impl Diagnosed {
                 (None, None) => String::new(),
             };
         };
-        let is_equal = are_equal(values, covariance, &self.plan.force);
+        let is_equal = are_equal(values, covariance, self.plan.findings.equal_deviations);
         let also = match kind.kind {
             "accel_scale" if is_equal => {
                 " All three are equal within their σ: confounded with local g."
@@ -102,7 +102,7 @@ impl Diagnosed {
         let stds = self.stds(kind);
         let small: Vec<String> = stds
             .iter()
-            .filter(|(_, std)| snr(*std) < NEEDED_SNR)
+            .filter(|(_, std)| snr(*std) < self.plan.findings.needed_snr)
             .map(|(column, std)| {
                 let signs = names(*column).into_iter().collect();
                 format!("{} at an SNR of {:.1}", combination(&signs), snr(*std))
@@ -163,7 +163,11 @@ impl Diagnosed {
                 1e3 * std / gravity
             ),
         });
-        lines.extend(effects.iter().flat_map(effect_lines));
+        lines.extend(
+            effects
+                .iter()
+                .flat_map(|one| effect_lines(one, &self.plan.findings)),
+        );
         let (levels, unit) = (self.found.named_fit.levels[0], self.found.lengths.unit_m_s2);
         lines.push(format!(
             "Noise: {:.2} µg of a position's mean from its rows, {:.2} µg between positions (1 σ).",
@@ -184,7 +188,7 @@ impl Diagnosed {
         } else {
             lines.push(format!(
                 "No position is held out: of fewer than {} all are needed.",
-                self.plan.force.positions.least_to_hold_out
+                self.plan.positions.least_to_hold_out
             ));
         }
         lines

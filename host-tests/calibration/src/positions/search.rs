@@ -148,7 +148,7 @@ impl std::ops::Deref for Found {
 
 /// Runs the search.
 pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
-    let own = &plan.force.positions;
+    let own = &plan.positions;
     let count = observed.readings.mean_m_s2.len();
     let mut columns: Vec<Column> = Vec::new();
     let sought = (count, observed.warming_k.is_some());
@@ -187,7 +187,7 @@ pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
         let first = search.run(&before, most);
         let second = search.run(&new_unit(&candidates, most), most);
         let fit = rlg_inference::search::best_of(vec![second], first);
-        let (next, settled) = sizes_of((&fit, &candidates), &sizes, plan.force.settled);
+        let (next, settled) = sizes_of((&fit, &candidates), &sizes, plan.positions.settled);
         let stays = settled && fit.members == before;
         if !(stays || pass >= plan.judgement.passes) {
             about = errors_of(&fit, &candidates);

@@ -6,7 +6,7 @@
 
 use nalgebra::{DMatrix, DVector, Vector3};
 
-use super::prediction::{ALL, OWN, Sizes, predict};
+use super::prediction::{ALL, Sizes, predict};
 use super::readings::Gyros;
 
 /// Steps of Gauss and Newton: from errors of a tenth the third changes no printed digit.
@@ -241,13 +241,4 @@ fn scattered(
         }
     }
     high
-}
-
-/// Places of the parameters of a kind among all.
-pub fn places(kind: &str) -> std::ops::Range<usize> {
-    match kind {
-        "gyro_bias" => 0..3,
-        "gyro_scale" => 3..6,
-        _ => 6..OWN,
-    }
 }

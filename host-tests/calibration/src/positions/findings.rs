@@ -4,23 +4,25 @@ use std::collections::{BTreeMap, BTreeSet};
 use std::ops::Range;
 
 use nalgebra::DMatrix;
+use rlg_catalogue::accelerometers::DRIFT;
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::self_test::{FoundSet, Reach, Row, self_test_on};
 use rlg_findings::combinations::choice;
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{correlated, unlisted};
 use rlg_findings::result::{
     ChannelEntry, Diagnosis, EffectEntry, EvidenceEntry, FiguresEntry, FitEntry, ForceNoiseEntry,
     Identifiable, LocationEntry, ParameterEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
 use rlg_findings::updated_model::{set_choice, switch_on};
+use rlg_inference::judgement::chance_in_noise;
+use rlg_signal::accelerometer_rows::channel_name;
 use rlg_signal::axes::AXES;
-use statrs::distribution::{ChiSquared, ContinuousCDF, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::candidates::{Candidate, Column, names};
 use super::diagnose::Diagnosed;
 use super::errors::Errors;
-use crate::effects::DRIFT;
-use crate::prediction::channel_name;
+use super::few_positions::three_sigma_factor;
 
 /// Channel of the force's length, which is compared with gravity.
 const LENGTH: &str = "force_length";
@@ -98,7 +100,7 @@ impl Diagnosed {
     pub(super) fn is_scatter_incredible(&self) -> bool {
         let found = &self.found;
         let scatter_m2_s4 = found.named_fit.levels[0].angle * found.lengths.unit_m_s2.powi(2);
-        let known = self.plan.force.positions.scatter_known;
+        let known = self.plan.positions.scatter_known;
         let ratio = known * found.record.scatter_m2_s4 / scatter_m2_s4.max(f64::MIN_POSITIVE);
         let chance = ChiSquared::new(known).map_or(1.0, |law| law.cdf(ratio));
         chance < self.plan.judgement.unexplained
@@ -107,10 +109,6 @@ impl Diagnosed {
     /// Factor of a standard deviation so that ±3σ has Gaussian coverage although the scatter between positions is estimated
     /// from few of them (Student's t with the effective degrees of freedom of Welch and Satterthwaite).
     fn few_positions(&self) -> f64 {
-        /// P(z < 3).
-        const THREE: f64 = 0.998_650_101_968_37;
-        /// Above this number of degrees of freedom Student's t equals the Gaussian.
-        const MANY: f64 = 1e4;
         let found = &self.found;
         let levels = found.named_fit.levels[0];
         let numbers: usize = found.named_fit.ranks.iter().sum();
@@ -120,13 +118,9 @@ impl Diagnosed {
         let shares = within.map(|(at, within)| 1.0 - levels.white * within / all[(at, at)]);
         let count = record.within_m2_s4.len() as f64;
         let share = shares.sum::<f64>() / count;
-        let known = self.plan.force.positions.scatter_known;
+        let known = self.plan.positions.scatter_known;
         let freedom = (count - numbers as f64).max(0.0) + known;
-        let freedom = freedom / share.powi(2).max(f64::MIN_POSITIVE);
-        match StudentsT::new(0.0, 1.0, freedom.min(MANY)) {
-            Ok(law) if freedom < MANY => law.inverse_cdf(THREE) / 3.0,
-            _ => 1.0,
-        }
+        three_sigma_factor(freedom / share.powi(2).max(f64::MIN_POSITIVE))
     }
 
     /// Names, values and covariance of a finding in the contract's numbers.
@@ -216,43 +210,28 @@ impl Diagnosed {
             (None, Some(_)) => "m/s^2",
             (None, None) => "",
         };
-        let each = names.iter().enumerate();
-        let mut parameters: Vec<ParameterEntry> = each
-            .map(|(k, name)| ParameterEntry::Number {
-                name: name.clone(),
-                value: values[k],
-                std: covariance[(k, k)].max(0.0).sqrt(),
-                unit: unit.to_string(),
-            })
-            .collect();
+        let (mut parameters, rows) = correlated(&names, &values, &covariance, unit);
         let alike = self.alike(place);
         let mut expression = one.columns[0].expression();
         if let Some((axis, text)) = &expression {
-            let of = |name: &str, value: String| ParameterEntry::Text {
-                name: name.to_string(),
-                value,
-            };
-            parameters.push(of("axis", channel_name(*axis)));
-            parameters.push(of("expression", text.clone()));
+            parameters.push(ParameterEntry::text("axis", &channel_name(*axis)));
+            parameters.push(ParameterEntry::text("expression", text));
         }
         if expression.is_none() && alike.iter().any(|kind| kind == UNLISTED) {
             let rivals = found.judged.members[member].rivals.iter();
             let mut all = rivals.map(|(rival, _)| &found.candidates[*rival]);
             expression = all.find_map(|rival| rival.columns[0].expression());
         }
-        let ratio = 2.0 * (found.fit.log_likelihood - found.judged.without[member].log_likelihood);
-        let rank = found.fit.ranks[member].max(1) as f64;
-        let tail = ChiSquared::new(rank).map_or(1.0, |law| law.sf(ratio.max(0.0)));
+        let squared_size =
+            2.0 * (found.fit.log_likelihood - found.judged.without[member].log_likelihood);
         EffectEntry {
             kind: one.kind.to_string(),
             equation: self.equation(one),
             parameters,
-            covariance: (0..values.len())
-                .map(|a| (0..values.len()).map(|b| covariance[(a, b)]).collect())
-                .collect(),
+            covariance: rows,
             identifiable: self.identifiable(place),
             log_evidence_gain: found.judged.members[member].cost_without,
-            p_value: (tail * one.hypothesis.price.exp().max(1.0)).min(1.0),
+            p_value: chance_in_noise(squared_size, found.fit.ranks[member], one.hypothesis.price),
             what_was_left_out: self.left_out(place, &values, &covariance),
             expression: expression.map(|(_, text)| text),
             evidence: Some(EvidenceEntry {
@@ -310,7 +289,7 @@ impl Diagnosed {
     fn lengths_m_s2(&self) -> Vec<[f64; 3]> {
         let found = &self.found;
         let fit = &found.named_fit;
-        let own = &self.plan.force.positions;
+        let own = &self.plan.positions;
         let before = self.observed.record(&Errors::default(), &[], &[], own);
         let members = fit.members.iter().zip(&fit.blocks);
         let columns: Vec<(usize, Column)> = members

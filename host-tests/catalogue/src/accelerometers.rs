@@ -2,8 +2,6 @@
 
 use rlg_signal::axes::AXES;
 
-use crate::column::{Column, Turn};
-
 /// Action of a kind's parameters.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
 pub enum Law {
@@ -60,6 +58,9 @@ pub struct Kind {
 
 /// The kind that is not linear in its parameters.
 pub const DELAY: &str = "accel_delay";
+
+/// Drift of an accelerometer as a member of an equivalence class (IEEE 1293).
+pub const DRIFT: &str = "acceleration_random_walk";
 
 /// Every kind, in the order of the contract's table.
 pub static KINDS: &[Kind] = &[
@@ -168,77 +169,10 @@ pub static REFERENCE_KINDS: &[Kind] = &[
     },
 ];
 
-/// Column of an error of the reference about the axis that the parameter is named after.
-fn on_body(turn: impl Fn(usize) -> Turn, name: &str, axis: usize) -> Vec<(Column, f64)> {
-    let about = AXES.iter().position(|other| name == *other);
-    let column = about.map(|about| (Column::Turned(turn(about), axis), 1.0));
-    column.into_iter().collect()
-}
-
-/// Columns of a unit parameter on accelerometer `axis`; a delay is linearised at `delay_s`.
-pub fn columns(kind: &Kind, name: &str, axis: usize, delay_s: f64) -> Vec<(Column, f64)> {
-    let second = || AXES.iter().position(|other| name.ends_with(other));
-    match (kind.kind, kind.law) {
-        ("accel_bias", _) => vec![(Column::Constant, 1.0)],
-        ("accel_scale", _) => vec![(Column::Force(axis), 1.0)],
-        ("accel_quadratic", _) => vec![(Column::ForceProduct(axis, axis), 1.0)],
-        (DELAY, _) => vec![(Column::Slope(axis, delay_s), -1.0)],
-        (_, Law::Tilts) => {
-            let about = second().filter(|about| *about != axis);
-            let tilted = about.map(|about| {
-                // x: + δ_xz f_y − δ_xy f_z, and cyclic.
-                let along = 3 - axis - about;
-                let sign = if (about + 1) % 3 == axis { 1.0 } else { -1.0 };
-                (Column::Force(along), sign)
-            });
-            tilted.into_iter().collect()
-        }
-        (_, Law::Arms) => second()
-            .map(|along| (Column::Arm(axis, along), 1.0))
-            .into_iter()
-            .collect(),
-        ("reference_misalignment", _) => on_body(Turn::Misaligned, name, axis),
-        ("reference_delay", _) => vec![(Column::Turned(Turn::Late, axis), 1.0)],
-        ("reference_scale", _) => on_body(Turn::Scaled, name, axis),
-        (_, Law::Axes | Law::Body | Law::All) => Vec::new(),
-    }
-}
-
 /// Row of a kind, of the accelerometers or of the reference.
 pub fn find(kind: &str) -> Option<&'static Kind> {
     KINDS
         .iter()
         .chain(REFERENCE_KINDS)
         .find(|one| one.kind == kind)
-}
-
-#[cfg(test)]
-mod tests {
-    use rlg_model::catalogue::Kind;
-
-    use super::{KINDS, REFERENCE_KINDS, columns};
-
-    #[test]
-    fn every_parameter_of_every_kind_acts_on_the_accelerometers_that_it_names() {
-        for kind in KINDS.iter().chain(REFERENCE_KINDS) {
-            for (name, on) in kind.law.parameters() {
-                for axis in 0..3 {
-                    let acts = !columns(kind, &name, axis, 0.0).is_empty();
-                    let own = on.contains(&axis);
-                    assert!(acts || !own, "{} {name} on {axis}", kind.kind);
-                }
-            }
-        }
-    }
-
-    #[test]
-    fn parameters_have_the_contracts_names() {
-        for kind in KINDS.iter().chain(REFERENCE_KINDS) {
-            let known = Kind::named(kind.kind).expect("a kind of the contract");
-            let names: Vec<&str> = known.parameter_names().collect();
-            let own = kind.law.parameters();
-            assert_eq!(names, own.iter().map(|(name, _)| name).collect::<Vec<_>>());
-            assert_eq!(known.unit_of(names[0]), Some(kind.unit), "{}", kind.kind);
-        }
-    }
 }

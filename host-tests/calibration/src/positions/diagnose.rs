@@ -70,7 +70,7 @@ pub fn serves(recording: &Recording, plan: &Plan) -> bool {
     let Ok(rows) = rows_of(recording, &plan.signal.align.accelerometers) else {
         return false;
     };
-    let own = &plan.force.positions;
+    let own = &plan.positions;
     let positions = still::find(&rows, own).positions;
     attitudes(&positions, own) >= own.least_attitudes
 }
@@ -127,7 +127,7 @@ pub fn diagnose(
             .expected("specific_force or velocity_increment on x, y and z at one rate, where there are neither gyros nor a reference")
     })?;
     let plan = settings.plan;
-    let own = &plan.force.positions;
+    let own = &plan.positions;
     let still::Found {
         mut positions,
         restless,

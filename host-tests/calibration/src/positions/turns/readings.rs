@@ -70,7 +70,7 @@ impl Gyros {
             at(own.start)..at(own.end)
         };
         let spans: Vec<Range<usize>> = positions.iter().map(|one| span_of(&one.rows)).collect();
-        let block_rows = (plan.force.positions.block_s * streams.rate_hz).round() as usize;
+        let block_rows = (plan.positions.block_s * streams.rate_hz).round() as usize;
         let mut scatter = Scatter::default();
         let mut rest = |span: &Range<usize>| {
             let seen: Vec<usize> = span.clone().filter(|&row| streams.usable[row]).collect();

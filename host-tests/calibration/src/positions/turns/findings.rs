@@ -3,31 +3,27 @@
 use std::collections::BTreeMap;
 
 use nalgebra::{DMatrix, DVector, Vector3};
-use rlg_catalogue::entries;
 use rlg_diagnosis::Outcome;
-use rlg_findings::entries::unlisted;
+use rlg_findings::entries::{correlated, unlisted};
+use rlg_findings::numbers::{ARCSEC_PER_RAD, DEG_H};
 use rlg_findings::result::{
     EffectEntry, Identifiable, NoiseEntry, ParameterEntry, UNLISTED, Verdict,
 };
-use rlg_findings::sentences::{DEG_H, NEEDED_SNR, effect_lines, opening};
+use rlg_findings::sentences::{effect_lines, opening};
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_plan::Plan;
 use rlg_recording::Recording;
 use rlg_signal::axes::AXES;
 use rlg_signal::still::ROTATION_RAD_S;
-use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor, StudentsT};
+use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
 use super::super::diagnose::Diagnosed;
-use super::fit::{Fitted, Known, fit, places};
-use super::prediction::{OWN, PAIRS, Sizes, TILTS, is_predicted, of_model};
+use super::super::few_positions::three_sigma_factor;
+use super::fit::{Fitted, Known, fit};
+use super::prediction::{KINDS, OWN, Sizes, is_predicted, of_model, places};
 use super::readings::Gyros;
-
-/// Kinds that rests and turns show.
-const KINDS: [&str; 3] = ["gyro_bias", "gyro_scale", "installation"];
-
-/// Arcseconds in a radian.
-const ARCSEC: f64 = 3600.0 * 180.0 / std::f64::consts::PI;
+use crate::unknowns::{entry, names};
 
 /// Gyros of a tumbled unit, fitted.
 pub struct Turned {
@@ -57,10 +53,9 @@ impl Diagnosed {
             return Err("in every turn rows are not measured, or faulty".to_string());
         }
         let (up, direction_rad2) = directions(self);
-        let largest = |kind: &str| entries::find(kind).map_or(0.0, |entry| entry.size.largest);
         let mut prior = Sizes::zeros();
         for kind in KINDS {
-            places(kind).for_each(|at| prior[at] = largest(kind));
+            places(kind).for_each(|at| prior[at] = entry(kind).size.largest);
         }
         // The Earth's rotation: without a site of any direction, else with its part along the vertical.
         let mut start = of_model(&model.effects);
@@ -78,7 +73,7 @@ impl Diagnosed {
             direction_rad2: &direction_rad2,
             start,
             prior,
-            scatter_known: plan.force.positions.scatter_known,
+            scatter_known: plan.positions.scatter_known,
         };
         let fitted = fit(&gyros, &known).ok_or("rests and turns have no least squares")?;
         Ok(Turned {
@@ -163,14 +158,6 @@ impl Turned {
         self.fitted.freedom[usize::from(kind != KINDS[0])]
     }
 
-    /// Factor of a standard deviation so that ± 3 σ has Gaussian coverage (Student's t).
-    fn few(&self, kind: &str) -> f64 {
-        /// P(z < 3).
-        const THREE: f64 = 0.998_650_101_968_37;
-        let law = StudentsT::new(0.0, 1.0, self.freedom(kind));
-        law.map_or(1.0, |law| law.inverse_cdf(THREE) / 3.0)
-    }
-
     /// Gain of ln evidence by a kind: the ratio of posterior and prior density at the model's sizes (Savage and Dickey, with
     /// Student's t for the posterior), and the p-value of Fisher's F, both for three kinds tried.
     fn evidence(&self, kind: &str) -> Option<(f64, f64)> {
@@ -188,7 +175,7 @@ impl Turned {
 
     /// Entry of a kind beyond the threshold of a name.
     fn effect(&self, kind: &str) -> Option<EffectEntry> {
-        let entry = entries::find(kind)?;
+        let entry = entry(kind);
         let (gain, p_value) = self.evidence(kind)?;
         // Evidence from turns that noise does not explain rests on a wrong law.
         let judgement = &self.plan.judgement;
@@ -197,18 +184,11 @@ impl Turned {
             return None;
         }
         let (off, covariance) = self.sizes(kind);
-        let covariance = covariance * self.few(kind).powi(2);
+        let covariance = covariance * three_sigma_factor(self.freedom(kind)).powi(2);
         let std = |at: usize| covariance[(at, at)].max(0.0).sqrt();
         let names = names(kind);
         let each = names.iter().zip(off.iter()).enumerate();
-        let parameters = each
-            .clone()
-            .map(|(at, (name, value))| ParameterEntry::Number {
-                name: name.clone(),
-                value: *value,
-                std: std(at),
-                unit: entry.unit.to_string(),
-            });
+        let (parameters, rows) = correlated(names, off.as_slice(), &covariance, entry.unit);
         let also = match kind {
             "installation" => {
                 " The axes are those of the accelerometers: how both triads as one are turned against the case, gravity does not tell."
@@ -218,14 +198,11 @@ impl Turned {
         Some(EffectEntry {
             kind: kind.to_string(),
             equation: entry.equation.to_string(),
-            parameters: parameters.collect(),
-            covariance: covariance
-                .row_iter()
-                .map(|row| row.iter().copied().collect())
-                .collect(),
+            parameters,
+            covariance: rows,
             identifiable: each
                 .map(|(at, (name, value))| Identifiable {
-                    combination: std::iter::once((name.clone(), 1.0)).collect(),
+                    combination: std::iter::once(((*name).to_string(), 1.0)).collect(),
                     value: *value,
                     std: std(at),
                 })
@@ -262,12 +239,16 @@ impl Turned {
                 "Left out: the turn between {from_s:.1} and {to_s:.1} s, in which rows are not measured, or faulty."
             ));
         }
-        lines.extend(effects.iter().flat_map(effect_lines));
+        lines.extend(
+            effects
+                .iter()
+                .flat_map(|one| effect_lines(one, &self.plan.findings)),
+        );
         let walk = self.gyros.walk_rad_sqrt_s.map(|one| one * DEG_H / 60.0);
         let [rests, turns] = self.fitted.scatter;
         lines.push(format!(
             "Noise of the gyros at rest: N x {:.3e}, y {:.3e}, z {:.3e} °/√h; their means scatter between positions by {:.2e} °/h besides, turns by {:.1}″ besides (one standard deviation).",
-            walk.x, walk.y, walk.z, rests * DEG_H, turns * ARCSEC
+            walk.x, walk.y, walk.z, rests * DEG_H, turns * ARCSEC_PER_RAD
         ));
         if is_left {
             let turns = self.gyros.turns.iter().zip(&self.fitted.turns_rad);
@@ -276,7 +257,7 @@ impl Turned {
                 let [from_s, to_s] = turn.span_s;
                 format!(
                     ": most between {from_s:.1} and {to_s:.1} s, {:.0}″",
-                    left * ARCSEC
+                    left * ARCSEC_PER_RAD
                 )
             });
             lines.push(format!(
@@ -290,19 +271,20 @@ impl Turned {
     fn not_excluded(&self, effects: &[EffectEntry]) -> Vec<String> {
         let mut all = Vec::new();
         for kind in KINDS {
-            let Some(entry) = entries::find(kind) else {
-                continue;
-            };
             if effects.iter().any(|effect| effect.kind == kind) {
                 continue;
             }
-            let (_, covariance) = self.sizes(kind);
-            let snr = |at: usize| entry.size.typical / covariance[(at, at)].sqrt() / self.few(kind);
+            let (entry, (_, covariance)) = (entry(kind), self.sizes(kind));
+            let snr = |at: usize| {
+                entry.size.typical
+                    / covariance[(at, at)].sqrt()
+                    / three_sigma_factor(self.freedom(kind))
+            };
             let names = names(kind);
             let small = names
                 .iter()
                 .enumerate()
-                .filter(|(at, _)| snr(*at) < NEEDED_SNR);
+                .filter(|(at, _)| snr(*at) < self.plan.findings.needed_snr);
             let small: Vec<String> = small
                 .map(|(at, name)| format!("{name} at an SNR of {:.1}", snr(at)))
                 .collect();
@@ -317,16 +299,5 @@ impl Turned {
         }
         all.push("every other kind of the gyros: rests and turns by hand show bias, scale and misalignment alone".to_string());
         all
-    }
-}
-
-/// Names of a kind's parameters, in their order.
-fn names(kind: &str) -> Vec<String> {
-    match places(kind).start {
-        TILTS => PAIRS
-            .iter()
-            .map(|(i, j)| format!("{}{}", AXES[*i], AXES[*j]))
-            .collect(),
-        _ => AXES.iter().map(ToString::to_string).collect(),
     }
 }

@@ -4,11 +4,11 @@ use rlg_diagnosis::{Outcome, Settings, at_rest};
 use rlg_findings::result::Diagnosis;
 use rlg_model::Model;
 use rlg_recording::Recording;
+use rlg_recording::units::MICRO_G_PER_M_S2 as MICRO_G;
 use rlg_signal::accelerometer_rows::Rows;
 
 use super::lengths::Readings;
 use super::still::Position;
-use crate::findings::MICRO_G;
 
 /// Next experiment if nothing is confounded.
 pub(super) const NEXT: &str = "Hold the unit still in 18 positions or more, ten seconds each: every axis up and down, and between two axes by 45 degrees.";
@@ -31,7 +31,7 @@ pub(super) fn outcome(
     };
     let why = format!(
         "the accelerometers stood still {stood}, and {} at least are needed: with gravity alone as the reference, one attitude shows one number",
-        plan.force.positions.least_attitudes
+        plan.positions.least_attitudes
     );
     let mut diagnosis = Diagnosis {
         next_experiment: NEXT.to_string(),
@@ -68,7 +68,7 @@ pub(super) fn outcome(
 
 /// Sentence on the length of the force at a rest.
 fn length(rows: &Rows, rest: &Position, [gravity, gravity_std]: [f64; 2], of: &Settings) -> String {
-    let own = &of.plan.force.positions;
+    let own = &of.plan.positions;
     let readings = Readings::new(std::slice::from_ref(rest), &[0], rows.rate_hz, own);
     let mean = rest.mean_m_s2();
     let along = mean.normalize();
