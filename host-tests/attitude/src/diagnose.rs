@@ -74,10 +74,9 @@ pub fn diagnose(
     let Some(mut observed) = observe(recording, of, &settings.plan)? else {
         return Ok(None);
     };
-    let of_model = Alignment::of_model(model);
     let mut correction = None;
     if !observed.is_few {
-        observed.take_settling(&of_model, &settings.plan);
+        observed.take_settling(&Alignment::of_model(model), &settings.plan);
         correction = match check_channels(settings, &mut observed, of) {
             Err(Stopped::Apart(why, _)) => {
                 let outcome =
@@ -109,6 +108,7 @@ pub fn diagnose(
         zeroing::undo(&mut observed.gyros, zeroing::high_passes(&observed.zeroed));
         observed.take_lines(reference, &settings.plan.signal.own_lines);
     }
+    let of_model = Alignment::of_model(model).without(&observed.recorded_from_case);
     let fit = if observed.is_few {
         sparse_fit::fit
     } else {
@@ -178,6 +178,7 @@ fn check_channels(
     if let Some(found) = &found {
         let map = channels::map(&found.effects());
         channels::apply_map(&map, &mut observed.samples, &mut observed.gyros.sensed_rad);
+        observed.recorded_from_case = channels::on_gyros(&map) * observed.recorded_from_case;
     }
     Ok(found)
 }

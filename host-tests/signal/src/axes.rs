@@ -1,5 +1,6 @@
 //! Values on the three body axes.
 
+use nalgebra::Matrix3;
 pub use rlg_recording::AXES;
 
 /// Channels of one kind on the three body axes, `[axis][row]`.
@@ -23,6 +24,11 @@ pub fn add_triad(into: &mut Triad, part: &Triad, size: f64) {
     for (into, part) in into.iter_mut().zip(part) {
         add(into, part, size);
     }
+}
+
+/// Maps three channels into other axes, row by row.
+pub fn mapped(channels: &Triad, map: &Matrix3<f64>) -> Triad {
+    std::array::from_fn(|axis| weighted_sum([0, 1, 2].map(|of| map[(axis, of)]), channels))
 }
 
 /// Computes a weighted sum of the three channels.

@@ -134,14 +134,27 @@ fn lost(streams: &Streams, plan: &FaultPlan) -> Vec<Fault> {
         while row < streams.rows && !streams.measured[row] {
             row += 1;
         }
-        if begin > 0 && row < streams.rows {
-            faults.push(Fault {
-                kind: "lost_samples",
-                indistinguishable_from: &[],
-                channel: streams.unmeasured_channel(begin),
-                rows: begin..row,
-                detail: Detail::None,
-            });
+        if begin == 0 || row == streams.rows {
+            continue;
+        }
+        let mut at = begin;
+        while at < row {
+            let is_of_all = streams.is_row_lost(at);
+            let alike = (at..row).take_while(|&row| streams.is_row_lost(row) == is_of_all);
+            let end = at + alike.count();
+            let channel = streams.unmeasured_channel(at);
+            // An increment of the reference that spans lost rows is no further one.
+            let spans = at > begin && end == at + 1 && channel.starts_with("reference");
+            if !spans {
+                faults.push(Fault {
+                    kind: "lost_samples",
+                    indistinguishable_from: &[],
+                    channel,
+                    rows: at..end,
+                    detail: Detail::None,
+                });
+            }
+            at = end;
         }
     }
     gathered(faults, plan)

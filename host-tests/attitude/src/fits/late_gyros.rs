@@ -11,8 +11,13 @@ use crate::selection::search::Found;
 /// median of the three, which all share. `None` where no gyro is late by itself, whether by a delay or by a low pass.
 ///
 /// # Inputs
-/// `shown`: least delay, in standard deviations.
-pub(crate) fn of(found: &Found, registered: &Registration, shown: f64) -> Option<Late> {
+/// `followed`: axis of the registration that each gyro follows; `shown`: least delay, in standard deviations.
+pub(crate) fn of(
+    found: &Found,
+    registered: &Registration,
+    followed: [usize; 3],
+    shown: f64,
+) -> Option<Late> {
     let named = found.physics.iter().find(|one| one.kind == KIND);
     let poles = registered
         .alignment
@@ -29,7 +34,10 @@ pub(crate) fn of(found: &Found, registered: &Registration, shown: f64) -> Option
         for (other, place) in own.iter().enumerate() {
             sums[(gyro, at(*place)?)] = f64::from(u8::from(other == gyro)) - 1.0 / 3.0;
         }
-        if let Some(at) = poles.as_ref().and_then(|poles| at(poles.start + gyro)) {
+        if let Some(at) = poles
+            .as_ref()
+            .and_then(|poles| at(poles.start + followed[gyro]))
+        {
             sums[(gyro, at)] = 1.0;
         }
         if let Some(at) = at(places("reference_delay").start) {

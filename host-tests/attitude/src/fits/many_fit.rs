@@ -6,7 +6,7 @@ use rlg_recording::error::InputError;
 
 use crate::fits::late_gyros;
 use crate::fits::report_inputs::Fitted;
-use crate::gyros::gyro_times;
+use crate::gyros::channels;
 use crate::gyros::physics::Gyro;
 use crate::likelihood::equations::ParameterColumn;
 use crate::reference::coarse::Start;
@@ -33,12 +33,13 @@ pub(crate) fn fit(
     };
     for _ in 0..MOVES {
         let shown = settings.plan.attitude.late_gyro;
-        let Some(late) = late_gyros::of(&fitted.found, &fitted.registered, shown) else {
+        let followed = channels::followed(&observed.recorded_from_case);
+        let Some(late) = late_gyros::of(&fitted.found, &fitted.registered, followed, shown) else {
             break;
         };
         progress("second pass with the rows of late gyros shifted");
         let before = (observed.gyros.clone(), observed.late);
-        gyro_times::advance(&mut observed.gyros, late.values_s);
+        observed.advance(late.values_s);
         observed.late.add(&late);
         let moved = fit_many(settings, observed, of_model, progress)?;
         // By row: what looked like faults of the reference has fewer.

@@ -105,6 +105,19 @@ pub(crate) fn map(effects: &[ModelEffect]) -> Matrix3<f64> {
     })
 }
 
+/// Part of a map that [`apply_map`] inverts on the gyros; the identity for a rotation.
+pub(crate) fn on_gyros(map: &Matrix3<f64>) -> Matrix3<f64> {
+    match is_rotation(map) {
+        true => Matrix3::identity(),
+        false => *map,
+    }
+}
+
+/// Axis of the reference that each gyro follows under a map.
+pub(crate) fn followed(map: &Matrix3<f64>) -> [usize; 3] {
+    [0, 1, 2].map(|gyro| map.row(gyro).transpose().iamax())
+}
+
 /// True if a map rotates, without reflection or scale.
 fn is_rotation(map: &Matrix3<f64>) -> bool {
     map.determinant() > 0.0 && (map.transpose() * map - Matrix3::identity()).amax() < 1e-3

@@ -34,9 +34,41 @@ pub struct Gyro {
     pub signals: Signals,
     /// Map from increments sensed along the gyros' axes, less their scale errors, to the case's axes.
     case_from_sensed: Matrix3<f64>,
+    /// Map from the case's motion to the gyros as recorded: the identity unless channels are reversed, exchanged or in another
+    /// unit.
+    recorded_from_case: Matrix3<f64>,
+    /// The same gyros without that map, if there is one.
+    as_wired: Option<Box<Self>>,
 }
 
 impl Gyro {
+    /// Prepares gyros with reversed or exchanged channels: their effects are those of the gyros as recorded, in a motion of the
+    /// axes that these follow.
+    ///
+    /// # Inputs
+    /// `recorded_from_case`: the map of the channels; the others as in [`Gyro::new`].
+    pub(crate) fn recorded(
+        streams: &Streams,
+        model: &Model,
+        (case_rad, off_vertical): (Arc<Triad>, Option<&Triad>),
+        recorded_from_case: &Matrix3<f64>,
+        plan: &CataloguePlan,
+    ) -> Option<Self> {
+        let as_wired = Self::new(streams, model, (Arc::clone(&case_rad), off_vertical), plan)?;
+        if *recorded_from_case == Matrix3::identity() {
+            return Some(as_wired);
+        }
+        let followed_rad = Arc::new(rlg_signal::axes::mapped(&case_rad, recorded_from_case));
+        let gyro = Self::new(streams, model, (followed_rad, off_vertical), plan)?;
+        let back = recorded_from_case.try_inverse()?;
+        Some(Self {
+            case_from_sensed: back * gyro.case_from_sensed,
+            recorded_from_case: *recorded_from_case,
+            as_wired: Some(Box::new(as_wired)),
+            ..gyro
+        })
+    }
+
     /// # Inputs
     /// `case_rad`: motion in the gyros' case \[rad by row\]; `off_vertical`: turn from the specific force to the vertical,
     /// with accelerometers.
@@ -68,6 +100,8 @@ impl Gyro {
             ),
             case_from_sensed: from_sensing
                 * Matrix3::from_diagonal(&Vector3::from(scale.map(|scale| 1.0 - scale))),
+            recorded_from_case: Matrix3::identity(),
+            as_wired: None,
         })
     }
 
@@ -119,6 +153,14 @@ impl Gyro {
         if is_exact {
             return None;
         }
+        // The Earth turns past the case, whatever sign its motion is read with.
+        if let Some(as_wired) = self
+            .as_wired
+            .as_ref()
+            .filter(|_| entry.kind == "earth_rate")
+        {
+            return as_wired.linear(entry, effect);
+        }
         let mut pool = Pool::default();
         let whole = pool.whole(entry, &self.signals);
         let terms = whole.iter().flat_map(|(name, terms)| {
@@ -160,7 +202,7 @@ impl Gyro {
 
     /// Components of a vector of the case along the gyros' axes.
     pub(crate) fn on_gyros(&self, case: Vector3<f64>) -> Vector3<f64> {
-        self.signals.sensing_from_body * case
+        self.signals.sensing_from_body * (self.recorded_from_case * case)
     }
 
     /// Physical effects observable with these channels, each whole.

@@ -75,16 +75,15 @@ pub struct Likeness {
 }
 
 impl Likeness {
-    /// Delay of the reference at a time \[s\].
-    pub fn delay_s(&self, time_s: f64) -> f64 {
-        let begun = self
-            .delays_s
-            .iter()
-            .rev()
-            .find(|[begin_s, _]| *begin_s <= time_s);
-        begun
-            .or(self.delays_s.first())
-            .map_or(0.0, |[_, delay_s]| *delay_s)
+    /// Number of pieces with a delay of their own.
+    pub fn pieces(&self) -> usize {
+        self.delays_s.len()
+    }
+
+    /// Index of the piece at a time, and its delay \[s\].
+    pub fn delay_s(&self, time_s: f64) -> (usize, f64) {
+        let begun = self.delays_s[1..].partition_point(|[begin_s, _]| *begin_s <= time_s);
+        (begun, self.delays_s[begun][1])
     }
 }
 

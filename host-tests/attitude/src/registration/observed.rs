@@ -4,7 +4,7 @@ use rlg_plan::{CataloguePlan, Plan};
 use std::path::Path;
 use std::sync::Arc;
 
-use nalgebra::Vector3;
+use nalgebra::{Matrix3, Vector3};
 use rlg_model::{DeclaredModel, EffectValue, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -52,6 +52,8 @@ pub(crate) struct Observed<'a> {
     /// The attitudes are too few for an estimate of their noise.
     pub(crate) is_few: bool,
     pub(crate) gyros: Gyros,
+    /// Map from the motion of `gyros` to the gyros as recorded, where a channel is reversed, exchanged or in another unit.
+    pub(crate) recorded_from_case: Matrix3<f64>,
     /// Settling of the reference that was removed beyond that of the model.
     pub(crate) settling: Option<Settling>,
     /// High passes that were undone on the gyros beyond those of the model.
@@ -122,6 +124,16 @@ impl Observed<'_> {
             .collect()
     }
 
+    /// Moves the rows of the gyros as recorded to when they were sensed.
+    pub(crate) fn advance(&mut self, late_s: [f64; 3]) {
+        let mut of_axis = [0.0; 3];
+        let followed = channels::followed(&self.recorded_from_case);
+        for (axis, late_s) in followed.into_iter().zip(late_s) {
+            of_axis[axis] += late_s;
+        }
+        gyro_times::advance(&mut self.gyros, of_axis);
+    }
+
     /// Data of a registration.
     pub(crate) fn records(&self) -> Records<'_> {
         Records {
@@ -155,7 +167,8 @@ impl Observed<'_> {
     pub(crate) fn gyro(&self, about: &About) -> Result<Gyro, InputError> {
         let off_vertical = vertical::off_vertical(&self.samples, &self.streams);
         let motion = (Arc::clone(&about.conditioned_rad), off_vertical.as_ref());
-        let gyro = Gyro::new(&self.streams, self.model, motion, &self.catalogue);
+        let map = &self.recorded_from_case;
+        let gyro = Gyro::recorded(&self.streams, self.model, motion, map, &self.catalogue);
         gyro.ok_or_else(|| no_inverse(self.model_file))
     }
 
@@ -237,6 +250,7 @@ pub(crate) fn observe<'a>(
         samples,
         is_few,
         gyros,
+        recorded_from_case: channels::on_gyros(&map),
         settling: None,
         zeroed: [None; 3],
         late: Late::default(),
@@ -248,7 +262,7 @@ pub(crate) fn observe<'a>(
     };
     observed.flag_stamps(plan);
     zeroing::undo(&mut observed.gyros, zeroing::of_model(model));
-    gyro_times::advance(&mut observed.gyros, gyro_times::of_model(model));
+    observed.advance(gyro_times::of_model(model));
     Ok(Some(observed))
 }
 

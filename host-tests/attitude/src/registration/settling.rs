@@ -2,7 +2,8 @@
 //!
 //! It is found and removed before anything else is aligned, since the first seconds of such a reference agree with no gyro.
 //! In blocks of a quarter of τ, the turn by which the reference exceeds the gyros is fitted with a free map and bias of the
-//! gyros and a free delay, with and without the decay; τ is that of least squares, then all four numbers are refined together.
+//! gyros and a free delay of each piece of the record, whose first alignment is a grid's, with and without the decay; τ is that
+//! of least squares, then all four numbers are refined together.
 //! A bias of the gyros that decays is its rival: it follows the body instead.
 
 use nalgebra::{DMatrix, DVector, UnitQuaternion, Vector3};
@@ -20,8 +21,8 @@ use crate::rows::alignment::Alignment;
 use crate::rows::gyro_motion::GyroMotion;
 use crate::rows::linearised_rows::Gyros;
 
-/// Number of free parameters besides the decay: a map and a bias of the gyros, a delay.
-const ALIGNING: usize = 13;
+/// Number of free parameters besides the decay and the delays: a map and a bias of the gyros.
+const ALIGNING: usize = 12;
 
 /// Decaying error of a reference.
 #[derive(Debug, Clone, Copy, PartialEq)]
@@ -146,6 +147,10 @@ pub(crate) fn find(
     without.copy_from_slice(samples);
     refined.undo(&mut without);
     let rows = Rows::new(&motion, samples, &likeness)?;
+    // An error of the first alignment is no settling.
+    if rows.gains(refined.time_s)?[0] < plan.least_gain {
+        return None;
+    }
     let after = Rows::new(&motion, &without, &likeness)?;
     let shares = [&rows, &after].map(|rows| rows.left_early(refined.time_s));
     let [before, left] = [shares[0]?, shares[1]?];
@@ -206,6 +211,11 @@ struct Rows {
     /// The gyros' turn in the reference's axes \[rad\], and the rotation of these to the navigation frame.
     turn_rad: Vec<Vector3<f64>>,
     navigation_from_body: Vec<UnitQuaternion<f64>>,
+    /// Change of that turn with the delay \[rad/s\], and the piece of the record with a delay of its own.
+    by_delay_rad_s: Vec<Vector3<f64>>,
+    piece: Vec<usize>,
+    /// Number of free parameters of the alignment.
+    aligning: usize,
 }
 
 /// Result of a fit.
@@ -227,23 +237,30 @@ impl Rows {
             excess_rad: Vec::new(),
             turn_rad: Vec::new(),
             navigation_from_body: Vec::new(),
+            by_delay_rad_s: Vec::new(),
+            piece: Vec::new(),
+            aligning: ALIGNING + likeness.pieces(),
         };
+        let half_row_s = 0.5 / motion.rate_hz();
         let back = likeness.map.transpose();
         for pair in samples.windows(2) {
             let [Shown::Attitude(from), Shown::Attitude(to)] = [pair[0].shown, pair[1].shown]
             else {
                 return None;
             };
-            let delay_s = likeness.delay_s(pair[0].time_s);
-            let at = |sample: &SlowSample| {
-                motion
-                    .place(sample.time_s - delay_s)
-                    .map(|place| motion.shown(place))
+            let (piece, delay_s) = likeness.delay_s(pair[0].time_s);
+            let turn_rad = |delay_s: f64| {
+                let at = |sample: &SlowSample| {
+                    let place = motion.place(sample.time_s - delay_s)?;
+                    Some(motion.shown(place))
+                };
+                Some(back * at(&pair[0])?.turn_to(&at(&pair[1])?))
             };
-            let (Some(here), Some(there)) = (at(&pair[0]), at(&pair[1])) else {
+            let [less, now, more] =
+                [-half_row_s, 0.0, half_row_s].map(|by_s| turn_rad(delay_s + by_s));
+            let (Some(less), Some(turn_rad), Some(more)) = (less, now, more) else {
                 continue;
             };
-            let turn_rad = back * here.turn_to(&there);
             let predicted = from * UnitQuaternion::from_scaled_axis(turn_rad);
             rows.from_s.push(pair[0].time_s - begin_s);
             rows.to_s.push(pair[1].time_s - begin_s);
@@ -251,8 +268,10 @@ impl Rows {
                 .push((to * predicted.inverse()).scaled_axis());
             rows.turn_rad.push(turn_rad);
             rows.navigation_from_body.push(from);
+            rows.by_delay_rad_s.push((more - less) / (2.0 * half_row_s));
+            rows.piece.push(piece);
         }
-        (rows.excess_rad.len() > 2 * ALIGNING).then_some(rows)
+        (rows.excess_rad.len() > 2 * rows.aligning).then_some(rows)
     }
 
     fn lasts_s(&self) -> f64 {
@@ -302,7 +321,7 @@ impl Rows {
             Decay::Of(_, false) | Decay::OfBias(_) => 3,
             Decay::Of(_, true) => 4,
         };
-        let columns = ALIGNING + more;
+        let columns = self.aligning + more;
         let mut design = DMatrix::zeros(3 * blocks, columns);
         let mut values = DVector::zeros(3 * blocks);
         for (row, block) in of_block.iter().enumerate() {
@@ -329,7 +348,7 @@ impl Rows {
         let left = values - &design * &sizes;
         let squares = left.norm_squared();
         let variance = squares / (3 * count - columns) as f64;
-        let own = ALIGNING..columns;
+        let own = self.aligning..columns;
         Some(Fit {
             values: own.clone().map(|k| sizes[k]).collect(),
             stds: own
@@ -352,10 +371,9 @@ impl Rows {
             }
             take(9 + axis, along * lasts_s);
         }
-        let next = self.turn_rad.get(row + 1).unwrap_or(&turn_rad);
         take(
-            12,
-            to_navigation * (next - turn_rad) / lasts_s.max(f64::MIN_POSITIVE),
+            ALIGNING + self.piece[row],
+            to_navigation * self.by_delay_rad_s[row],
         );
     }
 
@@ -369,16 +387,16 @@ impl Rows {
                 let to_navigation = self.navigation_from_body[row];
                 for axis in 0..3 {
                     let along = to_navigation * Vector3::ith(axis, 1.0);
-                    take(ALIGNING + axis, along * falls(time_s));
+                    take(self.aligning + axis, along * falls(time_s));
                 }
             }
             Decay::Of(now, with_time) => {
                 for axis in 0..3 {
-                    take(ALIGNING + axis, Vector3::ith(axis, falls(now.time_s)));
+                    take(self.aligning + axis, Vector3::ith(axis, falls(now.time_s)));
                 }
                 if with_time {
                     let slope = |at_s: f64| now.after(at_s) * at_s / now.time_s.powi(2);
-                    take(ALIGNING + 3, slope(to_s) - slope(from_s));
+                    take(self.aligning + 3, slope(to_s) - slope(from_s));
                 }
             }
         }

@@ -2,13 +2,13 @@
 
 use std::borrow::Cow;
 
-use nalgebra::{DMatrix, DVector, Vector3};
+use nalgebra::{DMatrix, DVector, Matrix3, Vector3};
 use rlg_diagnosis::residual::relative_residual::{self, Rows};
 use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
 use rlg_plan::{AttitudeHeldOutPlan, AttitudeNoisePlan, CoherencePlan, InStepPlan};
-use rlg_signal::axes::{Triad, add_triad};
+use rlg_signal::axes::{Triad, add_triad, mapped};
 use rlg_signal::in_step::{self, Block, InStep};
 use rlg_signal::transforms::mean_periodogram;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
@@ -16,7 +16,7 @@ use statrs::distribution::{ChiSquared, ContinuousCDF};
 use crate::fits::report_inputs::Said;
 use crate::likelihood::equations::Band;
 use crate::likelihood::noise::{Levels, NoiseTerms};
-use crate::rows::alignment::Alignment;
+use crate::rows::alignment::{Alignment, orthogonal};
 use crate::rows::gyro_motion::Place;
 use crate::rows::increments::Stamps;
 use crate::rows::linearised_rows::About;
@@ -87,13 +87,15 @@ impl HeldOut {
 struct Residual {
     /// In the navigation frame \[rad\].
     left_rad: Triad,
-    /// In the body's axes \[rad\].
+    /// Of each gyro as recorded \[rad\].
     body_rad: Triad,
     /// Turn between stamps, of the motion without noise common to the residual \[rad\].
     turned_rad: Triad,
     times_s: Vec<f64>,
     period_s: f64,
     free: Vec<usize>,
+    /// Axes and signs of the gyros as recorded, from those of the case.
+    recorded_from_case: Matrix3<f64>,
 }
 
 impl Residual {
@@ -132,10 +134,12 @@ fn residual(
         }
     }
     about.increments.silence_free(&mut left_rad, |_| true);
+    let recorded_from_case = orthogonal(&observed.recorded_from_case);
     Some(Residual {
-        body_rad: body_rows(&about, &left_rad),
+        body_rad: mapped(&body_rows(&about, &left_rad), &recorded_from_case),
         left_rad,
         turned_rad: turned_rad(&about),
+        recorded_from_case,
         times_s: about.increments.times_s,
         period_s: about.increments.period_s,
         free: about.increments.free,
@@ -200,7 +204,7 @@ fn blocks(one: &Residual, plan: &InStepPlan) -> Vec<Block> {
 fn residual_entry(one: &Residual, blocks: &[Block], plan: &CoherencePlan) -> Option<ResidualEntry> {
     let rows = Rows {
         residual_rad: &one.body_rad,
-        motion_rad: &one.turned_rad,
+        motion_rad: &mapped(&one.turned_rad, &one.recorded_from_case),
         is_used: &|row| one.is_used(row),
         period_s: one.period_s,
     };

@@ -11,7 +11,7 @@ use rlg_signal::axes::AXES;
 use crate::fits::report_inputs::Said;
 use crate::likelihood::block_sums::Estimates;
 use crate::reference::cards::card;
-use crate::rows::alignment::{Group, group_at};
+use crate::rows::alignment::{Group, PAIRS, group_at, orthogonal};
 
 /// Parameters as named in the contract.
 pub(crate) struct Numbers {
@@ -88,6 +88,14 @@ pub(crate) fn numbers(
         estimates.covariance[(at[a], at[b])]
     });
     let group = group_at(columns);
+    let recorded = &said.observed.recorded_from_case;
+    let (values, covariance) = match group {
+        Some(group) if *recorded != Matrix3::identity() => {
+            let map = as_recorded(group.kind, at.len(), recorded);
+            (&map * values, &map * covariance * map.transpose())
+        }
+        _ => (values, covariance),
+    };
     let (names, map) = match group {
         Some(group) if kind == "reference_bandwidth" => {
             let (names, map) = stated(group, &Matrix3::identity());
@@ -141,6 +149,23 @@ pub(crate) fn numbers(
 /// True if the gyros' filter is a first-order low pass.
 fn is_low_pass(said: &Said, kind: &str) -> bool {
     kind == "gyro_bandwidth" && said.registered.alignment.low_pass_s.is_some()
+}
+
+/// Linear map from a group's parameters to those of the gyros as recorded, for a map of their channels.
+fn as_recorded(kind: &str, count: usize, recorded_from_case: &Matrix3<f64>) -> DMatrix<f64> {
+    let axes = orthogonal(recorded_from_case);
+    let of = |map: &Matrix3<f64>| DMatrix::from_fn(3, 3, |a, b| map[(a, b)]);
+    match kind {
+        "gyro_bias" => of(recorded_from_case),
+        "gyro_scale" | "gyro_bandwidth" => of(&axes.component_mul(&axes)),
+        "reference_misalignment" => of(&(axes * axes.determinant())),
+        "installation" => DMatrix::from_fn(3, 3, |a, b| {
+            let ((a, of_a), (b, of_b)) = (PAIRS[a], PAIRS[b]);
+            axes[(a, b)] * axes[(of_a, of_b)] + axes[(a, of_b)] * axes[(of_a, b)]
+        }),
+        // Of the clock, or of the Earth in the case.
+        _ => DMatrix::identity(count, count),
+    }
 }
 
 /// Contract names of a group's parameters, and the linear map to them.

@@ -167,6 +167,25 @@ impl Alignment {
         }
     }
 
+    /// Returns the alignment of the gyros once a map of their channels is inverted on them.
+    pub(crate) fn without(self, recorded_from_case: &Matrix3<f64>) -> Self {
+        let Some(inverse) = recorded_from_case.try_inverse() else {
+            return self;
+        };
+        if inverse == Matrix3::identity() {
+            return self;
+        }
+        let axes = orthogonal(recorded_from_case);
+        let back = axes.transpose();
+        Self {
+            bias_rad_s: inverse * self.bias_rad_s,
+            sensed_from_body: back * self.sensed_from_body * axes,
+            low_pass_s: self.low_pass_s.map(|low_pass_s| back.abs() * low_pass_s),
+            turn: Rotation3::from_matrix_unchecked(back * self.turn.matrix() * axes),
+            ..self
+        }
+    }
+
     /// Scale error of each gyro \[1\].
     pub fn scale_error(&self) -> Vector3<f64> {
         let (_, stretch) = turn_and_stretch(&self.sensed_from_body);
@@ -234,6 +253,15 @@ impl Alignment {
                 .map(|low_pass_s| low_pass_s + triple("gyro_bandwidth")),
             turn: self.turn,
         }
+    }
+}
+
+/// Orthogonal matrix nearest to a map: its axes and signs without its factors.
+pub(crate) fn orthogonal(map: &Matrix3<f64>) -> Matrix3<f64> {
+    let svd = map.svd(true, true);
+    match (svd.u, svd.v_t) {
+        (Some(left), Some(right)) if *map != Matrix3::identity() => left * right,
+        _ => Matrix3::identity(),
     }
 }
 

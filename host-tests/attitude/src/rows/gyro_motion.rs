@@ -100,14 +100,14 @@ impl GyroMotion {
         self.increments_rad
     }
 
-    /// Row rate \[Hz\].
-    pub fn rate_hz(&self) -> f64 {
-        self.rate_hz
-    }
-
     /// Number of rows.
     pub fn rows(&self) -> usize {
         self.increments_rad.len()
+    }
+
+    /// Rows per second \[Hz\].
+    pub fn rate_hz(&self) -> f64 {
+        self.rate_hz
     }
 
     /// Start of the first row and end of the last one \[s\].

@@ -28,4 +28,5 @@ mod slow_reference;
 mod stages;
 mod support;
 mod tumble;
+mod turntable;
 mod wiring;
