@@ -52,7 +52,7 @@ pub fn plan(
     for (b, block) in blocks.iter().enumerate() {
         let (guesses, unordered) = guesses(block);
         let empty = one_attitude::empty_orientation(block);
-        // What is calibrated goes before what is raw, wherever it stands.
+        // Calibrated columns go before raw ones, wherever they stand.
         let (raw, others): (Vec<usize>, Vec<usize>) =
             (0..block.columns.len()).partition(|c| column_names::is_raw(&block.columns[*c].name));
         for c in others.into_iter().chain(raw) {

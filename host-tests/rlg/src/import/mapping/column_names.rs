@@ -397,7 +397,7 @@ pub fn is_of_another(name: &str) -> bool {
         || lower.iter().any(|word| name_table::is_reference(word))
 }
 
-/// True if a name says that its values are not calibrated.
+/// True if a name is of values that are not calibrated.
 pub fn is_raw(name: &str) -> bool {
     let words = words(name);
     let mut words = words.iter().map(|word| word.to_lowercase());
