@@ -227,12 +227,14 @@ fn turned_rad(about: &About) -> Triad {
 
 fn body_rows(about: &About, left_rad: &Triad) -> Triad {
     let mut rows: Triad = std::array::from_fn(|_| Vec::with_capacity(left_rad[0].len()));
-    for row in 0..left_rad[0].len() {
+    // An excess of the gyros appears in the reference's error with opposite sign.
+    let body = |row: usize| {
         let value = Vector3::from_fn(|axis, _| left_rad[axis][row]);
-        // An excess of the gyros appears in the reference's error with opposite sign.
-        let body = -about.increments.in_body(&about.motion, row, value);
-        for axis in 0..3 {
-            rows[axis].push(body[axis]);
+        -about.increments.in_body(&about.motion, row, value)
+    };
+    for body in (0..about.increments.rows()).map(body) {
+        for (rows, value) in rows.iter_mut().zip(body.iter()) {
+            rows.push(*value);
         }
     }
     rows
