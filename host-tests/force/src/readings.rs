@@ -111,7 +111,7 @@ impl Readings {
     /// Observations of the `seen` rows: a span for each recording of eight rows or more, gaps bridged.
     ///
     /// # Errors
-    /// There is none.
+    /// Every recording has fewer than eight rows.
     pub fn bridged(&self, seen: &[bool]) -> Result<Observations, TooFewRows> {
         let mut too_few = TooFewRows { have: 0, need: 1 };
         let each = self.pieces.iter().filter_map(|piece| {

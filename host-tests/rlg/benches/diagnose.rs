@@ -82,7 +82,7 @@ fn attitudes() {
             .expect("rlg is built with its benchmarks");
         let said = String::from_utf8_lossy(&said.stdout);
         let Some(peak_mb) = said.lines().find_map(largest_memory_mb) else {
-            println!("attitudes: no memory is told here");
+            println!("attitudes: the platform measures no peak of memory");
             return;
         };
         let rows = scenario.rows();

@@ -37,7 +37,7 @@ pub struct Gyro {
     /// Map from the case's motion to the gyros as recorded: the identity unless channels are reversed, exchanged or in another
     /// unit.
     recorded_from_case: Matrix3<f64>,
-    /// The same gyros without that map, if there is one.
+    /// Gyros without that map, unless it is the identity.
     as_wired: Option<Box<Self>>,
 }
 

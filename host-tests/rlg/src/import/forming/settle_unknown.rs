@@ -52,27 +52,27 @@ impl Settled {
     }
 
     /// Guesses the only three columns in a unit of a dimension.
-    fn guess_in(&mut self, blocks: &[Block], dimension: Dimension, quantity: &str) {
+    fn guess_in<'a>(&mut self, blocks: &'a [Block], dimension: Dimension, quantity: &str) {
         let is_in_it = |column: &&Column| {
             let unit = column_names::own_unit(column);
             column.bad_cell.is_none()
                 && unit.is_some_and(|unit| unit.dimension == dimension)
                 && !column_names::is_of_another(&column.name)
         };
-        let of_block = |block: &Block| -> Vec<String> {
-            let columns = block.columns.iter().filter(is_in_it);
-            columns.map(|column| column.name.clone()).collect()
+        let in_block = |block: &'a Block| -> Vec<&'a Column> {
+            block.columns.iter().filter(is_in_it).collect()
         };
-        let mut found = blocks.iter().map(of_block).filter(|names| names.len() == 3);
-        let Some(names) = found.next() else { return };
+        let mut found = blocks.iter().map(in_block);
+        let Some(columns) = found.find(|columns| columns.len() == 3) else {
+            return;
+        };
         // Of an acceleration without gravity the length is another.
-        let has_gravity = || {
-            unnamed::length_m_s2(blocks, &names)
-                .is_some_and(|length| GRAVITY_M_S2.contains(&length))
-        };
+        let has_gravity =
+            || unnamed::length_m_s2(&columns).is_some_and(|length| GRAVITY_M_S2.contains(&length));
         if dimension == Dimension::Force && !has_gravity() {
             return;
         }
+        let names: Vec<&str> = columns.iter().map(|column| column.name.as_str()).collect();
         let own: Vec<&str> = names
             .iter()
             .filter_map(|name| column_names::own_axis(name))
@@ -151,24 +151,23 @@ impl Settled {
         let (Some((unit, publisher)), false) = (by_form, is_said) else {
             return Ok(plan);
         };
-        let lacks_rate = self.lacks_rate(blocks, &plan);
-        if lacks_rate {
+        if self.lacks_rate(blocks, &plan) {
             return Ok(plan);
         }
-        let assembled = self.provisional(blocks, &plan, lacks_rate)?;
-        let told = evidence::of_reference(&assembled.tables)
+        let assembled = self.provisional(blocks, &plan, false)?;
+        let measured = evidence::of_reference(&assembled.tables)
             .filter(|one| one.agreement > ALIKE)
             .or_else(|| evidence::of_gravity(&assembled.tables))
             .filter(|one| one.agreement > ALIKE);
-        let other = told.and_then(|told| {
+        let other = measured.and_then(|ratio| {
             let scale = Unit::parse(unit).map_or(1.0, |unit| unit.scale);
-            Some((settle_units::nearest_rate(told.ratio * scale)?, told))
+            Some((settle_units::nearest_rate(ratio.ratio * scale)?, ratio))
         });
         match other {
-            Some((other, told)) if other != unit => {
+            Some((other, ratio)) if other != unit => {
                 self.notes.push(format!(
                     "the gyros are taken in {other}, and not in {unit} as {publisher} has them: their size is then that of {}",
-                    told.by
+                    ratio.by
                 ));
                 self.units.push(format!("gyro_rate:{other}"));
                 self.plan(blocks)

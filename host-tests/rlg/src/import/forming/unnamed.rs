@@ -1,11 +1,13 @@
 //! Guesses the columns of a file without names by their values: stamps grow evenly, a force has gravity's length, a quaternion
 //! the length 1, and gyros stand beside the accelerometers.
 
+use std::borrow::Borrow;
+
 use super::settle_times;
 use crate::import::files::columns::{Block, Column};
 use crate::import::mapping::column_names;
 use crate::import::mapping::questions::Question;
-use crate::import::mapping::time_names::is_even;
+use crate::import::mapping::time_names::{is_even, median, steps};
 use crate::recording::AXES;
 use crate::recording::units::{STANDARD_GRAVITY_M_S2, Unit};
 
@@ -151,16 +153,9 @@ impl Guessed {
 }
 
 /// Returns the median length of three columns in a unit of force \[m/s²\].
-pub fn length_m_s2(blocks: &[Block], names: &[String]) -> Option<f64> {
-    let block = blocks.iter().find(|block| {
-        let mut columns = block.columns.iter();
-        columns.any(|column| column.name == names[0])
-    })?;
-    let of = |name: &String| block.columns.iter().find(|column| column.name == *name);
-    let columns: Option<Vec<Column>> = names.iter().map(|name| of(name).cloned()).collect();
-    let columns = columns?;
-    let scale = column_names::own_unit(&columns[0])?.scale;
-    Some(scale * Length::of(&columns).median)
+pub fn length_m_s2(columns: &[&Column]) -> Option<f64> {
+    let scale = column_names::own_unit(columns.first()?)?.scale;
+    Some(scale * Length::of(columns).median)
 }
 
 /// Length of three columns taken as a vector.
@@ -172,12 +167,12 @@ struct Length {
 }
 
 impl Length {
-    fn of(columns: &[Column]) -> Self {
-        let rows = columns[0].values.len();
+    fn of(columns: &[impl Borrow<Column>]) -> Self {
+        let rows = columns[0].borrow().values.len();
         let square = |row: usize| {
             columns
                 .iter()
-                .map(|one| one.values[row].powi(2))
+                .map(|one| one.borrow().values[row].powi(2))
                 .sum::<f64>()
         };
         let lengths: Vec<f64> = (0..rows).map(|row| square(row).sqrt()).collect();
@@ -267,14 +262,4 @@ fn triples<'a>(
 /// True if values count the rows.
 pub fn counts_rows(values: &[f64]) -> bool {
     steps(values).iter().all(|step| *step == 1.0)
-}
-
-fn steps(values: &[f64]) -> Vec<f64> {
-    values.windows(2).map(|pair| pair[1] - pair[0]).collect()
-}
-
-fn median(mut values: Vec<f64>) -> f64 {
-    values.retain(|value| value.is_finite());
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }

@@ -62,13 +62,8 @@ pub(super) fn words(name: &str) -> Vec<String> {
     let mut small = false;
     let letters: Vec<char> = name.chars().collect();
     let small_behind = |place: usize| {
-        let mut behind = letters[place + 1..].iter();
-        behind
-            .by_ref()
-            .take(2)
-            .filter(|one| one.is_lowercase())
-            .count()
-            == 2
+        let behind = letters[place + 1..].iter().take(2);
+        behind.filter(|one| one.is_lowercase()).count() == 2
     };
     for (place, &letter) in letters.iter().enumerate() {
         if !letter.is_alphanumeric() {
@@ -88,6 +83,11 @@ pub(super) fn words(name: &str) -> Vec<String> {
     }
     words.retain(|word| !word.is_empty());
     words
+}
+
+/// The words of a name in lower case.
+pub(super) fn lower_words(name: &str) -> Vec<String> {
+    words(name).iter().map(|word| word.to_lowercase()).collect()
 }
 
 fn axis_of(word: &str) -> Option<&'static str> {
@@ -256,13 +256,7 @@ fn bare_axis(block: &Block, column: &Column) -> Option<Guess> {
     };
     let by_file = || {
         let stem = block.file.file_stem()?.to_string_lossy().into_owned();
-        let words = self::words(&stem);
-        name_table::of_file(
-            &words
-                .iter()
-                .map(|word| word.to_lowercase())
-                .collect::<Vec<_>>(),
-        )
+        name_table::of_file(&lower_words(&stem))
     };
     let target = by_unit().or_else(by_file)?;
     Some(Guess {
@@ -279,10 +273,7 @@ pub fn reason(name: &str, unit: Option<&str>) -> (&'static str, bool) {
     let unit = own.as_deref().or(unit).and_then(Unit::parse);
     let tells = [Dimension::Angle, Dimension::Temperature];
     let by_unit = unit.is_some_and(|unit| tells.contains(&unit.dimension));
-    let lower: Vec<String> = words(&rest)
-        .iter()
-        .map(|word| word.to_lowercase())
-        .collect();
+    let lower = lower_words(&rest);
     match name_table::no_measurement(&lower) {
         Some(reason) => (reason, false),
         None => (
@@ -392,14 +383,13 @@ pub fn own_axis(name: &str) -> Option<&'static str> {
 
 /// True if a name is of another instrument's measurement, or of none.
 pub fn is_of_another(name: &str) -> bool {
-    let lower: Vec<String> = words(name).iter().map(|word| word.to_lowercase()).collect();
+    let lower = lower_words(name);
     name_table::no_measurement(&lower).is_some()
         || lower.iter().any(|word| name_table::is_reference(word))
 }
 
 /// True if a name is of values that are not calibrated.
 pub fn is_raw(name: &str) -> bool {
-    let words = words(name);
-    let mut words = words.iter().map(|word| word.to_lowercase());
+    let mut words = lower_words(name).into_iter();
     words.any(|word| ["raw", "uncal", "uncalibrated", "uncomp", "un"].contains(&word.as_str()))
 }

@@ -1,6 +1,6 @@
 //! Columns of times, by their names, their units and their values.
 
-use super::column_names::{bracketed, words};
+use super::column_names::{bracketed, lower_words, words};
 use super::known_forms::Form;
 use super::name_table;
 use crate::import::files::columns::{Block, Column};
@@ -10,7 +10,7 @@ use crate::recording::units::{Dimension, Unit};
 pub fn time_unit(name: &str) -> Option<Option<String>> {
     let (rest, unit) = bracketed(name);
     let words = words(&rest);
-    let lower: Vec<String> = words.iter().map(|word| word.to_lowercase()).collect();
+    let lower = lower_words(&rest);
     let is_of_time =
         |unit: &str| Unit::parse(unit).is_some_and(|unit| unit.dimension == Dimension::Time);
     let (first, last) = (words.first()?, words.last()?);
@@ -59,10 +59,7 @@ pub fn time_in(block: &Block, column: &Column) -> Option<Option<String>> {
 /// Returns the unit of a column in a unit of time whose values grow evenly, whatever its name.
 fn growing_time(column: &Column) -> Option<String> {
     let (rest, unit) = bracketed(&column.name);
-    let lower: Vec<String> = words(&rest)
-        .iter()
-        .map(|word| word.to_lowercase())
-        .collect();
+    let lower = lower_words(&rest);
     let unit = unit.or_else(|| column.unit.clone())?;
     let is_of_time = Unit::parse(&unit).is_some_and(|unit| unit.dimension == Dimension::Time);
     let is_offset = name_table::no_measurement(&lower).is_some();
@@ -77,16 +74,25 @@ const EVEN: f64 = 5.0;
 
 /// True if values grow evenly, as stamps do.
 pub fn is_even(values: &[f64]) -> bool {
-    let steps: Vec<f64> = values.windows(2).map(|pair| pair[1] - pair[0]).collect();
-    let mut sorted = steps.clone();
-    sorted.retain(|step| step.is_finite());
-    sorted.sort_by(f64::total_cmp);
-    let middle = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let steps = steps(values);
+    let middle = median(steps.clone());
     let even = (middle / EVEN)..=(middle * EVEN);
     let count = steps.iter().filter(|step| even.contains(step)).count();
     middle > 0.0
         && steps.iter().all(|step| *step >= 0.0)
         && count as f64 > MOST * steps.len() as f64
+}
+
+/// Returns the steps from value to value.
+pub fn steps(values: &[f64]) -> Vec<f64> {
+    values.windows(2).map(|pair| pair[1] - pair[0]).collect()
+}
+
+/// Returns the median of the finite values; NaN without any.
+pub fn median(mut values: Vec<f64>) -> f64 {
+    values.retain(|value| value.is_finite());
+    values.sort_by(f64::total_cmp);
+    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
 }
 
 /// True if a word means time; a capital T is a temperature as often.
