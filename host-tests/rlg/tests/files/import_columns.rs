@@ -340,6 +340,35 @@ fn uneven_stamps_of_gyros_are_refused_and_a_rate_is_the_way_out() {
 }
 
 #[test]
+fn a_fill_value_is_a_row_without_a_measurement() {
+    let mut text = "t (s),gx (deg/s),gy (deg/s),gz (deg/s)\n".to_owned();
+    for row in 0..200 {
+        let gx = if row % 40 == 7 {
+            -9999.0
+        } else {
+            30.0 * (0.1 * f64::from(row)).sin()
+        };
+        text.push_str(&format!(
+            "{:.2},{gx:.4},0.{row},-0.{row}\n",
+            f64::from(row) * 0.01
+        ));
+    }
+    let (result, recording) = Bench::csv(text).imported(&[]);
+    let note = result["notes"][0].as_str().expect("a note");
+    assert!(
+        note.contains("gx (deg/s): -9999 in 5 rows is a fill value"),
+        "{note}"
+    );
+    let rates = values(&recording.tables[0], &Quantity::GyroRate, "x");
+    assert_eq!(rates.iter().filter(|value| value.is_nan()).count(), 5);
+    assert!(
+        rates
+            .iter()
+            .all(|value| value.is_nan() || value.abs() < 1.0)
+    );
+}
+
+#[test]
 fn gyros_by_uneven_stamps_are_read_off_the_even_clock() {
     let mut text =
         "t (s),gx (deg/s),gy (deg/s),gz (deg/s),dvx (m/s),temp (C),qw,qx,qy,qz\n".to_owned();
