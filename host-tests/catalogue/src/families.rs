@@ -44,20 +44,20 @@ pub fn harmonics(signals: &Signals, is_moving: [bool; 3]) -> Family {
     Family { pool, groups }
 }
 
-/// Sine and cosine on one gyro at frequencies around `hz`, a tenth of the inverse record length apart.
+/// Sine and cosine on one gyro at frequencies around `hz`, `step` inverse record lengths apart.
 ///
 /// A group's first member is the sine, its second the cosine.
-pub fn lines_about(hz: f64, gyro: usize, signals: &Signals) -> Family {
+pub fn lines_about(hz: f64, step: f64, gyro: usize, signals: &Signals) -> Family {
     const STEPS: std::ops::RangeInclusive<i32> = -12..=12;
     let mut pool = Pool::default();
     let span_s = signals.rows as f64 * signals.period_s();
     let places = 3.0 * signals.rows as f64;
     let groups = STEPS
-        .map(|step| hz + 0.1 * f64::from(step) / span_s)
+        .map(|place| hz + step * f64::from(place) / span_s)
         .filter(|hz| *hz > 0.0)
         .map(|hz| {
-            // Rounded to a thousandth of the inverse record length, well within the resolution of the data.
-            let digit = 10_f64.powf((1e3 * span_s).log10().ceil());
+            // Rounded to a hundredth of the step, well within the resolution of the data.
+            let digit = 10_f64.powf((1e2 * span_s / step).log10().ceil());
             let hz = (hz * digit).round() / digit;
             [Factor::Sine(hz), Factor::Cosine(hz)]
                 .map(|wave| pool.expression(gyro, Expression::of(&[wave]), places, signals))

@@ -124,20 +124,39 @@ pub(super) fn repeated(streams: &Streams, plan: &FaultPlan) -> Vec<Fault> {
 
 /// Finds single outliers of rates, against the reference where one exists.
 pub(super) fn spikes(streams: &Streams, plan: &SpikePlan) -> Vec<Fault> {
-    if !streams.reports_rates || streams.pickoff_rad.is_some() || streams.own_motion {
+    if streams.own_motion {
+        return Vec::new();
+    }
+    // An outlier in itself and against the reference: under a delay of the gyros, a lasting step of the rate deviates
+    // from the reference for a row.
+    spikes_of(streams, plan, |axis| {
+        let pairs = streams.sensed_rad[axis].iter().zip(&streams.case_rad[axis]);
+        let beyond: Vec<f64> = pairs.map(|(sensed, case)| sensed - case).collect();
+        Some(Bend::of(&beyond, &streams.usable, plan))
+    })
+}
+
+/// The same of the gyros' rates alone, which may be blows to the case.
+pub(super) fn own_spikes(streams: &Streams, plan: &SpikePlan) -> Vec<Fault> {
+    spikes_of(streams, plan, |_| None)
+}
+
+/// Single outliers of rates, in themselves and in another record of the axis if there is one.
+fn spikes_of(
+    streams: &Streams,
+    plan: &SpikePlan,
+    against: impl Fn(usize) -> Option<Bend>,
+) -> Vec<Fault> {
+    if !streams.reports_rates || streams.pickoff_rad.is_some() {
         return Vec::new();
     }
     let of_axis = |axis: usize| -> Vec<Fault> {
-        let sensed = &streams.sensed_rad[axis];
-        let pairs = sensed.iter().zip(&streams.case_rad[axis]);
-        let beyond: Vec<f64> = pairs.map(|(sensed, case)| sensed - case).collect();
-        // An outlier in itself and against the reference: under a delay of the gyros, a lasting step of the rate deviates
-        // from the reference for a row.
-        let own = Bend::of(sensed, &streams.usable, plan);
-        let against = Bend::of(&beyond, &streams.usable, plan);
+        let own = Bend::of(&streams.sensed_rad[axis], &streams.usable, plan);
+        let against = against(axis);
         let rows: Vec<usize> = (2..streams.rows.saturating_sub(2))
             .filter(|&row| streams.usable[row - 1..row + 2].iter().all(|one| *one))
-            .filter(|&row| own.is_alone(row, plan) && against.is_alone(row, plan))
+            .filter(|&row| own.is_alone(row, plan))
+            .filter(|&row| against.as_ref().is_none_or(|one| one.is_alone(row, plan)))
             .collect();
         let is_told =
             rows.len() >= plan.least && rows.len() as f64 <= plan.most * streams.rows as f64;

@@ -93,6 +93,33 @@ pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
     faults
 }
 
+/// Finds single rows of the gyros' rates that stand out of their neighbours and in which the case did not turn, masks them, and
+/// bridges them by their neighbours.
+///
+/// # Inputs
+/// `is_motion`: true for the gyro and the row of a candidate if a slower reference turned as well; its excess in rad.
+pub fn spikes_beside(
+    streams: &mut Streams,
+    plan: &FaultPlan,
+    is_motion: impl Fn(usize, usize, f64) -> bool,
+) -> Vec<Fault> {
+    let mut spikes = data_faults::own_spikes(streams, &plan.spikes);
+    spikes.retain(|spike| {
+        let axis = AXES.iter().position(|axis| spike.channel.ends_with(axis));
+        let Some((axis, Detail::Spike { size_rad })) = axis.zip(Some(&spike.detail)) else {
+            return false;
+        };
+        let row = spike.rows.start;
+        let is_spike = !is_motion(axis, row, *size_rad);
+        if is_spike {
+            streams.usable[row] = false;
+            streams.sensed_rad[axis][row] -= size_rad;
+        }
+        is_spike
+    });
+    gathered(spikes, plan)
+}
+
 /// Masks the rows of faults, and their edges.
 fn out_of_use(streams: &mut Streams, faults: &[Fault], plan: &FaultPlan) {
     for fault in faults {

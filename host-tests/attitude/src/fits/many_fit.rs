@@ -2,21 +2,26 @@
 
 use rlg_catalogue::entries::{PULL, UNLISTED};
 use rlg_diagnosis::Settings;
+use rlg_plan::Plan;
 use rlg_recording::error::InputError;
+use rlg_signal::axes::Triad;
 
 use crate::fits::late_gyros;
 use crate::fits::report_inputs::Fitted;
 use crate::gyros::channels;
 use crate::gyros::physics::Gyro;
+use crate::likelihood::block_sums::log_chance;
 use crate::likelihood::equations::ParameterColumn;
+use crate::likelihood::noise::Levels;
 use crate::reference::coarse::Start;
 use crate::registration::gauss_newton::{self, Registration};
 use crate::registration::observed::Observed;
 use crate::registration::registration_search::{Grown, Growth};
 use crate::rows::alignment::Alignment;
-use crate::rows::linearised_rows::Gyros;
 use crate::selection::group_selection::{Candidates, Named};
-use crate::selection::search::{Found, Physics, Registered, Scans, called_for, search};
+use crate::selection::search::{
+    Found, Physics, Registered, Scans, called_for, search, strongest_step,
+};
 
 /// Fits attitudes whose noise is estimated from their own residuals; once more where single gyros are late, after their rows are
 /// moved.
@@ -107,8 +112,14 @@ fn fit_many(
                 false => observed.scans(),
             },
         };
-        let search = |of: Registered| search(of, physics, &plan, settings.seed);
-        searched(&observed.gyros, registered, of_model, physics, search)
+        let searches = Searches {
+            observed,
+            of_model,
+            physics,
+            plan: &plan,
+            seed: settings.seed,
+        };
+        searches.searched(registered)
     };
     let mut found;
     (registered, found) = searched(registered, &gyro, observed);
@@ -162,25 +173,101 @@ fn grown(
     growth.grow()
 }
 
-/// Searches for physical effects and, if any is found, again with the noise re-estimated given them, as it contained them.
-fn searched(
-    gyros: &Gyros,
-    mut registered: Registration,
-    of_model: &Alignment,
-    physics: Physics,
-    search: impl Fn(Registered) -> Found,
-) -> (Registration, Found) {
-    let beyond = registered.alignment.beyond(of_model);
-    let found = search(Registered::new(&registered, of_model, &beyond));
-    if found.physics.is_empty() {
-        return (registered, found);
+/// A search, and the noise estimated given what it found.
+struct Given {
+    found: Found,
+    levels: Levels,
+    /// Profile log likelihood less the prices of the effects' parameters.
+    log_evidence: f64,
+}
+
+/// Searches under several estimates of the noise.
+struct Searches<'a> {
+    observed: &'a Observed<'a>,
+    of_model: &'a Alignment,
+    physics: Physics<'a>,
+    plan: &'a Plan,
+    seed: u64,
+}
+
+impl Searches<'_> {
+    /// Searches for physical effects and, if any is found, again with the noise re-estimated given them, as it contained them.
+    /// A step of a bias is a slow effect that the noise's lowest octaves may contain altogether: a second search begins with
+    /// the noise given the strongest step, and the likelier of both findings is selected.
+    fn searched(&self, mut registered: Registration) -> (Registration, Found) {
+        let null = registered.levels.clone();
+        let first = self.search(&mut registered);
+        let is_step = |given: &Given| given.found.physics.iter().any(Named::is_step);
+        registered.levels = null;
+        let best = match is_step(&first) {
+            true => first,
+            false => {
+                let second = self.levels_beside_step(&registered).and_then(|levels| {
+                    registered.levels = levels;
+                    let second = self.search(&mut registered);
+                    (is_step(&second) && second.log_evidence > first.log_evidence).then_some(second)
+                });
+                second.unwrap_or(first)
+            }
+        };
+        registered.levels = best.levels;
+        (registered, best.found)
     }
-    let own = found.physics.iter();
-    let columns = own.flat_map(|named| named_columns(named, physics, &registered));
-    let columns: Vec<ParameterColumn> = columns.collect();
-    registered = registered.weighed_beside(gyros, of_model, columns);
-    let found = search(Registered::new(&registered, of_model, &beyond));
-    (registered, found)
+
+    /// Searches, and once more with the noise given what was found.
+    fn search(&self, registered: &mut Registration) -> Given {
+        let beyond = registered.alignment.beyond(self.of_model);
+        let search = |registered: &Registration| {
+            let of = Registered::new(registered, self.of_model, &beyond);
+            search(of, self.physics, self.plan, self.seed)
+        };
+        let mut found = search(registered);
+        if !found.physics.is_empty() {
+            (registered.levels, _) = self.noise_beside(registered, &found.physics);
+            found = search(registered);
+        }
+        let (_, log_likelihood) = self.noise_beside(registered, &found.physics);
+        let price = |named: &Named| self.price(registered, named.places.len(), named.among);
+        Given {
+            log_evidence: log_likelihood - found.physics.iter().map(price).sum::<f64>(),
+            levels: registered.levels.clone(),
+            found,
+        }
+    }
+
+    fn noise_beside(&self, registered: &Registration, physics: &[Named]) -> (Levels, f64) {
+        let own = physics.iter();
+        let columns = own.flat_map(|named| named_columns(named, self.physics, registered));
+        let columns: Vec<ParameterColumn> = columns.collect();
+        registered.noise_beside(&self.observed.gyros, self.of_model, columns)
+    }
+
+    /// Levels of the noise given the strongest step of a bias; `None` if it gains less than the price of its search.
+    fn levels_beside_step(&self, registered: &Registration) -> Option<Levels> {
+        let beyond = registered.alignment.beyond(self.of_model);
+        let of = Registered::new(registered, self.of_model, &beyond);
+        let sought = strongest_step(of, self.physics.gyro, self.plan)?;
+        let columns = sought.columns.into_iter().map(unpriced);
+        let gyros = &self.observed.gyros;
+        let (_, without) = registered.noise_beside(gyros, self.of_model, Vec::new());
+        let (levels, with) = registered.noise_beside(gyros, self.of_model, columns);
+        (with - without > self.price(registered, 1, sought.places)).then_some(levels)
+    }
+
+    /// Price of parameters selected from `among` alternatives (Schwarz, Annals of Statistics 6, 1978).
+    fn price(&self, registered: &Registration, parameters: usize, among: usize) -> f64 {
+        let rows = 3 * registered.about.increments.rows();
+        let of_size = 0.5 * parameters as f64 * (rows as f64).ln();
+        of_size - log_chance(among, &self.plan.attitude.blocks)
+    }
+}
+
+fn unpriced(values: Triad) -> ParameterColumn {
+    ParameterColumn {
+        values,
+        prior_std: f64::INFINITY,
+        prior_mean: 0.0,
+    }
 }
 
 /// Columns of an accepted effect.
@@ -195,16 +282,9 @@ fn named_columns(
     registered: &Registration,
 ) -> Vec<ParameterColumn> {
     let about = &registered.about;
-    let priced = |(values, prior_std)| ParameterColumn {
-        values,
-        prior_std,
-        prior_mean: 0.0,
-    };
     if let Some(scanned) = named.scanned {
         let columns = scanned.columns(about, gyro).into_iter();
-        return columns
-            .map(|values| priced((values, f64::INFINITY)))
-            .collect();
+        return columns.map(unpriced).collect();
     }
     let mut effects = candidates.effects.iter();
     let Some((candidate, _)) = effects.find(|(_, places)| *places == named.places) else {
@@ -212,5 +292,9 @@ fn named_columns(
     };
     let values = gyro.columns(pool, candidate, about).into_iter().enumerate();
     let std = |k: usize| candidate.hypothesis.bound(k).std;
-    values.map(|(k, values)| priced((values, std(k)))).collect()
+    let priced = |(k, values)| ParameterColumn {
+        prior_std: std(k),
+        ..unpriced(values)
+    };
+    values.map(priced).collect()
 }

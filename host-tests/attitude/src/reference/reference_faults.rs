@@ -1,5 +1,6 @@
 //! Detection of faulty stamps of the reference before the search for physics: spikes, and rough stretches.
 
+use nalgebra::Vector3;
 use rlg_plan::{AttitudePlan, ReferenceFaultPlan};
 use rlg_signal::axes::Triad;
 
@@ -35,8 +36,8 @@ pub fn rough_stretches(
     let increments = &about.increments;
     let error_rad = errors(increments, left_rad);
     let places = increments.places().iter();
-    let rate_rad_s: Vec<f64> = places
-        .map(|place| about.motion.rate_rad_s(*place).norm())
+    let rate_rad_s: Vec<Vector3<f64>> = places
+        .map(|place| about.motion.rate_rad_s(*place))
         .collect();
     let mut faulty = vec![false; error_rad[0].len()];
     rough(
@@ -109,11 +110,11 @@ fn join_back(sizes: &[f64], reach: usize, plan: &ReferenceFaultPlan, faulty: &mu
     faulty.reverse();
 }
 
-/// Marks stretches rougher than the median of all and than that of similar motion: an error that grows with the rate is no
-/// fault.
+/// Marks stretches rougher than the median of all and than that of similar motion: an error that grows with the rate of one
+/// gyro is no fault, and several gyros seldom turn alike.
 fn rough(
     error_rad: &Triad,
-    rate_rad_s: &[f64],
+    rate_rad_s: &[Vector3<f64>],
     (period_s, plan): (f64, &ReferenceFaultPlan),
     faulty: &mut [bool],
 ) {
@@ -127,19 +128,22 @@ fn rough(
         true => stretch * length..stamps,
         false => stretch * length..(stretch + 1) * length,
     };
-    let sizes: Vec<(f64, f64)> = (0..count)
+    let sizes: Vec<(f64, Vector3<f64>)> = (0..count)
         .map(|stretch| {
             let used: Vec<usize> = range(stretch).filter(|stamp| !faulty[*stamp]).collect();
             let square: f64 = error_rad.iter().map(|values| scatter(values, &used)).sum();
-            let rates = used.iter().map(|stamp| rate_rad_s[*stamp].powi(2));
-            let rate = rates.sum::<f64>() / used.len().max(1) as f64;
-            (square.sqrt(), rate.sqrt())
+            let squares = used
+                .iter()
+                .map(|stamp| rate_rad_s[*stamp].map(|rate| rate * rate));
+            let square_rate = squares.sum::<Vector3<f64>>() / used.len().max(1) as f64;
+            (square.sqrt(), square_rate.map(f64::sqrt))
         })
         .collect();
     let typical = median(sizes.iter().map(|(size, _)| *size).collect());
     for (stretch, (size, rate)) in sizes.iter().enumerate() {
-        let least_rate = plan.similar_rate * rate;
-        let alike = sizes.iter().filter(|(_, other)| *other >= least_rate);
+        let axis = rate.imax();
+        let least_rate = plan.similar_rate * rate[axis];
+        let alike = sizes.iter().filter(|(_, other)| other[axis] >= least_rate);
         let of_alike = median(alike.map(|(size, _)| *size).collect());
         if *size > plan.rough * typical && *size > plan.rough * of_alike {
             faulty[range(stretch)].fill(true);
@@ -203,7 +207,45 @@ pub(crate) fn running_median(values: &[f64], half: usize) -> Vec<f64> {
 mod tests {
     use rlg_plan::ReferenceFaultPlan;
 
-    use super::{join, join_back, running_median};
+    use nalgebra::Vector3;
+
+    use super::{join, join_back, rough, running_median};
+
+    #[test]
+    fn an_error_of_the_gyro_that_turns_is_no_fault_and_one_in_usual_motion_is() {
+        const PERIOD_S: f64 = 0.02;
+        const STRETCH: usize = 200;
+        // The axes turn one after the other, ten stretches each; the third gyro has an error.
+        let rate = |stamp: usize| {
+            let mut rate = Vector3::repeat(0.01);
+            rate[stamp / (10 * STRETCH)] = 1.0;
+            rate
+        };
+        let rates: Vec<Vector3<f64>> = (0..30 * STRETCH).map(rate).collect();
+        let marked = |failed: std::ops::Range<usize>| -> Vec<usize> {
+            let error = |stamp: usize| {
+                let size = match stamp {
+                    _ if failed.contains(&stamp) => 0.05,
+                    stamp if stamp >= 20 * STRETCH => 0.02,
+                    _ => 1e-3,
+                };
+                size * (0.37 * (stamp * stamp % 101) as f64).sin()
+            };
+            let errors = [0.0, 0.0, 1.0].map(|share| {
+                (0..30 * STRETCH)
+                    .map(|stamp| share * error(stamp))
+                    .collect()
+            });
+            let mut faulty = vec![false; 30 * STRETCH];
+            let plan = ReferenceFaultPlan::default();
+            rough(&errors, &rates, (PERIOD_S, &plan), &mut faulty);
+            (0..30)
+                .filter(|stretch| faulty[stretch * STRETCH + 7])
+                .collect()
+        };
+        assert_eq!(marked(0..0), Vec::<usize>::new());
+        assert_eq!(marked(5 * STRETCH..6 * STRETCH), [5]);
+    }
 
     #[test]
     fn a_running_median_is_that_of_each_window() {

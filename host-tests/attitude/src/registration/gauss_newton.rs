@@ -127,16 +127,17 @@ impl Registration {
 
     /// Re-estimates the noise given all columns, for tests of further groups: effects not yet selected are no noise.
     pub(crate) fn weighed(self, gyros: &Gyros, model: &Alignment) -> Self {
-        self.weighed_beside(gyros, model, Vec::new())
+        let (levels, _) = self.noise_beside(gyros, model, Vec::new());
+        Self { levels, ..self }
     }
 
-    /// Re-estimates the noise given all columns and physical effects.
-    pub(crate) fn weighed_beside(
-        self,
+    /// Estimates the noise given all columns and physical effects, and its profile log likelihood.
+    pub(crate) fn noise_beside(
+        &self,
         gyros: &Gyros,
         model: &Alignment,
         physics: impl IntoIterator<Item = ParameterColumn>,
-    ) -> Self {
+    ) -> (Levels, f64) {
         let about = &self.about;
         let all: Vec<usize> = (0..COUNT).collect();
         let columns = priced(
@@ -148,17 +149,14 @@ impl Registration {
         .chain(physics);
         let mut rows_rad = about.increments.rows_rad.clone();
         add_triad(&mut rows_rad, &self.corrected_rad, -1.0);
-        let (levels, noise) = (Some(self.levels), &gyros.plan.noise);
+        let (levels, noise) = (Some(self.levels.clone()), &gyros.plan.noise);
         let mut fitting = Fitting::new(&about.increments, columns, false, levels, noise);
         fitting.fit_to(&rows_rad);
         // Alternates the levels of the terms and of the record's pieces.
         for _ in 0..2 {
             fitting.modulate(&about.increments.times_s);
         }
-        Self {
-            levels: fitting.fit.levels,
-            ..self
-        }
+        (fitting.fit.levels, fitting.fit.explained)
     }
 
     /// True if no time constant of a low pass is significantly negative.

@@ -203,8 +203,11 @@ pub(crate) fn observe<'a>(
     if from_sensing.try_inverse().is_none() {
         return Err(no_inverse(file));
     }
+    let spikes = gyro_spikes(&mut streams, &samples, plan);
     take_own_motion(&mut streams, model, &from_sensing);
-    let faults = qualify::qualify(&mut streams, &plan.signal.faults)
+    let mut faults = qualify::qualify(&mut streams, &plan.signal.faults);
+    faults.extend(spikes);
+    let faults = faults
         .into_iter()
         .filter(|fault| !qualify::is_known(fault, &streams, &model.effects))
         .collect();
@@ -264,6 +267,32 @@ pub(crate) fn observe<'a>(
     zeroing::undo(&mut observed.gyros, zeroing::of_model(model));
     observed.advance(gyro_times::of_model(model));
     Ok(Some(observed))
+}
+
+/// Finds single rows of the gyros beyond their neighbours in which the attitude did not turn, and masks them.
+fn gyro_spikes(streams: &mut Streams, samples: &[SlowSample], plan: &Plan) -> Vec<Fault> {
+    let (start_s, rate_hz) = (streams.start_s, streams.rate_hz);
+    let sensed_rad = streams.sensed_rad.clone();
+    let is_motion = |axis: usize, row: usize, excess_rad: f64| {
+        // Late attitudes turn within some more rows.
+        let reach_s = plan.attitude.reference_faults.joined_s;
+        let [begin_s, end_s] = [row, row + 1].map(|row| start_s + row as f64 / rate_hz);
+        let from = samples.partition_point(|one| one.time_s <= begin_s - reach_s);
+        let to = samples.partition_point(|one| one.time_s < end_s + reach_s);
+        let (Some(before), Some(after)) = (from.checked_sub(1), samples.get(to)) else {
+            return true;
+        };
+        let before = &samples[before];
+        let row_of = |time_s: f64| ((time_s - start_s) * rate_hz).round().max(0.0) as usize;
+        let rows = row_of(before.time_s)..row_of(after.time_s).min(sensed_rad[0].len());
+        let turned_rad = before.shown.turn_to(&after.shown);
+        let own_rad =
+            Vector3::from_fn(|axis, _| sensed_rad[axis][rows.clone()].iter().sum::<f64>());
+        let mut without_rad = own_rad;
+        without_rad[axis] -= excess_rad;
+        (turned_rad - own_rad).norm() <= (turned_rad - without_rad).norm()
+    };
+    qualify::spikes_beside(streams, &plan.signal.faults, is_motion)
 }
 
 /// Flags the stamps by the model's known faults, and those held out for validation, from `fitted` on.

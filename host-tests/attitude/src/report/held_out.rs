@@ -7,6 +7,7 @@ use rlg_diagnosis::residual::relative_residual::{self, Rows};
 use rlg_diagnosis::tiles::pictures::Pictures;
 use rlg_findings::result::{FiguresEntry, ResidualEntry};
 use rlg_findings::sentences::DEG_H;
+use rlg_inference::Dct;
 use rlg_plan::{AttitudeHeldOutPlan, AttitudeNoisePlan, CoherencePlan, InStepPlan};
 use rlg_signal::axes::{Triad, add_triad, mapped};
 use rlg_signal::in_step::{self, Block, InStep};
@@ -251,10 +252,11 @@ fn figures(
     let band = Band::new(rows, period_s, &plan.band);
     let terms = NoiseTerms::new(rows, period_s, band.cut, false, plan);
     let powers = [0, 1, 2].map(|axis| terms.of_coefficients(levels.of(axis)));
-    let body = &one.body_rad;
-    let lasts_s = rows as f64 * one.period_s;
-    // The mean over the record has the noise power of its lowest frequencies.
-    let drift_std = |axis: usize| (powers[axis][1.min(rows - 1)] * rows as f64).sqrt() / lasts_s;
+    let drift = |axis: usize| {
+        let noise = (levels.of(axis), &powers[axis][..]);
+        drift(&one.body_rad[axis], &one.free, noise).map(|by_row| by_row / one.period_s)
+    };
+    let drifts = [0, 1, 2].map(drift);
     let count = (band.cut.max(one.free.len() + 2) - 1 - one.free.len()) as f64;
     let ratios = [0, 1, 2].map(|axis: usize| {
         let rows = (&one.left_rad[axis][..], &powers[axis][..]);
@@ -262,8 +264,8 @@ fn figures(
         power / count
     });
     let entry = |axis: usize| FiguresEntry {
-        drift_rad_s: body[axis].iter().sum::<f64>() / lasts_s,
-        drift_std_rad_s: drift_std(axis),
+        drift_rad_s: drifts[axis][0],
+        drift_std_rad_s: drifts[axis][1],
         normalised_power: ratios[axis],
         normalised_power_all: ratios[axis],
         white_p_value: ChiSquared::new(count).map_or(1.0, |law| law.sf(ratios[axis] * count)),
@@ -272,6 +274,48 @@ fn figures(
         [entry(0), entry(1), entry(2)],
         ratios.iter().sum::<f64>() / 3.0,
     )
+}
+
+/// Mean of rows and its standard deviation by generalised least squares: under white noise of an attitude, whose differences the
+/// rows are, the slope of its error and no difference of two ends.
+///
+/// # Inputs
+/// `free`: rows without a value; `levels`, `powers`: of the noise's terms, and of every coefficient.
+fn drift(rows: &[f64], free: &[usize], (levels, powers): (&[f64], &[f64])) -> [f64; 2] {
+    let is_free = |row: usize| free.binary_search(&row).is_ok();
+    // Weights of a random walk and white noise of the angle, whose covariance is tridiagonal: correlated noise counts as white.
+    let (walk, angle) = (levels[0], levels[1..].iter().sum::<f64>());
+    let own = (walk + 2.0 * angle).max(f64::MIN_POSITIVE);
+    /// Variance of a row without a value over that of others.
+    const UNKNOWN: f64 = 1e12;
+    let variance = |row: usize| if is_free(row) { UNKNOWN * own } else { own };
+    let mut weights: Vec<f64> = (0..rows.len())
+        .map(|row| f64::from(!is_free(row)))
+        .collect();
+    // Thomas' algorithm.
+    let mut ahead = vec![0.0; rows.len()];
+    for row in 0..rows.len() {
+        let (before, carried) = match row {
+            0 => (0.0, 0.0),
+            _ => (weights[row - 1], ahead[row - 1]),
+        };
+        let pivot = variance(row) + angle * carried;
+        ahead[row] = -angle / pivot;
+        weights[row] = (weights[row] + angle * before) / pivot;
+    }
+    for row in (1..rows.len()).rev() {
+        weights[row - 1] -= ahead[row - 1] * weights[row];
+    }
+    let used = || (0..rows.len()).filter(|row| !is_free(*row));
+    let sum: f64 = used().map(|row| weights[row]).sum();
+    let mean = used().map(|row| weights[row] * rows[row]).sum::<f64>() / sum;
+    let mut spectrum = weights;
+    Dct::new(rows.len()).forward(&mut spectrum);
+    let variance = spectrum
+        .iter()
+        .zip(powers)
+        .map(|(value, power)| value * value * power);
+    [mean, variance.sum::<f64>().sqrt() / sum]
 }
 
 /// Power of rows over that of their noise, summed over the coefficients beyond the mean, with the free rows at their best: an
@@ -347,5 +391,50 @@ fn pictures(said: &Said, body_before: &Triad, after: &Residual, held_out_s: [f64
         held_out_s: vec![held_out_s],
         rate_hz: streams.rate_hz,
         start_s: streams.start_s,
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rand_chacha::ChaCha8Rng;
+    use rand_chacha::rand_core::SeedableRng as _;
+    use rand_distr::{Distribution as _, StandardNormal};
+    use rlg_plan::AttitudeNoisePlan;
+
+    use super::drift;
+    use crate::likelihood::noise::NoiseTerms;
+
+    #[test]
+    fn the_drift_beside_white_angle_noise_is_a_slope_with_its_standard_deviation() {
+        const ROWS: usize = 600;
+        const SLOPE: f64 = 2e-3;
+        let mut random = ChaCha8Rng::seed_from_u64(7);
+        let mut normal = || -> f64 { StandardNormal.sample(&mut random) };
+        let plan = AttitudeNoisePlan::default();
+        let terms = NoiseTerms::new(ROWS, 0.02, ROWS, false, &plan);
+        let mut levels = vec![0.0; terms.count()];
+        // The walk is far below the angle's noise of 1.
+        (levels[0], levels[1]) = (1e-8, 1.0);
+        let powers = terms.of_coefficients(&levels);
+        let free = [300];
+        let trials: Vec<f64> = (0..200)
+            .map(|_| {
+                let angles: Vec<f64> = (0..=ROWS).map(|_| normal()).collect();
+                let mut rows: Vec<f64> = angles
+                    .windows(2)
+                    .map(|pair| pair[1] - pair[0] + SLOPE)
+                    .collect();
+                rows[300] = 0.0;
+                let [mean, std] = drift(&rows, &free, (&levels, &powers));
+                (mean - SLOPE) / std
+            })
+            .collect();
+        let square = trials.iter().map(|one| one * one).sum::<f64>() / trials.len() as f64;
+        assert!((0.8..1.25).contains(&square), "{square}");
+        // A least-squares line of each half: sigma sqrt(12 / n^3) / sqrt 2.
+        let rows = vec![SLOPE; ROWS];
+        let [_, std] = drift(&rows, &free, (&levels, &powers));
+        let of_lines = (12.0 / 300_f64.powi(3)).sqrt() / 2_f64.sqrt();
+        assert!((std / of_lines - 1.0).abs() < 0.05, "{std} {of_lines}");
     }
 }

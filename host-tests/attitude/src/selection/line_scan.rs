@@ -88,7 +88,7 @@ fn on_gyros(given: &Given, null: &Null) -> Triad {
 /// Line of largest likelihood about another, with its gain in log likelihood: by a parabola through the best of a grid of
 /// frequencies and its neighbours, amplitude and phase at their best in each.
 fn refined(given: &Given, null: &Null, line: Wave) -> Option<(Scanned, f64)> {
-    let Family { groups, .. } = lines_about(line.hz, line.axis, &given.gyro.signals);
+    let Family { groups, .. } = lines_about(line.hz, 0.1, line.axis, &given.gyro.signals);
     let grid = groups.iter().filter_map(|pair| match pair[0].variant {
         Variant::Expression { expression, .. } => expression.wave_hz(),
         _ => None,

@@ -154,6 +154,21 @@ fn basis(registered: &Registration, plan: &AttitudeNoisePlan) -> BandNoise {
     BandNoise { band, terms }
 }
 
+/// Finds the bias step of largest statistic given the whole registration.
+pub(crate) fn strongest_step(of: Registered, gyro: &Gyro, plan: &Plan) -> Option<Sought> {
+    let none = Candidates::new(Vec::new());
+    let basis = basis(of.registration, &plan.attitude.noise);
+    let search = Search::new(of, &basis, &none, std::iter::empty(), plan);
+    step_scan::strongest(Given {
+        blocks: &search.blocks,
+        about: &of.registration.about,
+        gyro,
+        beyond: of.beyond,
+        set: &(0..COUNT).collect::<Vec<usize>>(),
+        plan,
+    })
+}
+
 /// Searches for physical effects and bias steps by forward selection.
 pub(crate) fn search(of: Registered, physics: Physics, plan: &Plan, seed: u64) -> Found {
     let Physics {

@@ -9,6 +9,11 @@ const AROUND: usize = 4;
 
 /// Finds the step of largest statistic given a set; `None` if a smooth drift of that gyro explains as much.
 pub(crate) fn seek(given: Given) -> Option<Sought> {
+    strongest(given).filter(|sought| given.is_beyond_drift(sought))
+}
+
+/// Finds the step of largest statistic given a set.
+pub(crate) fn strongest(given: Given) -> Option<Sought> {
     let Given {
         about, gyro, plan, ..
     } = given;
@@ -45,11 +50,10 @@ pub(crate) fn seek(given: Given) -> Option<Sought> {
             .collect();
         found = best(statistics(&around))?;
     }
-    let sought = Sought {
+    Some(Sought {
         columns: vec![column(found.0)],
         scanned: Scanned::Step(found.0),
         statistic: found.1,
         places: 3 * about.increments.rows(),
-    };
-    given.is_beyond_drift(&sought).then_some(sought)
+    })
 }

@@ -203,7 +203,12 @@ fn line(
     if line.surplus(3.0 * rows as f64) < begin.least() {
         return Vec::new();
     }
-    let about = lines_about(line.share * signals.rate_hz, gyro, signals);
+    let finer = coarse.for_line(pass, line.share);
+    let tests_of_finer = finer.as_ref().map(|finer| finer.tests(pass, &[fit]));
+    let (coarse, tests) = match (&finer, &tests_of_finer) {
+        (Some(finer), Some(tests)) => (finer, &tests[..]),
+        _ => (coarse, tests),
+    };
     // Sine and cosine share one frequency, that of the largest joint gain, whatever the phase.
     let both = |pair: &[Candidate]| -> Hypothesis {
         let parts = pair.iter().enumerate().flat_map(|(parameter, one)| {
@@ -215,18 +220,27 @@ fn line(
             ..Hypothesis::of_terms(pair.len(), parts.collect())
         }
     };
-    let waves: Vec<Vec<Hypothesis>> = about.groups.iter().map(|pair| vec![both(pair)]).collect();
-    let worths = coarse.worths(tests, &waves, &about.pool, signals);
-    let best = (0..waves.len()).max_by(|&a, &b| worths[a][0].total_cmp(&worths[b][0]));
-    match best {
-        Some(best) if worths[best][0] > begin.least() => {
-            let pair = about.groups[best].iter();
-            pair.map(|one| {
-                let mut pool = Pool::default();
-                (pool.adopt(one, &about.pool.columns), pool.columns)
-            })
-            .collect()
+    let mut hz = line.share * signals.rate_hz;
+    let mut found = Vec::new();
+    // A strong line defines its frequency far within the inverse record length: what a coarse one leaves would be another line.
+    for step in [0.1, 0.01, 0.001] {
+        let about = lines_about(hz, step, gyro, signals);
+        let waves: Vec<Vec<Hypothesis>> =
+            about.groups.iter().map(|pair| vec![both(pair)]).collect();
+        let worths = coarse.worths(tests, &waves, &about.pool, signals);
+        let best = (0..waves.len()).max_by(|&a, &b| worths[a][0].total_cmp(&worths[b][0]));
+        let Some(best) = best.filter(|best| worths[*best][0] > begin.least()) else {
+            break;
+        };
+        let pair = &about.groups[best];
+        if let Variant::Expression { expression, .. } = pair[0].variant {
+            hz = expression.wave_hz().unwrap_or(hz);
         }
-        _ => Vec::new(),
+        let alone = pair.iter().map(|one| {
+            let mut pool = Pool::default();
+            (pool.adopt(one, &about.pool.columns), pool.columns)
+        });
+        found = alone.collect();
     }
+    found
 }

@@ -27,7 +27,12 @@ pub(crate) struct Coarse {
 impl Coarse {
     pub(crate) fn new(pass: &Pass, plan: &FamilyPlan) -> Self {
         let observations = pass.equations.transform.observations();
-        let each = (observations.rows() / plan.most_rows).max(1);
+        Self::over(pass, (observations.rows() / plan.most_rows).max(1))
+    }
+
+    /// Sums of `each` rows.
+    fn over(pass: &Pass, each: usize) -> Self {
+        let observations = pass.equations.transform.observations();
         let records: Vec<Vec<f64>> = pass
             .residual_rad
             .iter()
@@ -43,6 +48,14 @@ impl Coarse {
             equations: NormalEquations::new(observations, &records, &none, levels),
             each,
         }
+    }
+
+    /// Shorter sums in which a line at a share of the row rate is far below theirs; `None` if it is in these.
+    pub(crate) fn for_line(&self, pass: &Pass, share: f64) -> Option<Self> {
+        /// Least number of sums in a period.
+        const LEAST: f64 = 4.0;
+        let each = ((LEAST * share).recip() as usize).max(1);
+        (each < self.each).then(|| Self::over(pass, each))
     }
 
     pub(crate) fn tests(&self, pass: &Pass, fits: &[&Fit]) -> Vec<ScoreTest<'_>> {

@@ -180,6 +180,67 @@ fn attitudes_that_are_written_another_way_are_read_so_and_reported() {
     }
 }
 
+/// Changes the values of one gyro by row.
+fn change_gyro(recording: &mut Recording, axis: &str, changed: impl Fn(usize, f64) -> f64) {
+    let channels = recording
+        .tables
+        .iter_mut()
+        .flat_map(|table| &mut table.channels);
+    for gyro in channels
+        .filter(|one| Quantity::GYROS.contains(&one.quantity) && one.axis.as_deref() == Some(axis))
+    {
+        let values = gyro.values.iter_mut().enumerate();
+        values.for_each(|(row, value)| *value = changed(row, *value));
+    }
+}
+
+#[test]
+fn a_step_of_a_bias_is_no_noise_of_the_attitudes() {
+    const STEP_RAD_S: f64 = 4e-4;
+    let Some(mut all) = recorded() else { return };
+    let rows = all.0.tables[0].rows;
+    change_gyro(&mut all.0, "x", |row, value| match row >= rows / 2 {
+        true => value + STEP_RAD_S,
+        false => value,
+    });
+    let outcome = diagnosed(&all, false).unwrap_or_else(|error| panic!("{error}"));
+    let diagnosis = &outcome.diagnosis;
+    let mut steps = diagnosis
+        .effects
+        .iter()
+        .filter(|one| one.kind == "gyro_bias_step");
+    let step = steps
+        .next()
+        .unwrap_or_else(|| panic!("{:#?}", diagnosis.summary));
+    let (size, std) = number(&step.parameters, "size");
+    assert!((size - STEP_RAD_S).abs() < 3.0 * std, "{size} ± {std}");
+    let kinds: Vec<&str> = diagnosis
+        .effects
+        .iter()
+        .map(|one| one.kind.as_str())
+        .collect();
+    assert!(
+        kinds
+            .iter()
+            .all(|kind| ["gyro_bias", "gyro_bias_step"].contains(kind)),
+        "{:#?}",
+        diagnosis.summary
+    );
+}
+
+#[test]
+fn single_rows_of_a_gyro_are_its_spikes_and_no_jumps_of_the_attitudes() {
+    let Some(mut all) = recorded() else { return };
+    let rows = all.0.tables[0].rows;
+    let spikes: Vec<usize> = (1..7).map(|k| k * rows / 8 + 3 * k).collect();
+    change_gyro(&mut all.0, "x", |row, value| match spikes.contains(&row) {
+        true => value + 0.5,
+        false => value,
+    });
+    let outcome = diagnosed(&all, false).unwrap_or_else(|error| panic!("{error}"));
+    has_its_bias_and(&outcome.diagnosis, &["spikes"; 6]);
+}
+
 #[test]
 fn a_reversed_gyro_is_no_other_convention_and_both_are_found_together() {
     for is_inverse in [false, true] {
