@@ -7,7 +7,7 @@
 //! words
 //!
 //! From recordings of one instrument and its model: an [`Outcome`] with K and its covariance, the identifiable combinations
-//! and the others, and the model with the identified K. `plan/` proposes a motion that determines all six. Equations:
+//! and the others, and the model with the identified K. `programme/` proposes a motion that determines all six. Equations:
 //! physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude. Out of scope here: a search for
 //! other physics; a recording that contains some must be diagnosed first.
 //!
@@ -28,7 +28,7 @@ pub mod integration;
 
 mod noise;
 
-pub mod plan;
+pub mod programme;
 
 pub mod positions;
 

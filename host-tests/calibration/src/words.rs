@@ -238,7 +238,8 @@ impl Findings<'_> {
             "Nothing is left to separate; twice the table time gives spreads 0.7 times these."
                 .to_owned()
         } else {
-            sentences.push("`rlg calibrate --plan LIMITS.toml` proposes the programme.".to_owned());
+            sentences
+                .push("`rlg calibrate --propose LIMITS.toml` proposes the programme.".to_owned());
             sentences.join(" ")
         }
     }

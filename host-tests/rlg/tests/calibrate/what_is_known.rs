@@ -47,7 +47,7 @@ fn coning_gives_three_sums_and_says_that_the_differences_are_not_known() {
             assert!(unfixed.combination.values().any(|weight| *weight < 0.0));
             assert!(unfixed.motion.contains("spin about"), "{}", unfixed.motion);
         }
-        assert!(calibration.next_experiment.contains("--plan"));
+        assert!(calibration.next_experiment.contains("--propose"));
         let model = flexure(&outcome);
         assert_eq!(model.number("xy"), model.number("xz"));
         let choice = model.choice().expect("differences are a choice");

@@ -2,7 +2,7 @@
 //!
 //! limits → candidates (moves) → design → predict → scenario
 //!
-//! From the table's limits and the instrument's model, a [`Plan`]: moves within the limits, their predicted covariance
+//! From the table's limits and the instrument's model, a [`Programme`]: moves within the limits, their predicted covariance
 //! against a rate reference (Cramér–Rao bound, physics §6), and a scenario for `rlg simulate`.
 //!
 //! Out of scope: the gimbals of a particular table, and moves that excite several pairs at once.
@@ -41,18 +41,18 @@ const REST_S: f64 = 4.0;
 const LEAST_PLATEAU_S: f64 = 2.0;
 
 /// Proposed programme.
-pub struct Plan {
+pub struct Programme {
     /// The moves, in order.
     pub moves: Vec<Move>,
     /// `plan.json`.
-    pub entry: PlanEntry,
+    pub entry: ProgrammeEntry,
     /// `scenario.toml`.
     pub scenario: String,
 }
 
 /// `plan.json`.
 #[derive(Debug, Clone, Serialize)]
-pub struct PlanEntry {
+pub struct ProgrammeEntry {
     /// Format of this file.
     pub format: u32,
     /// Moves in words.
@@ -75,13 +75,13 @@ pub struct PlanEntry {
     pub summary: Vec<String>,
 }
 
-/// Plans within the limits of `limits_file` for the instrument of `model_file`.
-pub fn plan(
+/// Proposes a programme within the limits of `limits_file` for the instrument of `model_file`.
+pub fn propose(
     limits: &Limits,
     limits_file: &Path,
     model: &Model,
     model_file: &Path,
-) -> Result<Plan, InputError> {
+) -> Result<Programme, InputError> {
     let noise = noise_of(model, model_file)?;
     let candidates = candidates(limits, &noise);
     let moves = programme(limits, limits_file, &candidates)?;
@@ -91,7 +91,7 @@ pub fn plan(
             .value(limits.table_time_s)
     })?;
     let entry = entry(&moves, &covariance);
-    Ok(Plan {
+    Ok(Programme {
         scenario: scenario::text("calibration-programme", &moves, limits, model),
         moves,
         entry,
@@ -171,7 +171,7 @@ fn programme(
     Ok(moves)
 }
 
-fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> PlanEntry {
+fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> ProgrammeEntry {
     let name = |k: usize| NAMES[k].to_owned();
     let std: BTreeMap<String, f64> = (0..COEFFICIENTS)
         .map(|k| (name(k), covariance[(k, k)].sqrt()))
@@ -214,7 +214,7 @@ fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> PlanEntry {
         worst * 1e8,
         condition_number.map_or("infinite".to_owned(), |number| format!("{number:.2}"))
     ));
-    PlanEntry {
+    ProgrammeEntry {
         format: 1,
         table_time_s,
         greatest_rate_rad_s: greatest.0,
