@@ -18,7 +18,6 @@
 //! frame rotates with the Earth at a constant rate, which is estimated. Out of scope: gaps (steps across one are left out),
 //! lever arms, a travelling frame.
 
-use rlg_plan::{CataloguePlan, GatePlan, SignalPlan};
 use std::path::Path;
 
 use nalgebra::{DVector, Matrix3, Vector3};
@@ -27,7 +26,8 @@ use rlg_catalogue::entries::LOCK_IN;
 use rlg_catalogue::signals::Inputs;
 use rlg_catalogue::{Signals, entries};
 use rlg_inference::{Information, NoiseBasis, NoiseLevels, Observations};
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
+use rlg_plan::Plan;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::attitude_samples;
@@ -63,23 +63,22 @@ impl AttitudeRecord {
     /// Prepares `recording`; `model` must not contain flexure.
     pub fn new(
         recording: &Recording,
-        model: &Model,
-        model_file: &Path,
+        DeclaredModel { model, file }: DeclaredModel<'_>,
+        plan: &Plan,
     ) -> Result<Self, InputError> {
-        expect_linear(model, model_file)?;
-        let plan = SignalPlan::default();
-        let read = attitude_samples(recording, &plan.attitude_samples)?;
-        let noise = declared_noise(model, model_file)?;
+        expect_linear(model, file)?;
+        let read = attitude_samples(recording, &plan.signal.attitude_samples)?;
+        let noise = declared_noise(model, file)?;
         let body_from_sensing = body_from_sensing(&model.gyro.installation_rad);
         let sensing_from_body = body_from_sensing.try_inverse().ok_or_else(|| {
-            InputError::new(model_file, "the installation matrix has no inverse")
+            InputError::new(file, "the installation matrix has no inverse")
                 .channel("gyro.installation_rad")
         })?;
-        let mut streams = Streams::align_without_reference(recording, model, &plan.align)?;
+        let mut streams = Streams::align_without_reference(recording, model, &plan.signal.align)?;
         take_own_motion(&mut streams, model, &body_from_sensing);
-        qualify::qualify(&mut streams, &plan.faults);
+        qualify::qualify(&mut streams, &plan.signal.faults);
         if read.len() < 2 {
-            return Err(too_short(recording, 0.0));
+            return Err(too_short(recording, 0.0, &plan.calibration));
         }
         let place = |time_s: f64| (time_s - streams.start_s) * streams.rate_hz;
         let samples = read
@@ -91,7 +90,7 @@ impl AttitudeRecord {
             .filter(|sample| (0.0..=streams.rows as f64).contains(&sample.place))
             .collect();
         let scale_error = model.gyro.scale_error;
-        let signals = signals(&streams, &noise, scale_error, sensing_from_body, &plan.gate);
+        let signals = signals(&streams, &noise, scale_error, sensing_from_body, plan);
         let mut kinds = Unknowns::fitted_kinds(false);
         kinds.push(RIVAL);
         Ok(Self {
@@ -255,7 +254,7 @@ fn signals(
     noise: &StepNoise,
     scale_error: [f64; 3],
     sensing_from_body: Matrix3<f64>,
-    gate: &GatePlan,
+    plan: &Plan,
 ) -> Signals {
     let rate_hz = streams.rate_hz;
     let all = vec![true; streams.rows];
@@ -273,21 +272,20 @@ fn signals(
             residual: &own,
         };
         let case_rad = &streams.case_rad[axis];
-        shrink(case_rad, &powers, &all, rate_hz, gate).values
+        shrink(case_rad, &powers, &all, rate_hz, &plan.signal.gate).values
     });
     let inputs = Inputs {
         others: &[],
         ..Inputs::of(streams)
     };
     let motion = (case_rad, streams.dither_rad());
-    let plan = CataloguePlan::default();
     Signals::of_known(
         motion,
         inputs,
         rate_hz,
         scale_error,
         sensing_from_body,
-        &plan,
+        &plan.catalogue,
     )
 }
 

@@ -10,13 +10,14 @@ use rlg_catalogue::entries::{Card, card};
 use rlg_findings::entries::rows;
 
 use super::combinations::{self, Known, Pair, symbol};
-use super::estimate::{Estimate, INFORMATIVE_SHARE, condition_number, directions};
+use super::estimate::{Estimate, condition_number, directions};
 use super::record::RecordInformation;
 use super::result::{
     Calibration, DirectionEntry, NAMES, NuisanceEntry, RecordingEntry, UnfixedEntry,
 };
-use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns};
+use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns, flexure_std_s2};
 use rlg_findings::result::{EffectEntry, NoiseEntry, ParameterEntry, RegimeEntry};
+use rlg_plan::CalibrationPlan;
 use rlg_recording::Recording;
 use rlg_signal::streams::AXES;
 
@@ -25,10 +26,6 @@ const E8: f64 = 1e8;
 
 /// Number of recordings and unidentifiable combinations above which the summary only counts them.
 const LINES: usize = 5;
-
-/// Residual power over noise power above which a warning is given: with the 1e4 and more degrees of freedom of a rate
-/// reference a tenth is highly significant; attitude samples have few, so theirs is also compared with its own scatter.
-const LARGEST_NORMALISED_POWER: f64 = 1.1;
 
 /// Input of a calibration's result.
 pub struct Findings<'a> {
@@ -48,6 +45,8 @@ pub struct Findings<'a> {
     pub pairs: &'a [Pair; 3],
     /// An elastic rate explains them as well.
     pub confused: bool,
+    /// Thresholds.
+    pub plan: &'a CalibrationPlan,
 }
 
 impl Findings<'_> {
@@ -60,7 +59,7 @@ impl Findings<'_> {
             format: 1,
             version: env!("CARGO_PKG_VERSION").to_string(),
             effects: vec![self.effect()],
-            condition_number: condition_number(self.unknowns, &self.joint.covariance),
+            condition_number: condition_number(&self.joint.covariance, self.plan),
             directions: directions(&self.joint.covariance)
                 .iter()
                 .map(|direction| DirectionEntry {
@@ -210,7 +209,8 @@ impl Findings<'_> {
                 let unknown = self.unknowns.get(index);
                 let place = unknown.recording?;
                 // A parameter that the recording does not determine keeps its prior and gets no line.
-                let learnt = self.joint.stds[index] < INFORMATIVE_SHARE * unknown.prior_width();
+                let learnt = self.joint.stds[index]
+                    < self.plan.uninformed_share * unknown.prior_std(&self.plan.prior);
                 learnt.then(|| NuisanceEntry {
                     recording: self.recordings[place].name.clone(),
                     kind: unknown.kind,
@@ -269,7 +269,7 @@ impl Findings<'_> {
             lines.push(self.gyro_line(pair));
         }
         for unfixed in unfixed.iter().take(LINES) {
-            let seen = if unfixed.std < INFORMATIVE_SHARE * self.unknowns.get(0).prior_width() {
+            let seen = if unfixed.std < self.plan.uninformed_share * flexure_std_s2() {
                 format!("known to ± {:.1}e-8 s^2 only", unfixed.std * E8)
             } else {
                 "not seen at all".to_owned()
@@ -279,13 +279,14 @@ impl Findings<'_> {
                 symbol(&unfixed.weights)
             ));
         }
-        match condition_number(self.unknowns, &self.joint.covariance) {
+        match condition_number(&self.joint.covariance, self.plan) {
             Some(number) => lines.push(format!("condition number of the six: {number:.1}")),
             None => lines.push("condition number of the six: infinite".to_owned()),
         }
         for entry in recordings.iter().filter(|entry| {
             let degrees = self.records[self.place(entry)].degrees;
-            entry.normalised_power_after > LARGEST_NORMALISED_POWER + 5.0 * (2.0 / degrees).sqrt()
+            entry.normalised_power_after
+                > self.plan.most_power + self.plan.power_deviations * (2.0 / degrees).sqrt()
         }) {
             lines.push(format!(
                 "{}: the residual has {:.1} times the noise's power; run `rlg diagnose` before trusting this",

@@ -25,20 +25,15 @@ use serde::Serialize;
 use super::estimate::{condition_number, directions};
 use super::noise::{DeclaredNoise, declared};
 use super::result::NAMES;
-use super::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_model::Model;
+use super::unknowns::COEFFICIENTS;
+use rlg_model::{DeclaredModel, Model};
+use rlg_plan::{CalibrationPlan, Plan, ProgrammePlan};
 use rlg_recording::error::InputError;
 use rlg_signal::streams::AXES;
 
 use candidates::{Candidate, candidates, rounded_up};
 use limits::Limits;
 use rlg_catalogue::moves::{Kind, Move};
-
-/// Rest at the start and at the end \[s\], for the bias alone and for an attitude sample.
-const REST_S: f64 = 4.0;
-
-/// Least duration at full motion of every variant \[s\]; below it a programme is mostly ramps.
-const LEAST_PLATEAU_S: f64 = 2.0;
 
 /// Proposed programme.
 pub struct Programme {
@@ -75,22 +70,23 @@ pub struct ProgrammeEntry {
     pub summary: Vec<String>,
 }
 
-/// Proposes a programme within the limits of `limits_file` for the instrument of `model_file`.
+/// Proposes a programme within the limits of `limits_file` for the instrument of a model.
 pub fn propose(
     limits: &Limits,
     limits_file: &Path,
-    model: &Model,
-    model_file: &Path,
+    DeclaredModel { model, file }: DeclaredModel<'_>,
+    plan: &Plan,
 ) -> Result<Programme, InputError> {
-    let noise = noise_of(model, model_file)?;
-    let candidates = candidates(limits, &noise);
-    let moves = programme(limits, limits_file, &candidates)?;
-    let covariance = predict::covariance(&moves, limits, &noise).ok_or_else(|| {
+    let noise = noise_of(model, file)?;
+    let own = &plan.calibration;
+    let candidates = candidates(limits, &noise, &own.programme);
+    let moves = programme(limits, limits_file, &candidates, &own.programme)?;
+    let covariance = predict::covariance(&moves, limits, &noise, plan).ok_or_else(|| {
         InputError::new(limits_file, "leaves no time to measure")
             .channel("table_time_s")
             .value(limits.table_time_s)
     })?;
-    let entry = entry(&moves, &covariance);
+    let entry = entry(&moves, &covariance, own);
     Ok(Programme {
         scenario: scenario::text("calibration-programme", &moves, limits, model),
         moves,
@@ -120,6 +116,7 @@ fn programme(
     limits: &Limits,
     file: &Path,
     candidates: &[Candidate],
+    plan: &ProgrammePlan,
 ) -> Result<Vec<Move>, InputError> {
     let too_little = |least_s: f64| {
         InputError::new(file, "leaves no time at full motion beside rest and ramps")
@@ -135,7 +132,7 @@ fn programme(
                 .expected("a frequency at which the greatest rate and acceleration can be reached"),
         );
     }
-    let shares = design::shares(candidates, limits.table_time_s);
+    let shares = design::shares(candidates, limits.table_time_s, plan.least_share);
     let used: Vec<(&Candidate, f64)> = candidates
         .iter()
         .zip(shares)
@@ -145,24 +142,26 @@ fn programme(
         .iter()
         .map(|(candidate, _)| 2.0 * candidate.ramp_s * candidate.variants.len() as f64)
         .sum();
-    let left_s = limits.table_time_s - 2.0 * REST_S - ramps_s;
-    let least_s = 2.0 * REST_S
+    let left_s = limits.table_time_s - 2.0 * plan.rest_s - ramps_s;
+    let least_s = 2.0 * plan.rest_s
         + ramps_s
         + used
             .iter()
-            .map(|(candidate, share)| LEAST_PLATEAU_S * candidate.variants.len() as f64 / share)
+            .map(|(candidate, share)| {
+                plan.least_plateau_s * candidate.variants.len() as f64 / share
+            })
             .fold(0.0, f64::max);
     let rest = Move {
         kind: Kind::Still,
-        duration_s: REST_S,
+        duration_s: plan.rest_s,
         ramp_s: 0.0,
     };
     let mut moves = vec![rest];
     for (candidate, share) in used {
         let count = candidate.variants.len();
-        // Rounded down to quarters of a second, so that the total stays within the time.
-        let plateau_s = rounded_up(left_s * share / count as f64 - 0.25);
-        if plateau_s < LEAST_PLATEAU_S {
+        // Rounded down, so that the total stays within the time.
+        let plateau_s = rounded_up(left_s * share / count as f64 - plan.grid_s, plan);
+        if plateau_s < plan.least_plateau_s {
             return Err(too_little(least_s));
         }
         moves.extend((0..count).map(|variant| candidate.moved(variant, plateau_s)));
@@ -171,7 +170,11 @@ fn programme(
     Ok(moves)
 }
 
-fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> ProgrammeEntry {
+fn entry(
+    moves: &[Move],
+    covariance: &nalgebra::DMatrix<f64>,
+    plan: &CalibrationPlan,
+) -> ProgrammeEntry {
     let name = |k: usize| NAMES[k].to_owned();
     let std: BTreeMap<String, f64> = (0..COEFFICIENTS)
         .map(|k| (name(k), covariance[(k, k)].sqrt()))
@@ -191,7 +194,7 @@ fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> ProgrammeEntry 
         });
     let table_time_s: f64 = moves.iter().map(|one| one.duration_s).sum();
     let programme: Vec<String> = moves.iter().map(words).collect();
-    let condition_number = condition_number(&Unknowns::of(0), covariance);
+    let condition_number = condition_number(covariance, plan);
     let worst = directions(covariance).last().map_or(0.0, |d| d.std);
     let mut summary = vec![format!(
         "{} moves in {table_time_s:.1} s, up to {:.2} rad/s and {:.2} rad/s^2; each spin also in the other sense",

@@ -4,13 +4,14 @@
 use std::path::{Path, PathBuf};
 
 use clap::Args;
+use rlg_plan::Plan;
 
 use super::inputs::{read_model, results_folder};
 use crate::calibrate::calibrate;
 use crate::calibrate::programme::limits::Limits;
 use crate::calibrate::programme::propose;
 use crate::error::InputError;
-use crate::model::Model;
+use crate::model::{DeclaredModel, Model};
 use crate::recording::Recording;
 use crate::report::calibration;
 use crate::terminal::Terminal;
@@ -68,7 +69,12 @@ impl Calibrate {
             .map(Recording::read)
             .collect::<Result<Vec<_>, _>>()?;
         let progress = |stage: &str| terminal.step(&spinner, stage);
-        let outcome = calibrate(&recordings, &model, &self.model, &progress)?;
+        let outcome = calibrate(
+            &recordings,
+            DeclaredModel::new(&model, &self.model),
+            &Plan::default(),
+            &progress,
+        )?;
         spinner.finish_and_clear();
         let mut json = serde_json::to_string_pretty(&outcome.calibration).map_err(|error| {
             InputError::new(&self.out, format!("the result has no JSON form ({error})"))
@@ -96,7 +102,12 @@ impl Calibrate {
     ) -> Result<(), InputError> {
         let limits = Limits::read(limits_file)?;
         let mut out = results_folder(&self.out, limits_file, &self.model, PROPOSED)?;
-        let programme = propose(&limits, limits_file, model, &self.model)?;
+        let programme = propose(
+            &limits,
+            limits_file,
+            DeclaredModel::new(model, &self.model),
+            &Plan::default(),
+        )?;
         let mut json = serde_json::to_string_pretty(&programme.entry).map_err(|error| {
             InputError::new(&self.out, format!("the result has no JSON form ({error})"))
         })?;

@@ -7,9 +7,10 @@ use assert_cmd::Command;
 use rayon::prelude::*;
 use rlg::calibrate::programme::limits::Limits;
 use rlg::calibrate::programme::{Programme, propose};
-use rlg::model::{Model, ModelEffect};
+use rlg::model::{DeclaredModel, Model, ModelEffect};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
+use rlg_plan::Plan;
 
 use crate::closed_form::TABLE_3;
 use crate::table_three::{self, calibration, ignorant};
@@ -40,8 +41,9 @@ fn planned(text: &str) -> (Limits, Programme) {
     let file = folder.path().join("limits.toml");
     fs::write(&file, text).expect("a file");
     let limits = Limits::read(&file).expect("limits");
-    let programme =
-        propose(&limits, &file, &instrument(), Path::new("model.toml")).expect("a programme");
+    let instrument = instrument();
+    let model = DeclaredModel::new(&instrument, Path::new("model.toml"));
+    let programme = propose(&limits, &file, model, &Plan::default()).expect("a programme");
     (limits, programme)
 }
 
@@ -131,8 +133,8 @@ fn simulated_scatter_is_what_the_programme_predicts() {
             let model = ignorant(&simulation.model);
             let outcome = rlg::calibrate::calibrate(
                 &[simulation.recording],
-                &model,
-                Path::new("model.toml"),
+                DeclaredModel::new(&model, Path::new("model.toml")),
+                &Plan::default(),
                 &|_| {},
             )
             .expect("a calibration");
