@@ -46,6 +46,7 @@ mod words;
 
 use std::collections::BTreeMap;
 
+use rlg_findings::result::PlanEntry;
 use rlg_findings::updated_model::set_choice;
 use rlg_inference::Information;
 use rlg_model::catalogue::Kind;
@@ -129,6 +130,7 @@ pub fn calibrate(
         pairs: &pairs,
         confused: confused(&informations, &unknowns, &joint, own_plan),
         plan: own_plan,
+        changed: &PlanEntry::changed(plan),
     };
     Ok(Outcome {
         calibration: findings.calibration(),

@@ -16,7 +16,7 @@ use super::result::{
     Calibration, DirectionEntry, NAMES, NuisanceEntry, RecordingEntry, UnfixedEntry,
 };
 use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns, flexure_std_s2};
-use rlg_findings::result::{EffectEntry, NoiseEntry, ParameterEntry, RegimeEntry};
+use rlg_findings::result::{EffectEntry, NoiseEntry, ParameterEntry, PlanEntry, RegimeEntry};
 use rlg_plan::CalibrationPlan;
 use rlg_recording::Recording;
 use rlg_signal::streams::AXES;
@@ -47,6 +47,8 @@ pub struct Findings<'a> {
     pub confused: bool,
     /// Thresholds.
     pub plan: &'a CalibrationPlan,
+    /// Thresholds other than the defaults.
+    pub changed: &'a [PlanEntry],
 }
 
 impl Findings<'_> {
@@ -87,6 +89,7 @@ impl Findings<'_> {
                 .collect::<BTreeMap<_, _>>(),
             nuisances: self.nuisances(),
             summary: self.summary(&recordings, &unfixed, &next_experiment),
+            plan: self.changed.to_vec(),
             next_experiment,
             recordings,
         }
@@ -250,7 +253,7 @@ impl Findings<'_> {
         unfixed: &[combinations::Unfixed],
         next_experiment: &str,
     ) -> Vec<String> {
-        let mut lines = Vec::new();
+        let mut lines: Vec<String> = PlanEntry::sentence(self.changed).into_iter().collect();
         for entry in recordings.iter().take(LINES) {
             let [x, y, z] = entry.greatest_acceleration_rad_s2;
             lines.push(format!(

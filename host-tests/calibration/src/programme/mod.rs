@@ -26,8 +26,9 @@ use super::estimate::{condition_number, directions};
 use super::noise::{DeclaredNoise, declared};
 use super::result::NAMES;
 use super::unknowns::COEFFICIENTS;
+use rlg_findings::result::PlanEntry;
 use rlg_model::{DeclaredModel, Model};
-use rlg_plan::{CalibrationPlan, Plan, ProgrammePlan};
+use rlg_plan::{Plan, ProgrammePlan};
 use rlg_recording::error::InputError;
 use rlg_signal::streams::AXES;
 
@@ -68,6 +69,9 @@ pub struct ProgrammeEntry {
     pub condition_number: Option<f64>,
     /// Summary, a line each.
     pub summary: Vec<String>,
+    /// Thresholds other than the defaults, from `--plan FILE`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub plan: Vec<PlanEntry>,
 }
 
 /// Proposes a programme within the limits of `limits_file` for the instrument of a model.
@@ -86,7 +90,7 @@ pub fn propose(
             .channel("table_time_s")
             .value(limits.table_time_s)
     })?;
-    let entry = entry(&moves, &covariance, own);
+    let entry = entry(&moves, &covariance, plan);
     Ok(Programme {
         scenario: scenario::text("calibration-programme", &moves, limits, model),
         moves,
@@ -170,11 +174,7 @@ fn programme(
     Ok(moves)
 }
 
-fn entry(
-    moves: &[Move],
-    covariance: &nalgebra::DMatrix<f64>,
-    plan: &CalibrationPlan,
-) -> ProgrammeEntry {
+fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>, plan: &Plan) -> ProgrammeEntry {
     let name = |k: usize| NAMES[k].to_owned();
     let std: BTreeMap<String, f64> = (0..COEFFICIENTS)
         .map(|k| (name(k), covariance[(k, k)].sqrt()))
@@ -194,14 +194,16 @@ fn entry(
         });
     let table_time_s: f64 = moves.iter().map(|one| one.duration_s).sum();
     let programme: Vec<String> = moves.iter().map(words).collect();
-    let condition_number = condition_number(covariance, plan);
+    let condition_number = condition_number(covariance, &plan.calibration);
     let worst = directions(covariance).last().map_or(0.0, |d| d.std);
-    let mut summary = vec![format!(
+    let changed = PlanEntry::changed(plan);
+    let mut summary: Vec<String> = PlanEntry::sentence(&changed).into_iter().collect();
+    summary.push(format!(
         "{} moves in {table_time_s:.1} s, up to {:.2} rad/s and {:.2} rad/s^2; each spin also in the other sense",
         moves.len(),
         greatest.0,
         greatest.1
-    )];
+    ));
     summary.extend(moves.iter().filter(|one| one.leads()).map(words));
     for (gyro, axis) in AXES.iter().enumerate() {
         let (a, b) = (name(2 * gyro), name(2 * gyro + 1));
@@ -231,6 +233,7 @@ fn entry(
         condition_number,
         summary,
         programme,
+        plan: changed,
     }
 }
 

@@ -7,6 +7,7 @@ use clap::Args;
 use rlg_plan::Plan;
 
 use super::inputs::{read_model, results_folder};
+use super::plan::given;
 use crate::calibrate::calibrate;
 use crate::calibrate::programme::limits::Limits;
 use crate::calibrate::programme::propose;
@@ -43,6 +44,9 @@ pub struct Calibrate {
     /// Propose a programme within the limits of this file instead
     #[arg(long, value_name = "LIMITS", conflicts_with = "recordings")]
     propose: Option<PathBuf>,
+    /// Thresholds other than the defaults, as rlg plan prints them
+    #[arg(long, value_name = "FILE")]
+    plan: Option<PathBuf>,
     /// The instrument: what its compensation already contains
     #[arg(short, long)]
     model: PathBuf,
@@ -55,8 +59,9 @@ impl Calibrate {
     /// Calibrates or proposes a programme, and writes.
     pub fn run(&self, terminal: &Terminal) -> Result<(), InputError> {
         let model = read_model(&self.model, terminal)?;
+        let plan = given(self.plan.as_deref())?;
         if let Some(limits) = &self.propose {
-            return self.programme(limits, &model, terminal);
+            return self.programme(limits, &model, &plan, terminal);
         }
         let mut out = results_folder(&self.out, &self.recordings[0], &self.model, RESULTS)?;
         for recording in &self.recordings[1..] {
@@ -72,7 +77,7 @@ impl Calibrate {
         let outcome = calibrate(
             &recordings,
             DeclaredModel::new(&model, &self.model),
-            &Plan::default(),
+            &plan,
             &progress,
         )?;
         spinner.finish_and_clear();
@@ -98,6 +103,7 @@ impl Calibrate {
         &self,
         limits_file: &Path,
         model: &Model,
+        plan: &Plan,
         terminal: &Terminal,
     ) -> Result<(), InputError> {
         let limits = Limits::read(limits_file)?;
@@ -106,7 +112,7 @@ impl Calibrate {
             &limits,
             limits_file,
             DeclaredModel::new(model, &self.model),
-            &Plan::default(),
+            plan,
         )?;
         let mut json = serde_json::to_string_pretty(&programme.entry).map_err(|error| {
             InputError::new(&self.out, format!("the result has no JSON form ({error})"))

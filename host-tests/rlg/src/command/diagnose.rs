@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 use rlg_attitude::serves as is_slow;
 use rlg_diagnosis::Outcome;
-use rlg_findings::result::Verdict;
+use rlg_findings::result::{PlanEntry, Verdict};
 
 use super::fail_on::FailOn;
 use super::given::Given;
@@ -328,7 +328,9 @@ impl Diagnose {
         }
         .map_err(|error| given.renamed(error))?;
         spinner.finish_and_clear();
-        outcome.diagnosis.under_plan(plan::entries(&settings.plan));
+        outcome
+            .diagnosis
+            .under_plan(PlanEntry::changed(&settings.plan));
         Ok(Diagnosed {
             outcome,
             assumed,

@@ -21,13 +21,13 @@ const SIX_WITHIN: f64 = 0.05;
 const NAMES: [&str; 6] = ["xy", "xz", "yx", "yz", "zx", "zy"];
 
 /// Returns the instrument of the Table 3 test.
-fn instrument() -> Model {
+pub fn instrument() -> Model {
     let scenario = table_three::scenario("[[motion]]\nkind = \"still\"\nduration_s = 0.25\n");
     simulate(&scenario, 0, |_| {}).model
 }
 
 /// 400 °/s and 600 °/s², with a time and a sample rate.
-fn limits_text(table_time_s: f64, rate_hz: f64) -> String {
+pub fn limits_text(table_time_s: f64, rate_hz: f64) -> String {
     format!(
         "format = 1\ngreatest_rate_rad_s = {:?}\ngreatest_acceleration_rad_s2 = {:?}\n\
          table_time_s = {table_time_s:?}\nrate_hz = {rate_hz:?}\n",
