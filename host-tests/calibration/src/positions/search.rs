@@ -185,7 +185,8 @@ pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
         // With few positions no error alone is worth its parameters if two act: a second search starts from the errors of a
         // new unit.
         let first = search.run(&before, most);
-        let second = search.run(&new_unit(&candidates, most), most);
+        let new_unit = new_unit(&candidates, most.min(own.new_unit_kinds));
+        let second = search.run(&new_unit, most);
         let fit = rlg_inference::search::best_of(vec![second], first);
         let (next, settled) = sizes_of((&fit, &candidates), &sizes, plan.positions.settled);
         let stays = settled && fit.members == before;
@@ -206,14 +207,14 @@ pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
     }
 }
 
-/// Places of the whole everyday kinds, bias and scale error first.
+/// Places of at most `most` whole everyday kinds, bias and scale error first.
 fn new_unit(candidates: &[Candidate], most: usize) -> Vec<usize> {
     let is_whole = |place: &usize| {
         let one = &candidates[*place];
         one.row().is_some_and(|kind| kind.everyday) && one.columns.len() == 3
     };
     let mut whole: Vec<usize> = (0..candidates.len()).filter(is_whole).collect();
-    whole.truncate(most.min(2));
+    whole.truncate(most);
     whole
 }
 

@@ -120,9 +120,9 @@ impl Found {
     /// Adds blocks as a position, if they are enough and do not rotate.
     fn take(&mut self, blocks: &[Block], at: &[usize], plan: &PositionPlan) {
         let rows = at[0] * self.block_rows..(at[at.len() - 1] + 1) * self.block_rows;
-        // The hand still touches the unit during the first and the last block.
-        let inner = match at.len() > plan.least_blocks + 2 {
-            true => &at[1..at.len() - 1],
+        let touched = plan.touched_blocks;
+        let inner = match at.len() > plan.least_blocks + 2 * touched {
+            true => &at[touched..at.len() - touched],
             false => at,
         };
         if inner.len() < plan.least_blocks {
@@ -130,7 +130,7 @@ impl Found {
         }
         let blocks_m_s2: Vec<Vector3<f64>> =
             inner.iter().map(|&one| blocks[one].mean_m_s2).collect();
-        let ends = blocks_m_s2.len().div_ceil(4);
+        let ends = blocks_m_s2.len().div_ceil(plan.turning_parts);
         let first = mean(&blocks_m_s2[..ends]);
         let last = mean(&blocks_m_s2[blocks_m_s2.len() - ends..]);
         if first.angle(&last) > plan.turning_share * plan.same_direction_rad {

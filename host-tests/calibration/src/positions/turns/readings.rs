@@ -71,13 +71,14 @@ impl Gyros {
         };
         let spans: Vec<Range<usize>> = positions.iter().map(|one| span_of(&one.rows)).collect();
         let block_rows = (plan.positions.block_s * streams.rate_hz).round() as usize;
+        let measured_share = plan.positions.measured_share;
         let mut scatter = Scatter::default();
         let mut rest = |span: &Range<usize>| {
             let seen: Vec<usize> = span.clone().filter(|&row| streams.usable[row]).collect();
             let sum: Vector3<f64> = seen.iter().map(|&row| of_row(row)).sum();
             let blocks = seen.chunks_exact(block_rows.max(1));
             scatter.add(blocks.map(|block| block.iter().map(|&row| of_row(row)).sum()));
-            (2 * seen.len() > span.len()).then(|| Rest {
+            (seen.len() as f64 > measured_share * span.len() as f64).then(|| Rest {
                 mean_rad_s: sum * streams.rate_hz / seen.len() as f64,
                 length_s: seen.len() as f64 / streams.rate_hz,
             })
