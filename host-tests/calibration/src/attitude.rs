@@ -40,6 +40,7 @@ use rlg_signal::streams::Streams;
 
 use super::columns::{DesignColumns, known_rad};
 use super::integration::{Chain, Sample, StepNoise, chains};
+use super::noise::{of_gyros, of_reference};
 use super::record::{RecordInformation, greatest, too_short};
 use super::unknowns::{EARTH, RIVAL, Unknowns, names};
 use super::whiten::Whitener;
@@ -191,12 +192,15 @@ impl AttitudeRecord {
 
     /// Noise of gyros and reference a row \[rad²\].
     fn levels(&self) -> [NoiseLevels; 3] {
-        let noise = &self.noise;
-        let of_gyros = gyro_levels(noise, self.streams.rate_hz);
-        of_gyros.map(|levels| NoiseLevels {
-            white: levels.white + noise.reference_walk_rad2_s / self.streams.rate_hz,
-            angle: levels.angle + noise.reference_white_rad2,
-            ..levels
+        let rate_hz = self.streams.rate_hz;
+        let reference = self.noise.reference.levels(rate_hz);
+        self.noise.gyros.map(|gyro| {
+            let own = gyro.levels(rate_hz);
+            NoiseLevels {
+                white: own.white + reference.white,
+                angle: own.angle + reference.angle,
+                ..own
+            }
         })
     }
 }
@@ -212,7 +216,7 @@ fn about(mut information: Information, at: &[f64]) -> Information {
 
 /// Noise declared by the model: attitude samples cannot show that of the gyros.
 fn declared_noise(model: &Model, model_file: &Path) -> Result<StepNoise, InputError> {
-    let Some(walk) = model.gyro.angle_random_walk_rad_sqrt_s else {
+    let Some(gyros) = of_gyros(model) else {
         return Err(InputError::new(
             model_file,
             "does not state the gyros' random walk, which attitude samples cannot show",
@@ -220,31 +224,17 @@ fn declared_noise(model: &Model, model_file: &Path) -> Result<StepNoise, InputEr
         .channel("gyro.angle_random_walk_rad_sqrt_s")
         .expected("three numbers in rad/sqrt(s)"));
     };
-    if walk.iter().any(|walk| *walk <= 0.0) {
+    let walks = model.gyro.angle_random_walk_rad_sqrt_s;
+    if walks.is_some_and(|walks| walks.iter().any(|walk| *walk <= 0.0)) {
         return Err(
             InputError::new(model_file, "leaves an attitude without any noise")
                 .channel("gyro.angle_random_walk_rad_sqrt_s")
                 .expected("positive numbers"),
         );
     }
-    let reference = model.reference.clone().unwrap_or_default();
-    let square = |noise: Option<f64>| noise.unwrap_or_default().powi(2);
     Ok(StepNoise {
-        walk_rad2_s: walk.map(|walk| walk * walk),
-        white_rad2: [0, 1, 2].map(|axis: usize| {
-            model.gyro.pulse_weight_rad[axis].powi(2) / 12.0 + model.pickoff_white_rad2(axis)
-        }),
-        reference_walk_rad2_s: square(reference.angle_random_walk_rad_sqrt_s),
-        reference_white_rad2: square(reference.angle_noise_rad),
-    })
-}
-
-/// Noise of the gyros \[rad² per row\].
-fn gyro_levels(noise: &StepNoise, rate_hz: f64) -> [NoiseLevels; 3] {
-    [0, 1, 2].map(|axis: usize| NoiseLevels {
-        white: noise.walk_rad2_s[axis] / rate_hz,
-        angle: noise.white_rad2[axis],
-        ..NoiseLevels::default()
+        gyros,
+        reference: of_reference(model),
     })
 }
 
@@ -259,7 +249,7 @@ fn signals(
     let rate_hz = streams.rate_hz;
     let all = vec![true; streams.rows];
     let basis = NoiseBasis::new(&Observations::separate(&all, 1));
-    let levels = gyro_levels(noise, rate_hz);
+    let levels = noise.gyros.map(|gyro| gyro.levels(rate_hz));
     let none = vec![0.0; streams.rows];
     let case_rad: Triad = each_axis(|axis| {
         let own = basis.by_coefficient(levels[axis]);
