@@ -6,7 +6,7 @@
 //!
 //! Units differ by fifteen decades, so the matrix is scaled to a unit diagonal before inversion.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
 use super::unknowns::{COEFFICIENTS, Unknowns, flexure_std_s2};
@@ -119,15 +119,23 @@ impl Estimate {
     }
 }
 
+/// Scales a positive matrix to a unit diagonal: units of its rows differ by decades.
+///
+/// # Returns
+/// The Cholesky factor, if there is one, and the factor of each row.
+pub fn at_unit_diagonal(matrix: &DMatrix<f64>) -> (Option<Cholesky<f64, Dyn>>, DVector<f64>) {
+    let scale = matrix.diagonal().map(|one| one.sqrt().recip());
+    let unit = DMatrix::from_fn(scale.len(), scale.len(), |a, b| {
+        matrix[(a, b)] * scale[a] * scale[b]
+    });
+    (unit.cholesky(), scale)
+}
+
 /// Quadratic form vᵀ C⁻¹ v.
 pub fn quadratic(covariance: &DMatrix<f64>, vector: &DVector<f64>) -> f64 {
-    let scale = DVector::from_fn(vector.len(), |a, _| covariance[(a, a)].sqrt().recip());
-    let unit = DMatrix::from_fn(vector.len(), vector.len(), |a, b| {
-        covariance[(a, b)] * scale[a] * scale[b]
-    });
+    let (root, scale) = at_unit_diagonal(covariance);
     let vector = vector.component_mul(&scale);
-    unit.cholesky()
-        .map_or(f64::INFINITY, |root| vector.dot(&root.solve(&vector)))
+    root.map_or(f64::INFINITY, |root| vector.dot(&root.solve(&vector)))
 }
 
 /// Eigenvectors of the covariance, smallest variance first.

@@ -5,12 +5,12 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rlg_catalogue::entries::{Card, card};
 use rlg_findings::entries::rows;
 
 use super::combinations::{self, Known, Pair, symbol};
-use super::estimate::{Estimate, condition_number, directions};
+use super::estimate::{Estimate, at_unit_diagonal, condition_number, directions};
 use super::record::RecordInformation;
 use super::result::{
     Calibration, DirectionEntry, NAMES, NuisanceEntry, RecordingEntry, UnfixedEntry,
@@ -144,19 +144,11 @@ impl Findings<'_> {
     /// C⁻¹K with the covariance of one recording and the joint K.
     fn weighted(&self, own: &Estimate) -> Vec<f64> {
         let k = DVector::from_column_slice(&self.joint.values[..COEFFICIENTS]);
-        let scale = own.covariance.diagonal().map(|v| v.sqrt().recip());
-        let unit = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |a, b| {
-            own.covariance[(a, b)] * scale[a] * scale[b]
-        });
-        unit.cholesky().map_or_else(
+        let (root, scale) = at_unit_diagonal(&own.covariance);
+        let solved = root.map(|root| root.solve(&k.component_mul(&scale)));
+        solved.map_or_else(
             || vec![0.0; COEFFICIENTS],
-            |root| {
-                root.solve(&k.component_mul(&scale))
-                    .component_mul(&scale)
-                    .iter()
-                    .copied()
-                    .collect()
-            },
+            |solved| solved.component_mul(&scale).as_slice().to_vec(),
         )
     }
 

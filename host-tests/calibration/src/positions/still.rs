@@ -27,12 +27,7 @@ impl Position {
 
     /// Sum of squared deviations of the blocks from their mean \[m²/s⁴\], x y z.
     pub fn scatter_m2_s4(&self) -> Vector3<f64> {
-        let mean = self.mean_m_s2();
-        let squares = self
-            .blocks_m_s2
-            .iter()
-            .map(|one| (one - mean).map(|v| v * v));
-        squares.sum()
+        squares_about_mean(&self.blocks_m_s2)
     }
 
     /// Half of the difference between the means of the second and the first half, along the force \[m/s²\]: as uncertain as
@@ -46,6 +41,13 @@ impl Position {
 fn mean(blocks: &[Vector3<f64>]) -> Vector3<f64> {
     let sum: Vector3<f64> = blocks.iter().sum();
     sum / blocks.len().max(1) as f64
+}
+
+/// Sum of squared deviations from the mean, by axis.
+pub(super) fn squares_about_mean(blocks: &[Vector3<f64>]) -> Vector3<f64> {
+    let mean = mean(blocks);
+    let squares = blocks.iter().map(|one| (one - mean).map(|v| v * v));
+    squares.sum()
 }
 
 /// Detected positions.

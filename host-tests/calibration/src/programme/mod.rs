@@ -26,6 +26,7 @@ use super::estimate::{condition_number, directions};
 use super::noise::{DeclaredNoise, declared};
 use super::result::NAMES;
 use super::unknowns::COEFFICIENTS;
+use rlg_findings::entries::rows;
 use rlg_findings::result::PlanEntry;
 use rlg_model::{DeclaredModel, Model};
 use rlg_plan::{Plan, ProgrammePlan};
@@ -226,10 +227,7 @@ fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>, plan: &Plan) -> Pr
         greatest_acceleration_rad_s2: greatest.1,
         std,
         sum_std,
-        covariance: covariance
-            .row_iter()
-            .map(|row| row.iter().copied().collect())
-            .collect(),
+        covariance: rows(covariance),
         condition_number,
         summary,
         programme,

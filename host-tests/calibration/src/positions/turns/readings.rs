@@ -11,7 +11,7 @@ use rlg_signal::qualify;
 use rlg_signal::still::shown_rad;
 use rlg_signal::streams::Streams;
 
-use super::super::still::Position;
+use super::super::still::{Position, squares_about_mean};
 
 /// Rest at one position.
 #[derive(Debug, Clone)]
@@ -123,11 +123,7 @@ impl Scatter {
         if blocks.len() < 2 {
             return;
         }
-        let mean = blocks.iter().sum::<Vector3<f64>>() / blocks.len() as f64;
-        let squares = blocks
-            .iter()
-            .map(|one| (one - mean).map(|away| away * away));
-        self.squares_rad2 += squares.sum::<Vector3<f64>>();
+        self.squares_rad2 += squares_about_mean(&blocks);
         self.freedom += blocks.len() as f64 - 1.0;
     }
 
