@@ -224,8 +224,7 @@ fn gravity(
     turning: &Windows,
     bounds: &Bounds,
 ) -> Result<(), InputError> {
-    let quantities = [Quantity::SpecificForce, Quantity::VelocityIncrement];
-    let found = quantities.iter().find_map(|quantity| {
+    let found = Quantity::FORCES.iter().find_map(|quantity| {
         let has_all = |table: &&Table| {
             AXES.iter()
                 .all(|axis| table.channel(quantity, axis).is_some())

@@ -418,12 +418,11 @@ fn together(
 
 /// Returns the kind of work for a recording.
 pub(super) fn work(recording: &Recording, model: &Model) -> Work {
-    let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
     if is_slow(recording, model) {
         Work::Attitudes
     } else if model.motion == MotionSource::Static {
         Work::AtRest
-    } else if channels.any(|channel| channel.quantity == Quantity::DitherAngle) {
+    } else if recording.holds(&[Quantity::DitherAngle]) {
         Work::DitheredInMemory
     } else {
         Work::Rates
