@@ -21,8 +21,8 @@ use rlg_plan::CalibrationPlan;
 use rlg_recording::Recording;
 use rlg_signal::streams::AXES;
 
-/// Unit of K in text: 1e-8 s².
-const E8: f64 = 1e8;
+/// Factor from s² to the unit of K in text, 1e-8 s².
+pub const E8: f64 = 1e8;
 
 /// Number of recordings and unidentifiable combinations above which the summary only counts them.
 const LINES: usize = 5;
@@ -278,11 +278,12 @@ impl Findings<'_> {
             Some(number) => lines.push(format!("condition number of the six: {number:.1}")),
             None => lines.push("condition number of the six: infinite".to_owned()),
         }
-        for entry in recordings.iter().filter(|entry| {
-            let degrees = self.records[self.place(entry)].degrees;
+        let each = recordings.iter().zip(self.records);
+        let beyond_noise = each.filter(|(entry, part)| {
             entry.normalised_power_after
-                > self.plan.most_power + self.plan.power_deviations * (2.0 / degrees).sqrt()
-        }) {
+                > self.plan.most_power + self.plan.power_deviations * (2.0 / part.degrees).sqrt()
+        });
+        for (entry, _) in beyond_noise {
             lines.push(format!(
                 "{}: the residual has {:.1} times the noise's power; run `rlg diagnose` before trusting this",
                 entry.recording, entry.normalised_power_after
@@ -295,13 +296,6 @@ impl Findings<'_> {
         }
         lines.push(format!("next: {next_experiment}"));
         lines
-    }
-
-    fn place(&self, entry: &RecordingEntry) -> usize {
-        self.recordings
-            .iter()
-            .position(|recording| recording.name == entry.recording)
-            .unwrap_or(0)
     }
 
     fn gyro_line(&self, pair: &Pair) -> String {

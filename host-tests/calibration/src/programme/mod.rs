@@ -26,6 +26,7 @@ use super::estimate::{condition_number, directions};
 use super::noise::{DeclaredNoise, declared};
 use super::result::NAMES;
 use super::unknowns::COEFFICIENTS;
+use super::words::E8;
 use rlg_findings::entries::rows;
 use rlg_findings::result::PlanEntry;
 use rlg_model::{DeclaredModel, Model};
@@ -210,14 +211,14 @@ fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>, plan: &Plan) -> Pr
         let (a, b) = (name(2 * gyro), name(2 * gyro + 1));
         summary.push(format!(
             "predicted for gyro {axis}: K_{a} ± {:.3}, K_{b} ± {:.3}, sum ± {:.3} e-8 s^2",
-            std[&a] * 1e8,
-            std[&b] * 1e8,
-            sum_std[&format!("{a}+{b}")] * 1e8
+            std[&a] * E8,
+            std[&b] * E8,
+            sum_std[&format!("{a}+{b}")] * E8
         ));
     }
     summary.push(format!(
         "worst direction ± {:.3} e-8 s^2, condition number {}",
-        worst * 1e8,
+        worst * E8,
         condition_number.map_or("infinite".to_owned(), |number| format!("{number:.2}"))
     ));
     ProgrammeEntry {
