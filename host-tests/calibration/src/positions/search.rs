@@ -9,7 +9,7 @@ use rlg_plan::{Plan, PositionPlan};
 
 use super::candidates::{Candidate, Column, MadeOf, candidates};
 use super::errors::Errors;
-use super::lengths::{Lengths, Readings, Record};
+use super::lengths::{Lengths, Readings, Record, usual_m2_s4};
 
 /// Measurements of a recording by position.
 #[derive(Clone)]
@@ -85,8 +85,6 @@ impl Observed {
         let within_m2_s4: Vec<f64> = within
             .map(|(along, variance)| along.map(|one| one * one).dot(variance))
             .collect();
-        let mut sorted = within_m2_s4.clone();
-        sorted.sort_by(f64::total_cmp);
         Record {
             length_m_s2,
             columns,
@@ -95,7 +93,7 @@ impl Observed {
             freedom: readings.freedom,
             scatter_m2_s4: readings
                 .slow_m2_s4
-                .max(sorted[sorted.len() / 2])
+                .max(usual_m2_s4(&within_m2_s4))
                 .max(plan.least_scatter_m_s2.powi(2)),
             gravity_std_m_s2: match gravity_std_m_s2 > 0.0 {
                 true => gravity_std_m_s2.max(plan.gravity_std_m_s2),

@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use rlg_signal::accelerometer_rows::Rows;
+use rlg_signal::quantiles::quantile;
 
 /// Position: blocks of still rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -185,10 +186,7 @@ fn least_step_m_s2(rows: &Rows) -> Vector3<f64> {
 fn quiet_variance(blocks: &[Block], share: f64) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| {
         let measured = blocks.iter().filter(|block| block.is_measured);
-        let mut all: Vec<f64> = measured.map(|block| block.variance[axis]).collect();
-        all.sort_by(f64::total_cmp);
-        let place = (share * all.len() as f64) as usize;
-        all.get(place).copied().unwrap_or(0.0)
+        quantile(measured.map(|block| block.variance[axis]), share).unwrap_or(0.0)
     })
 }
 
