@@ -12,6 +12,7 @@ use crate::calibrate::calibrate;
 use crate::calibrate::programme::limits::Limits;
 use crate::calibrate::programme::propose;
 use crate::error::InputError;
+use crate::json;
 use crate::model::{DeclaredModel, Model};
 use crate::recording::Recording;
 use crate::report::calibration;
@@ -81,10 +82,7 @@ impl Calibrate {
             &progress,
         )?;
         spinner.finish_and_clear();
-        let mut json = serde_json::to_string_pretty(&outcome.calibration).map_err(|error| {
-            InputError::new(&self.out, format!("the result has no JSON form ({error})"))
-        })?;
-        json.push('\n');
+        let json = json::text(&outcome.calibration, &self.out)?;
         out.write("calibration.json", json.as_bytes())?;
         out.write("model.toml", outcome.model.to_toml().as_bytes())?;
         let page = calibration::page(&outcome.calibration);
@@ -114,10 +112,7 @@ impl Calibrate {
             DeclaredModel::new(model, &self.model),
             plan,
         )?;
-        let mut json = serde_json::to_string_pretty(&programme.entry).map_err(|error| {
-            InputError::new(&self.out, format!("the result has no JSON form ({error})"))
-        })?;
-        json.push('\n');
+        let json = json::text(&programme.entry, &self.out)?;
         out.write("plan.json", json.as_bytes())?;
         out.write("scenario.toml", programme.scenario.as_bytes())?;
         out.commit()?;

@@ -22,6 +22,7 @@ use crate::diagnose::{
 };
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
+use crate::json;
 use crate::model::{DeclaredModel, Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::plausibility::{Bounds, is_unreferenced_motion};
@@ -455,13 +456,7 @@ fn write(
     mut out: OutputFolder,
 ) -> Result<(), InputError> {
     let diagnosis = &outcome.diagnosis;
-    let mut json = serde_json::to_string_pretty(diagnosis).map_err(|error| {
-        InputError::new(
-            out.target(),
-            format!("the result has no JSON form ({error})"),
-        )
-    })?;
-    json.push('\n');
+    let json = json::text(diagnosis, out.target())?;
     out.write("diagnosis.json", json.as_bytes())?;
     match diagnosis.verdict {
         Verdict::Unusable => out.without("model.toml"),
