@@ -8,7 +8,7 @@
 //! In the order of the data: [`dct`] transforms → [`observations`] selects the seen rows → [`noise`] computes the spectrum
 //! of each term → [`transform`] removes the nuisance parameters of gaps → [`normal_equations`] sums columns and records by frequency →
 //! [`evaluate`] fits a set of hypotheses with its noise, over any data with a [`likelihood`]; [`information`] holds the
-//! normal equations of its parameters → [`search`] finds the set, [`judgement`] compares it with others; [`score_test`] screens long lists of additions, over
+//! normal equations of its parameters → [`search`] finds the set by the steps of [`stepwise`], [`judgement`] compares it with others; [`score_test`] screens long lists of additions, over
 //! [`sums`] of rows where there are many; [`events`] scans all rows for steps and impulses, [`change_point`] locates a step, [`lines`] all frequencies for
 //! lines, and [`periodogram`] with [`phase_course`] for lines between the coefficients with a wandering phase, and
 //! [`line_fit`] with their exact columns; [`block_validation`] cross-validates an effect over blocks of rows. [`laws`] are those that
@@ -54,6 +54,8 @@ pub mod sums;
 
 pub mod score_test;
 
+pub mod stepwise;
+
 pub mod search;
 
 pub mod judgement;
@@ -80,3 +82,4 @@ pub use noise_estimate::NoiseEstimate;
 pub use normal_equations::{Columns, NormalEquations};
 pub use observations::{Observations, TooFewRows};
 pub use search::Search;
+pub use stepwise::{Stepwise, stepwise};

@@ -1,5 +1,4 @@
-//! Search for the set of hypotheses of largest log posterior: stepwise selection, forward, backward, and exchanges one for
-//! one.
+//! Search for the set of hypotheses of largest log posterior by stepwise selection.
 
 use rlg_plan::SearchPlan;
 use std::collections::BTreeMap;
@@ -13,6 +12,7 @@ use crate::hypothesis::Hypothesis;
 use crate::likelihood::Likelihood;
 use crate::noise::NoiseLevels;
 use crate::normal_equations::NormalEquations;
+use crate::stepwise::{Stepwise, stepwise};
 
 /// Prior knowledge of drift.
 #[derive(Debug, Clone, PartialEq)]
@@ -230,32 +230,8 @@ impl<'a, L: Likelihood> Search<'a, L> {
 
     /// Returns the best set reached by steps from `start`, of at most `most` members.
     pub fn run(&mut self, start: &[usize], most: usize) -> Fit {
-        let mut current = self.fit(start, None);
-        loop {
-            let before = current.score;
-            if current.members.len() < most {
-                current = self.extend(current);
-            }
-            let smaller = self.reduce(&current);
-            let was_reduced = smaller.is_some();
-            current = smaller.unwrap_or(current);
-            if current.score <= before + 1e-9 && !was_reduced {
-                match self.exchange(&current) {
-                    Some(better) => current = better,
-                    None => return current,
-                }
-            }
-        }
-    }
-
-    /// The best single addition, or the unchanged set.
-    fn extend(&mut self, current: Fit) -> Fit {
-        let keys: Vec<Vec<usize>> = (0..self.hypotheses.len())
-            .filter(|place| !current.members.contains(place))
-            .map(|place| [&current.members[..], &[place]].concat())
-            .collect();
-        let fits = self.fit_nearest(&current, keys);
-        best_of(fits, current)
+        let start = self.fit(start, None);
+        stepwise(&mut Bounded { of: self, most }, start)
     }
 
     /// Fits the best of `keys`, screened at the noise of `current`.
@@ -271,38 +247,62 @@ impl<'a, L: Likelihood> Search<'a, L> {
             .collect();
         self.fit_all(chosen, &current.levels)
     }
+}
 
-    /// The best improvement by the loss of one member.
-    fn reduce(&mut self, current: &Fit) -> Option<Fit> {
-        let keys: Vec<Vec<usize>> = current
-            .members
-            .iter()
-            .map(|member| self.without(&current.members, *member))
-            .collect();
-        let fits = self.fit_all(keys, &current.levels);
-        fits.into_iter()
-            .filter(|fit| fit.score > current.score)
-            .max_by(|a, b| a.score.total_cmp(&b.score))
+/// A search for sets of at most `most` members.
+struct Bounded<'s, 'a, L> {
+    of: &'s mut Search<'a, L>,
+    most: usize,
+}
+
+impl<L: Likelihood> Bounded<'_, '_, L> {
+    /// Sets with one more member.
+    fn larger(&self, members: &[usize], with: &[usize]) -> Vec<Vec<usize>> {
+        (0..self.of.hypotheses.len())
+            .filter(|place| !members.contains(place))
+            .map(|place| [with, &[place]].concat())
+            .collect()
+    }
+}
+
+/// Steps raise the log posterior, by more than its rounding.
+impl<L: Likelihood> Stepwise for Bounded<'_, '_, L> {
+    type Set = Fit;
+
+    fn extend(&mut self, current: &mut Fit) -> bool {
+        if current.members.len() >= self.most {
+            return false;
+        }
+        let before = current.score;
+        let keys = self.larger(&current.members, &current.members);
+        let fits = self.of.fit_nearest(current, keys);
+        *current = best_of(fits, current.clone());
+        current.score > before + 1e-9
     }
 
-    /// The first improvement by the exchange of one member.
-    fn exchange(&mut self, current: &Fit) -> Option<Fit> {
+    fn reduce(&mut self, current: &mut Fit) -> bool {
+        let members = current.members.iter();
+        let keys: Vec<Vec<usize>> = members
+            .map(|member| self.of.without(&current.members, *member))
+            .collect();
+        let fits = self.of.fit_all(keys, &current.levels).into_iter();
+        let better = fits.filter(|fit| fit.score > current.score);
+        let best = better.max_by(|a, b| a.score.total_cmp(&b.score));
+        best.map(|fit| *current = fit).is_some()
+    }
+
+    fn exchange(&mut self, current: &mut Fit) -> bool {
         for member in current.members.clone() {
-            let rest = self.without(&current.members, member);
-            let keys: Vec<Vec<usize>> = (0..self.hypotheses.len())
-                .filter(|place| !current.members.contains(place))
-                .map(|place| [&rest[..], &[place]].concat())
-                .collect();
-            let better = self
-                .fit_nearest(current, keys)
-                .into_iter()
-                .filter(|fit| fit.score > current.score + 1e-6)
-                .max_by(|a, b| a.score.total_cmp(&b.score));
-            if better.is_some() {
-                return better;
+            let rest = self.of.without(&current.members, member);
+            let keys = self.larger(&current.members, &rest);
+            let fits = self.of.fit_nearest(current, keys).into_iter();
+            let better = fits.filter(|fit| fit.score > current.score + 1e-6);
+            if let Some(best) = better.max_by(|a, b| a.score.total_cmp(&b.score)) {
+                *current = best;
+                return true;
             }
         }
-        None
+        false
     }
 }
 

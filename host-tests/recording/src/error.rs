@@ -27,6 +27,8 @@ pub struct Parts {
     pub problem: String,
     /// Expected value, as a noun phrase: "a number in rad".
     pub expected: Option<String>,
+    /// Result of the same command with `--anyway`, as a clause without its subject: "takes them as they are".
+    pub anyway: Option<&'static str>,
 }
 
 impl InputError {
@@ -73,6 +75,11 @@ impl InputError {
         self.0.expected = Some(expected.into());
         self
     }
+    /// Adds the result of the same command with `--anyway`.
+    pub fn or_anyway(mut self, does: &'static str) -> Self {
+        self.0.anyway = Some(does);
+        self
+    }
 }
 
 impl Deref for InputError {
@@ -97,6 +104,9 @@ impl fmt::Display for InputError {
         }
         if let Some(expected) = &self.expected {
             write!(f, "; expected {expected}")?;
+        }
+        if let Some(does) = self.anyway {
+            write!(f, "; --anyway {does}")?;
         }
         Ok(())
     }

@@ -172,13 +172,19 @@ fn rows(file: &Path, table: &Table, bounds: &Bounds) -> Result<(), InputError> {
         rate_hz if rate_hz > bounds.fastest_hz => "minutes or hours",
         _ => return Ok(()),
     };
-    Err(InputError::new(file, "has rows of gyros at a rate at which no unit is read")
-        .channel(&table.file)
-        .value(format!("{rate_hz:.4} Hz, {:.4} s in all", table.end_s() - table.start_s()))
-        .expected(format!(
-            "{} Hz or more (are the stamps in {cause}, or is rate_hz a period?); --anyway takes them as they are",
-            bounds.slowest_hz
-        )))
+    Err(
+        InputError::new(file, "has rows of gyros at a rate at which no unit is read")
+            .channel(&table.file)
+            .value(format!(
+                "{rate_hz:.4} Hz, {:.4} s in all",
+                table.end_s() - table.start_s()
+            ))
+            .expected(format!(
+                "{} Hz or more (are the stamps in {cause}, or is rate_hz a period?)",
+                bounds.slowest_hz
+            ))
+            .or_anyway("takes them as they are"),
+    )
 }
 
 /// Refuses a unit that rotates to and fro under a model at rest.
@@ -213,8 +219,9 @@ fn motion(
         ))
         .expected(
             "a reference of the motion (turntable, cameras, second unit), or a stretch at rest; are the gyros in degrees a \
-             second? --anyway takes it as it is",
-        ))
+             second?",
+        )
+        .or_anyway("takes it as it is"))
 }
 
 /// Refuses accelerometers whose mean differs from gravity while the unit hardly rotates, if a usual mistake explains the
@@ -264,9 +271,8 @@ fn gravity(
     )
     .channel(quantity.name())
     .value(format!("{found:.4} m/s^2"))
-    .expected(format!(
-        "about {gravity_m_s2:.3} m/s^2 ({cause}); --anyway takes them as they are"
-    )))
+    .expected(format!("about {gravity_m_s2:.3} m/s^2 ({cause})"))
+    .or_anyway("takes them as they are"))
 }
 
 /// Returns the usual mistake for which accelerometers measure `ratio` of gravity.

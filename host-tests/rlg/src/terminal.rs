@@ -176,6 +176,11 @@ impl Terminal {
         ));
     }
 
+    /// Prints a line that belongs to an error.
+    pub fn hint(&self, line: &str) {
+        to_standard_error(&line);
+    }
+
     /// Prints a result as JSON on standard output if `--json` is given.
     pub fn result(&self, result: &impl Serialize) -> Result<(), InputError> {
         let fault = |error: &dyn Display| {

@@ -38,15 +38,13 @@ fn continued(values: &[f64], count: usize, order: usize) -> Vec<f64> {
 
 /// Autoregressive coefficients, that of the latest value first.
 fn burg(values: &[f64], order: usize) -> Vec<f64> {
-    let mut forward = values.to_vec();
-    let mut backward = values.to_vec();
+    let (mut forward, mut backward) = (values.to_vec(), values.to_vec());
     let mut weights: Vec<f64> = Vec::with_capacity(order);
     for step in 0..order {
-        let ahead = &forward[step + 1..];
-        let behind = &backward[step..values.len() - 1];
-        let pairs = || ahead.iter().zip(behind);
-        let product: f64 = pairs().map(|(a, b)| a * b).sum();
-        let energy: f64 = pairs().map(|(a, b)| a * a + b * b).sum();
+        // The backward errors are not moved: their last ones have no partner any more.
+        let ahead = &mut forward[step + 1..];
+        let behind = &mut backward[..values.len() - 1 - step];
+        let [product, energy] = product_and_energy(ahead, behind);
         if energy <= 0.0 {
             break;
         }
@@ -56,13 +54,29 @@ fn burg(values: &[f64], order: usize) -> Vec<f64> {
             *weight -= reflection * other;
         }
         weights.push(reflection);
-        for row in (step + 1..values.len()).rev() {
-            let (a, b) = (forward[row], backward[row - 1]);
-            forward[row] = a - reflection * b;
-            backward[row] = b - reflection * a;
+        for (a, b) in ahead.iter_mut().zip(behind) {
+            (*a, *b) = (*a - reflection * *b, *b - reflection * *a);
         }
     }
     weights
+}
+
+/// Σ a b and Σ (a² + b²), in parallel sums.
+fn product_and_energy(a: &[f64], b: &[f64]) -> [f64; 2] {
+    const LANES: usize = 8;
+    let mut sums = [[0.0; LANES]; 2];
+    let mut add = |lane: usize, a: f64, b: f64| {
+        sums[0][lane] += a * b;
+        sums[1][lane] += a * a + b * b;
+    };
+    let (a, b) = (a.chunks_exact(LANES), b.chunks_exact(LANES));
+    let rest = a.remainder().iter().zip(b.remainder());
+    rest.enumerate()
+        .for_each(|(lane, (a, b))| add(lane, *a, *b));
+    for (a, b) in a.zip(b) {
+        (0..LANES).for_each(|lane| add(lane, a[lane], b[lane]));
+    }
+    sums.map(|lanes| lanes.iter().sum())
 }
 
 #[cfg(test)]

@@ -117,7 +117,7 @@ fn largest(values: &[f64], measured: &[bool]) -> f64 {
 }
 
 /// Runs of marked rows.
-fn runs(marked: &[bool]) -> Vec<Range<usize>> {
+pub(crate) fn runs(marked: &[bool]) -> Vec<Range<usize>> {
     let mut all: Vec<Range<usize>> = Vec::new();
     for (row, _) in marked.iter().enumerate().filter(|(_, marked)| **marked) {
         match all.last_mut() {

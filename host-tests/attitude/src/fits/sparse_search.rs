@@ -2,6 +2,7 @@
 
 use nalgebra::DMatrix;
 use rlg_catalogue::entries::CATALOGUE;
+use rlg_inference::{Stepwise, stepwise};
 use rlg_plan::{AttitudeBlockPlan, Plan};
 
 use crate::fits::sparse_attitudes::{FewRows, Weighed};
@@ -145,29 +146,10 @@ impl FewSearch<'_> {
         chosen.iter().map(|kind| self.kinds[*kind].price).sum()
     }
 
-    /// Forward selection while the evidence grows and values are left, then backward elimination.
+    /// Selected kinds.
     fn choose(&mut self) -> Vec<usize> {
-        let mut chosen: Vec<usize> = Vec::new();
-        let mut now = self.posterior(&chosen);
-        while let Some((best, kind)) = self.best_beside(&chosen) {
-            if best <= now + self.plan.attitude.least_gain {
-                break;
-            }
-            now = best;
-            chosen.push(kind);
-        }
-        let mut place = 0;
-        while place < chosen.len() {
-            let mut without = chosen.clone();
-            without.remove(place);
-            let left = self.posterior(&without);
-            if now - left > self.plan.attitude.least_gain {
-                place += 1;
-            } else {
-                (chosen, now, place) = (without, left, 0);
-            }
-        }
-        chosen
+        let now = self.posterior(&[]);
+        stepwise(self, (Vec::new(), now)).0
     }
 
     fn others(&self, chosen: &[usize]) -> Vec<usize> {
@@ -266,6 +248,35 @@ impl FewSearch<'_> {
         alike.sort_unstable();
         alike.dedup();
         (alike, behind)
+    }
+}
+
+impl Stepwise for FewSearch<'_> {
+    /// Kinds, and their log posterior.
+    type Set = (Vec<usize>, f64);
+
+    fn extend(&mut self, (chosen, now): &mut Self::Set) -> bool {
+        let least = *now + self.plan.attitude.least_gain;
+        let best = self.best_beside(chosen);
+        let Some((posterior, kind)) = best.filter(|(posterior, _)| *posterior > least) else {
+            return false;
+        };
+        chosen.push(kind);
+        *now = posterior;
+        true
+    }
+
+    fn reduce(&mut self, (chosen, now): &mut Self::Set) -> bool {
+        for place in 0..chosen.len() {
+            let mut others = chosen.clone();
+            others.remove(place);
+            let left = self.posterior(&others);
+            if *now - left <= self.plan.attitude.least_gain {
+                (*chosen, *now) = (others, left);
+                return true;
+            }
+        }
+        false
     }
 }
 

@@ -64,8 +64,10 @@ impl Compared {
 
 /// Agreement of attitudes with the gyros at the best delays and rotation.
 pub struct Likeness {
-    /// Residual share of the turns' sum of squares \[1\].
+    /// Residual share of the turns' sum of squares under the rotation \[1\].
     pub left: f64,
+    /// The same under the linear map of least squares: channels reversed, exchanged or in another unit \[1\].
+    pub left_by_any_map: f64,
     /// Angle of the rotation \[rad\].
     pub turned_rad: f64,
     /// Rotation from the reference's body axes to the gyros'.
@@ -106,18 +108,21 @@ pub fn likeness(
         .chunks(turns.len().div_ceil(count))
         .map(|piece| (piece, best_delay_s(&motion, piece, of_model.delay_s, plan)))
         .collect();
-    let products = pieces
+    let sums = pieces
         .iter()
         .map(|(piece, delay_s)| products(&motion, piece, *delay_s));
-    let map = nearest_rotation(products.sum());
+    let sums = sums.fold(Products::default(), Products::with);
+    let map = nearest_rotation(sums.of_both_rad2);
     let left = |map: &Matrix3<f64>| -> f64 {
         let each = pieces.iter();
         each.map(|(piece, delay_s)| left(&motion, piece, *delay_s, map))
             .sum()
     };
     let turn = nalgebra::Rotation3::from_matrix_unchecked(map);
+    let whole_rad2 = left(&Matrix3::zeros());
     Some(Likeness {
-        left: left(&map) / left(&Matrix3::zeros()),
+        left: left(&map) / whole_rad2,
+        left_by_any_map: left(&sums.least_squares()) / whole_rad2,
         turned_rad: nalgebra::UnitQuaternion::from_rotation_matrix(&turn).angle(),
         delays_s: pieces
             .iter()
@@ -270,16 +275,43 @@ fn correlation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> f64 {
 
 /// Fits the rotation from the reference's turns to the gyros' by least squares.
 fn rotation(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> Matrix3<f64> {
-    nearest_rotation(products(motion, turns, delay_s))
+    nearest_rotation(products(motion, turns, delay_s).of_both_rad2)
 }
 
-/// Sum of the products of the gyros' and the reference's turns \[rad²\].
-fn products(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> Matrix3<f64> {
+/// Sums of products of turns.
+#[derive(Clone, Copy, Default)]
+struct Products {
+    /// Of the gyros' and the reference's \[rad²\].
+    of_both_rad2: Matrix3<f64>,
+    /// Of the reference's alone \[rad²\].
+    of_reference_rad2: Matrix3<f64>,
+}
+
+impl Products {
+    fn with(self, other: Self) -> Self {
+        Self {
+            of_both_rad2: self.of_both_rad2 + other.of_both_rad2,
+            of_reference_rad2: self.of_reference_rad2 + other.of_reference_rad2,
+        }
+    }
+
+    /// Map from the reference's turns to the gyros'; zero on axes about which nothing turned.
+    fn least_squares(&self) -> Matrix3<f64> {
+        let least = self.of_reference_rad2.trace() * f64::EPSILON;
+        let inverse = self.of_reference_rad2.pseudo_inverse(least);
+        inverse.map_or_else(|_| Matrix3::zeros(), |inverse| self.of_both_rad2 * inverse)
+    }
+}
+
+fn products(motion: &GyroMotion, turns: &[Turn], delay_s: f64) -> Products {
     let each = turns.iter().filter_map(|turn| {
         let own = of_gyros(motion, turn, delay_s)?;
-        Some(own * turn.angle_rad.transpose())
+        Some(Products {
+            of_both_rad2: own * turn.angle_rad.transpose(),
+            of_reference_rad2: turn.angle_rad * turn.angle_rad.transpose(),
+        })
     });
-    each.sum()
+    each.fold(Products::default(), Products::with)
 }
 
 /// Rotation of the largest inner product with a matrix (Kabsch).

@@ -93,9 +93,8 @@ pub fn converted(
         let file = recording.folder.join("recording.toml");
         return Err(InputError::new(file, format!("the attitudes are {words}"))
             .channel("reference_attitude")
-            .expected(
-                "body to navigation frame, each component in the channel of its axis; --anyway reads them in that convention and reports it",
-            ));
+            .expected("body to navigation frame, each component in the channel of its axis")
+            .or_anyway("reads them in that convention and reports it"));
     }
     let mut recording = recording.clone();
     read_as(reading, &mut recording);
@@ -137,17 +136,35 @@ fn other_reading(
         .iter()
         .filter_map(|reading| Some((compared(&read(reading))?, reading)))
         .collect();
+    let is_plausible = |one: &Likeness| one.turned_rad < plan.implausible_rad;
     let least = others.iter().map(|(likeness, _)| likeness.left);
     let least = least.fold(better * given.left, f64::min);
+    // A reversed or exchanged channel beside the declared convention needs no other convention, unless that needs no mount.
+    let most = |one: &Likeness| {
+        given.left_by_any_map
+            * if is_plausible(one) {
+                plan.as_well
+            } else {
+                better
+            }
+    };
     let mut fitting: Vec<&(Likeness, &Reading)> = others
         .iter()
         .filter(|(likeness, _)| likeness.left < better * given.left)
         .filter(|(likeness, _)| likeness.left <= plan.as_well * least)
+        .filter(|(likeness, _)| likeness.left <= most(likeness))
         .collect();
     fitting.sort_by(|a, b| a.0.turned_rad.total_cmp(&b.0.turned_rad));
-    let (_, best) = fitting.first()?;
-    let plausible = |one: &&&(Likeness, &Reading)| one.0.turned_rad < plan.implausible_rad;
-    Some((best, fitting.iter().filter(plausible).count() == 1))
+    if let Some((_, best)) = fitting.first() {
+        let is_clear = fitting.iter().filter(|one| is_plausible(&one.0)).count() == 1;
+        return Some((best, is_clear));
+    }
+    // Another convention and channels reversed or exchanged, both.
+    let (likeness, best) = others
+        .iter()
+        .min_by(|a, b| a.0.left_by_any_map.total_cmp(&b.0.left_by_any_map))?;
+    let is_both = likeness.left_by_any_map < plan.far_better * given.left_by_any_map;
+    (is_both && given.left_by_any_map > plan.fits).then_some((best, false))
 }
 
 /// Converts the attitude channels of a recording; rows without an attitude stay.

@@ -3,7 +3,7 @@
 use nalgebra::Vector3;
 use rlg_catalogue::Candidate;
 use rlg_findings::result::EvidenceEntry;
-use rlg_inference::Bound;
+use rlg_inference::{Bound, Stepwise, stepwise};
 use rlg_plan::Plan;
 use statrs::distribution::{ChiSquared, ContinuousCDF, FisherSnedecor};
 
@@ -153,6 +153,56 @@ pub(crate) fn chance(statistic: &Statistic, groups: usize) -> f64 {
     (tail * groups as f64).min(1.0)
 }
 
+/// Steps of a selection of registration groups.
+struct GroupSteps<'a> {
+    choice: &'a Choice<'a>,
+    /// Column indices of physical effects.
+    physics: &'a [usize],
+    /// Alternative sets of nearly equal gain.
+    nearly: Vec<Free>,
+    removed: Vec<&'static Group>,
+}
+
+impl Stepwise for GroupSteps<'_> {
+    type Set = Vec<&'static Group>;
+
+    fn extend(&mut self, chosen: &mut Self::Set) -> bool {
+        let beside = set_of(chosen, self.physics);
+        let is_new = |group: &&Group| self.removed.iter().all(|one| one.kind != group.kind);
+        let tried: Vec<(f64, &Group)> = others(chosen)
+            .filter(is_new)
+            .map(|group| (self.choice.called_for(group, &beside), group))
+            .filter_map(|((is_seen, gain), group)| is_seen.then_some((gain, group)))
+            .collect();
+        let Some((most, best)) = tried.iter().max_by(|a, b| a.0.total_cmp(&b.0)) else {
+            return false;
+        };
+        let near = tried
+            .iter()
+            .filter(|(gain, _)| *gain > self.choice.plan.attitude.nearly * most);
+        let near = near.map(|(_, group)| chosen.iter().chain([group]).map(|one| one.kind));
+        let near: Vec<Free> = near.map(in_order).collect();
+        if near.len() > 1 {
+            let is_new = |free: &Free| !self.nearly.contains(free);
+            let new: Vec<Free> = near.into_iter().filter(is_new).collect();
+            self.nearly.extend(new);
+        }
+        chosen.push(best);
+        true
+    }
+
+    fn reduce(&mut self, chosen: &mut Self::Set) -> bool {
+        let set = set_of(chosen, self.physics);
+        let is_redundant = |group: &&Group| {
+            let own: Vec<usize> = places(group.kind).collect();
+            !self.choice.called_for(group, &without(&set, &own)).0
+        };
+        let place = chosen.iter().position(is_redundant);
+        self.removed.extend(place.map(|place| chosen.remove(place)));
+        place.is_some()
+    }
+}
+
 /// Block sums, and the candidates for selection.
 pub(crate) struct Choice<'a> {
     pub(crate) sums: &'a BlockSums,
@@ -161,48 +211,17 @@ pub(crate) struct Choice<'a> {
 }
 
 impl Choice<'_> {
-    /// Selects registration groups given physical effects: forward selection while blocks gain by a group, then backward
-    /// elimination of groups made redundant by the others. Also returns alternative sets of nearly equal gain in the forward
-    /// steps.
+    /// Selects registration groups given physical effects while blocks gain by a group. Also returns alternative sets of nearly
+    /// equal gain in the forward steps.
     pub(crate) fn chosen(&self, physics: &[usize]) -> (Vec<&'static Group>, Vec<Free>) {
-        let mut chosen: Vec<&Group> = Vec::new();
-        let mut nearly: Vec<Free> = Vec::new();
-        let set = |chosen: &[&Group]| set_of(chosen, physics);
-        let is_called_for = |group: &Group, beside: &[usize]| self.called_for(group, beside);
-        loop {
-            let beside = set(&chosen);
-            let tried: Vec<_> = others(&chosen)
-                .map(|group| (is_called_for(group, &beside), group))
-                .filter(|((is_seen, _), _)| *is_seen)
-                .collect();
-            let Some(best) = tried.iter().max_by(|a, b| a.0.1.total_cmp(&b.0.1)) else {
-                break;
-            };
-            let least = self.plan.attitude.nearly * best.0.1;
-            let near = tried.iter().filter(|(seen, _)| seen.1 > least);
-            let near = near.map(|(_, group)| chosen.iter().chain([group]).map(|one| one.kind));
-            let near: Vec<Free> = near.map(in_order).collect();
-            if near.len() > 1 {
-                let is_new = |free: &Free| !nearly.contains(free);
-                let near: Vec<Free> = near.into_iter().filter(is_new).collect();
-                nearly.extend(near);
-            }
-            chosen.push(best.1);
-        }
-        let mut place = 0;
-        while place < chosen.len() {
-            let beside = without(
-                &set(&chosen),
-                &places(chosen[place].kind).collect::<Vec<_>>(),
-            );
-            if is_called_for(chosen[place], &beside).0 {
-                place += 1;
-            } else {
-                chosen.remove(place);
-                place = 0;
-            }
-        }
-        (chosen, nearly)
+        let mut steps = GroupSteps {
+            choice: self,
+            physics,
+            nearly: Vec::new(),
+            removed: Vec::new(),
+        };
+        let chosen = stepwise(&mut steps, Vec::new());
+        (chosen, steps.nearly)
     }
 
     /// Tests a registration group given a set: true if it is accepted, and its gain.
@@ -271,8 +290,8 @@ impl Choice<'_> {
         }
     }
 
-    /// Returns the accepted effect of largest gain given a set, and the number of effects tried.
-    pub(crate) fn next(&self, set: &[usize], named: &[Named]) -> (Option<Named>, usize) {
+    /// Returns the accepted effect of largest gain given a set, other than those `named`, and the number of effects tried.
+    pub(crate) fn next(&self, set: &[usize], named: &[&'static str]) -> (Option<Named>, usize) {
         let plan = &self.plan.attitude;
         let effects = &self.candidates.effects;
         let groups = effects.len();
@@ -281,7 +300,7 @@ impl Choice<'_> {
         let mut tried: Vec<(f64, usize, Statistic)> = effects
             .iter()
             .enumerate()
-            .filter(|(_, (candidate, _))| named.iter().all(|one| one.kind != candidate.kind))
+            .filter(|(_, (candidate, _))| !named.contains(&candidate.kind))
             .map(|(place, (_, own))| {
                 let statistic = self.sums.statistic_beyond(set, own, is_seen);
                 (gain(&statistic, false), place, statistic)

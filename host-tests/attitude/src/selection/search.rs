@@ -6,6 +6,7 @@ use rlg_catalogue::Pool;
 use rlg_catalogue::entries::{CATALOGUE, PULL};
 use rlg_diagnosis::self_test::Trials;
 use rlg_findings::result::Tested;
+use rlg_inference::{Stepwise, stepwise};
 use rlg_plan::{AttitudeNoisePlan, Plan};
 use rlg_signal::axes::{Triad, add_triad};
 
@@ -276,59 +277,14 @@ impl<'a> Search<'a> {
         }
     }
 
-    /// Forward selection of effects, with backward elimination where a scan found one: a listed effect may have stood for it.
+    /// Accepted effects, and the columns of these and of the whole registration.
     fn selected(&mut self, residual: &Residual) -> (Vec<Named>, Vec<usize>) {
-        let mut set: Vec<usize> = (0..COUNT).collect();
-        let mut physics: Vec<Named> = Vec::new();
-        let most = self.plan.attitude.most_effects;
-        // An elimination is followed by no second one of the same effect.
-        for _ in 0..2 * most {
-            if physics.len() == most {
-                break;
-            }
-            let (next, tried) = self.choice().next(&set, &physics);
-            self.tried += tried;
-            let next = next
-                .or_else(|| {
-                    let sought = step_scan::seek(residual.given(&self.blocks, &set, self.plan));
-                    self.accepted(sought, &set, &physics, residual.beyond)
-                })
-                .or_else(|| {
-                    let sought = residual.seek(&self.blocks, &set, self.candidates, self.plan);
-                    self.accepted(sought, &set, &physics, residual.beyond)
-                });
-            let Some(named) = next else {
-                break;
-            };
-            let is_filter = named.kind == PULL;
-            let is_scanned = named.scanned.is_some();
-            set.extend(&named.places);
-            physics.push(named);
-            // An attitude computed from these gyros shares their errors: it is no independent evidence of further effects.
-            if is_filter {
-                break;
-            }
-            if is_scanned {
-                self.eliminate(&mut physics, &mut set);
-            }
-        }
-        (physics, set)
-    }
-
-    /// Removes effects that the others make redundant; the last one stays.
-    fn eliminate(&self, physics: &mut Vec<Named>, set: &mut Vec<usize>) {
-        let mut place = 0;
-        while place + 1 < physics.len() {
-            let one = &physics[place];
-            let beside = without(set, &one.places);
-            if self.choice().stays(one, &beside) {
-                place += 1;
-            } else {
-                *set = beside;
-                physics.remove(place);
-                place = 0;
-            }
-        }
+        let mut steps = EffectSteps {
+            of: self,
+            residual,
+            removed: Vec::new(),
+        };
+        stepwise(&mut steps, (Vec::new(), (0..COUNT).collect()))
     }
 
     /// Accepts an effect of a scan given a set, and appends its columns to the blocks.
@@ -336,7 +292,7 @@ impl<'a> Search<'a> {
         &mut self,
         sought: Option<Sought>,
         set: &[usize],
-        known: &[Named],
+        known: &[&Named],
         beyond: &[f64; COUNT],
     ) -> Option<Named> {
         let sought = sought?;
@@ -367,6 +323,58 @@ impl<'a> Search<'a> {
             alike: Vec::new(),
             behind: Vec::new(),
         })
+    }
+}
+
+/// Steps of a selection of physical effects: of the catalogue first, of the scans if that holds none.
+struct EffectSteps<'s, 'a> {
+    of: &'s mut Search<'a>,
+    residual: &'s Residual<'s>,
+    removed: Vec<Named>,
+}
+
+impl Stepwise for EffectSteps<'_, '_> {
+    /// Effects in the order of acceptance, and the columns of these and of the whole registration.
+    type Set = (Vec<Named>, Vec<usize>);
+
+    fn extend(&mut self, (physics, set): &mut Self::Set) -> bool {
+        let (of, residual) = (&mut *self.of, self.residual);
+        // An attitude computed from these gyros shares their errors: it is no independent evidence of further effects.
+        let is_filter = physics.iter().any(|named| named.kind == PULL);
+        if is_filter || physics.len() == of.plan.attitude.most_effects {
+            return false;
+        }
+        let known: Vec<&Named> = physics.iter().chain(&self.removed).collect();
+        let kinds: Vec<&'static str> = known.iter().map(|named| named.kind).collect();
+        let (next, tried) = of.choice().next(set, &kinds);
+        of.tried += tried;
+        let next = next
+            .or_else(|| {
+                let sought = step_scan::seek(residual.given(&of.blocks, set, of.plan));
+                of.accepted(sought, set, &known, residual.beyond)
+            })
+            .or_else(|| {
+                let sought = residual.seek(&of.blocks, set, of.candidates, of.plan);
+                of.accepted(sought, set, &known, residual.beyond)
+            });
+        let Some(named) = next else {
+            return false;
+        };
+        set.extend(&named.places);
+        physics.push(named);
+        true
+    }
+
+    fn reduce(&mut self, (physics, set): &mut Self::Set) -> bool {
+        let choice = self.of.choice();
+        let is_redundant = |one: &Named| !choice.stays(one, &without(set, &one.places));
+        let Some(place) = physics.iter().position(is_redundant) else {
+            return false;
+        };
+        let named = physics.remove(place);
+        *set = without(set, &named.places);
+        self.removed.push(named);
+        true
     }
 }
 

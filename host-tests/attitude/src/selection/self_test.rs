@@ -149,8 +149,8 @@ impl<'a> OnBlocks<'a> {
             sums,
             ..self.choice
         };
-        let known: Vec<&str> = self.physics.iter().map(|one| one.kind).collect();
-        if let (Some(named), _) = choice.next(&self.wide, self.physics) {
+        let known: Vec<&'static str> = self.physics.iter().map(|one| one.kind).collect();
+        if let (Some(named), _) = choice.next(&self.wide, &known) {
             let mut alike = choice.rivals(&self.wide, &named.statistic, &known);
             alike.push(named.kind);
             return Some(Said {

@@ -72,9 +72,9 @@ pub fn correct_channels(
     let crossings =
         crossings(streams, model, &settings.plan.signal, settings.anyway).map_err(|found| {
             let why = apart(&found, &plan);
-            let error = InputError::new(&streams.piece.recording, why.clone()).expected(
-                "gyros and reference of one recording; --anyway diagnoses them as they are",
-            );
+            let error = InputError::new(&streams.piece.recording, why.clone())
+                .expected("gyros and reference of one recording")
+                .or_anyway("diagnoses them as they are");
             Stopped::Apart(why, error)
         })?;
     if crossings.is_empty() {
@@ -85,9 +85,10 @@ pub fn correct_channels(
         .all(|(lead, crossing)| *lead == Lead::Reference && crossing.is_registration());
     if !is_registration && !settings.anyway {
         let problem = refusal(&crossings, &streams.piece.recording, streams.rate_hz, &plan);
-        return Err(Stopped::Refused(InputError::new(model_file, problem).expected(
-            "each gyro to read 1 times the reference on its own axis; --anyway corrects the channels and reports it",
-        )));
+        let error = InputError::new(model_file, problem)
+            .expected("each gyro to read 1 times the reference on its own axis")
+            .or_anyway("corrects the channels and reports it");
+        return Err(Stopped::Refused(error));
     }
     let found = ChannelCorrection { crossings, plan };
     found.apply(streams);

@@ -15,7 +15,7 @@ use crate::diagnose::stands_in_positions;
 use crate::error::InputError;
 use crate::import::files::columns::{Block, Column, Dates, blocks};
 use crate::import::files::date_times::{is_rfc3339, rfc3339};
-use crate::import::files::{beside, hdf5_file, mat_file, split_stamps, text_table};
+use crate::import::files::{beside, fill_values, hdf5_file, mat_file, split_stamps, text_table};
 use crate::import::forming::assemble::{Assembled, Values, assemble};
 use crate::import::forming::attitudes::EulerOrder;
 use crate::import::forming::clocks::{Said, TimeOption, check_times};
@@ -87,6 +87,7 @@ impl ColumnOptions {
         let (mut blocks, sums) = all_blocks(request, in_memory)?;
         blocks.retain(|block| block.rows > 1);
         blocks.iter_mut().for_each(split_stamps::join);
+        blocks.iter_mut().for_each(fill_values::take_out);
         if blocks.is_empty() {
             return Err(InputError::new(first, "holds no column of numbers")
                 .expected("columns of equal length, a row a sample"));

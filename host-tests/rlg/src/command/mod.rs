@@ -16,6 +16,7 @@ use clap::{Args, CommandFactory as _, Parser, Subcommand};
 
 use crate::error::InputError;
 use crate::import::files::columns::Column;
+use crate::import::mapping::questions::line;
 use crate::terminal::Terminal;
 
 mod align;
@@ -194,6 +195,16 @@ pub fn diagnose_in_process(
     }
 }
 
+/// The same command line with `--anyway`, to paste.
+fn anyway(arguments: impl Iterator<Item = OsString>) -> String {
+    let given = arguments
+        .skip(1)
+        .map(|word| word.to_string_lossy().into_owned());
+    let words = iter::once("rlg".to_owned()).chain(given);
+    let words: Vec<String> = words.chain(iter::once("--anyway".to_owned())).collect();
+    format!("    {}", line(&words))
+}
+
 /// Runs the command line of this process.
 pub fn run() -> ExitCode {
     let line = CommandLine::parse();
@@ -204,6 +215,9 @@ pub fn run() -> ExitCode {
         Ok(code) => code,
         Err(error) => {
             terminal.error(&error);
+            if error.anyway.is_some() {
+                terminal.hint(&anyway(std::env::args_os()));
+            }
             ExitCode::from(UNUSABLE)
         }
     }
@@ -212,6 +226,15 @@ pub fn run() -> ExitCode {
 #[cfg(test)]
 mod tests {
     use super::*;
+
+    #[test]
+    fn a_refusal_that_goes_on_anyway_ends_with_the_command() {
+        let given = ["/usr/bin/rlg", "diagnose", "a run", "--quiet"].map(OsString::from);
+        assert_eq!(
+            anyway(given.into_iter()),
+            "    rlg diagnose 'a run' --quiet --anyway"
+        );
+    }
 
     #[test]
     fn the_command_line_is_consistent_and_every_sub_command_shows_an_example() {

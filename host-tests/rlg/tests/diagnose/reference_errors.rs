@@ -181,6 +181,54 @@ fn attitudes_that_are_written_another_way_are_read_so_and_reported() {
 }
 
 #[test]
+fn a_reversed_gyro_is_no_other_convention_and_both_are_found_together() {
+    for is_inverse in [false, true] {
+        let Some(mut all) = recorded() else { return };
+        let channels = all
+            .0
+            .tables
+            .iter_mut()
+            .flat_map(|table| &mut table.channels);
+        for gyro in channels.filter(|one| {
+            Quantity::GYROS.contains(&one.quantity) && one.axis.as_deref() == Some("x")
+        }) {
+            gyro.values.iter_mut().for_each(|value| *value = -*value);
+        }
+        if is_inverse {
+            change(&mut all.0, |_, was, _| was.conjugate());
+        }
+        let refused = diagnosed(&all, false).err().expect("a refusal").to_string();
+        let outcome = diagnosed(&all, true).unwrap_or_else(|error| panic!("{error}"));
+        let diagnosis = &outcome.diagnosis;
+        let said = diagnosis.summary.join("\n");
+        let inverse = "from navigation frame to body";
+        assert_eq!(said.contains(inverse), is_inverse, "{said}");
+        assert!(!said.contains("x, y, z, w"), "{said}");
+        assert_eq!(refused.contains(inverse), is_inverse, "{refused}");
+        let mut kinds: Vec<&str> = diagnosis
+            .effects
+            .iter()
+            .map(|one| one.kind.as_str())
+            .collect();
+        kinds.sort_unstable();
+        assert_eq!(kinds, ["channel_sign", "gyro_bias"], "{said}");
+        let bias = diagnosis.effects.iter().find(|one| one.kind == "gyro_bias");
+        // Of the gyro as recorded.
+        let parameters = &bias.expect("named").parameters;
+        for (axis, bias) in ["x", "y", "z"]
+            .into_iter()
+            .zip([-BIAS[0], BIAS[1], BIAS[2]])
+        {
+            let (value, std) = number(parameters, axis);
+            assert!(
+                (value - bias).abs() < 3.0 * std && std < 1e-4,
+                "{axis}: {value} ± {std}"
+            );
+        }
+    }
+}
+
+#[test]
 fn inverse_attitudes_with_a_filters_error_on_top_are_read_so() {
     let Some(mut all) = recorded() else { return };
     // A slow wander of 0.1 rad: the inverse fits better, but not twenty times.

@@ -72,11 +72,21 @@ impl Bench {
         let output = self.import(more);
         let words = String::from_utf8_lossy(&output.stderr);
         assert_eq!(output.status.code(), Some(2), "{words}");
-        assert!(
-            words.starts_with("error: ")
-                && (words.lines().count() == 1 || words.contains("these guesses")),
-            "{words}"
-        );
+        assert!(words.starts_with("error: "), "{words}");
+        if !words.contains("these guesses") {
+            // One sentence, and the command that goes on where there is one.
+            let is_command =
+                |line: &str| line.starts_with("    rlg import") && line.ends_with(" --anyway");
+            let [_, commands @ ..] = &words.lines().collect::<Vec<_>>()[..] else {
+                panic!("nothing is said");
+            };
+            assert_eq!(
+                commands.len(),
+                usize::from(words.contains("; --anyway ")),
+                "{words}"
+            );
+            assert!(commands.iter().all(|line| is_command(line)), "{words}");
+        }
         for part in parts {
             assert!(words.contains(part), "no {part:?} in: {words}");
         }
@@ -327,6 +337,35 @@ fn uneven_stamps_of_gyros_are_refused_and_a_rate_is_the_way_out() {
     assert_eq!(table.rows, 100);
     let wrong = ["--rate", "90"];
     Bench::csv(text(0.0071)).is_refused(&wrong, &["does not fit --rate", "usual step is 0.0"]);
+}
+
+#[test]
+fn a_fill_value_is_a_row_without_a_measurement() {
+    let mut text = "t (s),gx (deg/s),gy (deg/s),gz (deg/s)\n".to_owned();
+    for row in 0..200 {
+        let gx = if row % 40 == 7 {
+            -9999.0
+        } else {
+            30.0 * (0.1 * f64::from(row)).sin()
+        };
+        text.push_str(&format!(
+            "{:.2},{gx:.4},0.{row},-0.{row}\n",
+            f64::from(row) * 0.01
+        ));
+    }
+    let (result, recording) = Bench::csv(text).imported(&[]);
+    let note = result["notes"][0].as_str().expect("a note");
+    assert!(
+        note.contains("gx (deg/s): -9999 in 5 rows is a fill value"),
+        "{note}"
+    );
+    let rates = values(&recording.tables[0], &Quantity::GyroRate, "x");
+    assert_eq!(rates.iter().filter(|value| value.is_nan()).count(), 5);
+    assert!(
+        rates
+            .iter()
+            .all(|value| value.is_nan() || value.abs() < 1.0)
+    );
 }
 
 #[test]

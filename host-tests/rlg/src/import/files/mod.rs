@@ -6,6 +6,8 @@ pub mod split_stamps;
 
 pub mod columns;
 
+pub mod fill_values;
+
 pub mod matrix;
 
 mod text_lines;

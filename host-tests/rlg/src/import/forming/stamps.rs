@@ -159,11 +159,12 @@ impl Stamps<'_> {
                 worst,
                 "is a stamp off an even clock, and increments need even rows",
             );
-            return Err(fault.value(found).expected(format!(
+            let expected = format!(
                 "stamps even to {tolerance:.2} rows, or steps of {SHORT_ROW} rows at least: shorter ones say when rows arrived \
-                 and not when they were taken; --rate HZ where the unit samples evenly; --anyway takes each row to end at its \
-                 stamp"
-            )));
+                 and not when they were taken; --rate HZ where the unit samples evenly"
+            );
+            let error = fault.value(found).expected(expected);
+            return Err(error.or_anyway("takes each row to end at its stamp"));
         }
         Ok(Times::Resampled {
             resampling: Resampling {
