@@ -6,21 +6,11 @@ use nalgebra::DVector;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 use std::path::Path;
 
-use super::combinations::TYPICAL_S2;
 use super::estimate::{Estimate, directions, quadratic};
 use super::unknowns::{COEFFICIENTS, FLEXURE, Unknowns};
+use rlg_plan::{AgreementPlan, CalibrationPlan};
 use rlg_recording::error::InputError;
 use rlg_recording::{Clock, MANIFEST, Quantity, Recording};
-
-/// Installation and scale of one instrument stay within some 1e-5 (physics §5); those of another one differ by 1e-4 and
-/// more. Compared only beyond [`SIGNIFICANT_SIGMAS`] standard deviations.
-const SAME_INSTRUMENT: [(&str, f64); 2] = [("installation", 1e-4), ("gyro_scale", 1e-4)];
-
-/// Significance limit of one comparison \[σ\], among the hundred comparisons of ten recordings.
-const SIGNIFICANT_SIGMAS: f64 = 6.0;
-
-/// p-value below which two sets of six K differ.
-const DIFFERENT_P_VALUE: f64 = 1e-9;
 
 /// Checks that the gyros of all recordings report the same quantity at the same rate.
 pub fn gyros_report_alike(recordings: &[Recording]) -> Result<(), InputError> {
@@ -62,6 +52,7 @@ pub fn is_credible(
     recording: &Recording,
     own: &Estimate,
     unknowns: &Unknowns,
+    plan: &AgreementPlan,
 ) -> Result<(), InputError> {
     let of = |kind: &'static str| {
         let fitted = unknowns.fitted();
@@ -70,7 +61,7 @@ pub fn is_credible(
     for index in OF_THE_MOTION.into_iter().flat_map(of) {
         let unknown = unknowns.get(index);
         let largest = unknown.largest();
-        if own.values[index].abs() - SIGNIFICANT_SIGMAS * own.stds[index] > largest {
+        if own.values[index].abs() - plan.deviations * own.stds[index] > largest {
             return Err(InputError::new(
                 recording.folder.join(MANIFEST),
                 "has gyros and a reference that measure different motions",
@@ -91,6 +82,7 @@ pub fn agree(
     recordings: &[Recording],
     own: &[(Unknowns, Estimate)],
     joint: &Estimate,
+    plan: &AgreementPlan,
 ) -> Result<(), InputError> {
     for (place, (unknowns, estimate)) in own.iter().enumerate().skip(1) {
         let fault = |what: String, value: String, expected: String| {
@@ -104,15 +96,14 @@ pub fn agree(
         let first = &own[0].1;
         for index in unknowns.fitted().skip(COEFFICIENTS) {
             let unknown = unknowns.get(index);
-            let Some((_, stable)) = SAME_INSTRUMENT
-                .iter()
-                .find(|(kind, _)| *kind == unknown.kind)
-            else {
-                continue;
+            let stable = match unknown.kind {
+                "installation" => plan.installation_rad,
+                "gyro_scale" => plan.gyro_scale,
+                _ => continue,
             };
             let apart = (estimate.values[index] - first.values[index]).abs();
             let std = estimate.stds[index].hypot(first.stds[index]);
-            if apart - SIGNIFICANT_SIGMAS * std > *stable {
+            if apart - plan.deviations * std > stable {
                 return fault(
                     format!("{} {}", unknown.kind, unknown.name),
                     format!("{apart:.3e} apart"),
@@ -135,7 +126,7 @@ pub fn agree(
         .collect();
     let degrees = (COEFFICIENTS * (own.len() - 1)) as f64;
     let chance = ChiSquared::new(degrees).map_or(1.0, |law| law.sf(apart.iter().sum()));
-    if chance < DIFFERENT_P_VALUE {
+    if chance < plan.chance {
         let worst = (0..apart.len())
             .max_by(|&a, &b| apart[a].total_cmp(&apart[b]))
             .unwrap_or(0);
@@ -158,9 +149,10 @@ pub fn moved(
     recordings: &[Recording],
     joint: &Estimate,
     acceleration_rad_s2: f64,
+    plan: &CalibrationPlan,
 ) -> Result<(), InputError> {
     let best = directions(&joint.covariance)[0].std;
-    if best <= TYPICAL_S2 {
+    if best <= plan.typical_s2 {
         return Ok(());
     }
     let file = match recordings {

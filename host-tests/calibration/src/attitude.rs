@@ -18,7 +18,6 @@
 //! frame rotates with the Earth at a constant rate, which is estimated. Out of scope: gaps (steps across one are left out),
 //! lever arms, a travelling frame.
 
-use rlg_plan::{CataloguePlan, GatePlan, SignalPlan};
 use std::path::Path;
 
 use nalgebra::{DVector, Matrix3, Vector3};
@@ -27,7 +26,8 @@ use rlg_catalogue::entries::LOCK_IN;
 use rlg_catalogue::signals::Inputs;
 use rlg_catalogue::{Signals, entries};
 use rlg_inference::{Information, NoiseBasis, NoiseLevels, Observations};
-use rlg_model::Model;
+use rlg_model::{DeclaredModel, Model};
+use rlg_plan::Plan;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::attitude_samples;
@@ -40,6 +40,7 @@ use rlg_signal::streams::Streams;
 
 use super::columns::{DesignColumns, known_rad};
 use super::integration::{Chain, Sample, StepNoise, chains};
+use super::noise::{of_gyros, of_reference};
 use super::record::{RecordInformation, greatest, too_short};
 use super::unknowns::{EARTH, RIVAL, Unknowns, names};
 use super::whiten::Whitener;
@@ -63,23 +64,22 @@ impl AttitudeRecord {
     /// Prepares `recording`; `model` must not contain flexure.
     pub fn new(
         recording: &Recording,
-        model: &Model,
-        model_file: &Path,
+        DeclaredModel { model, file }: DeclaredModel<'_>,
+        plan: &Plan,
     ) -> Result<Self, InputError> {
-        expect_linear(model, model_file)?;
-        let plan = SignalPlan::default();
-        let read = attitude_samples(recording, &plan.attitude_samples)?;
-        let noise = declared_noise(model, model_file)?;
+        expect_linear(model, file)?;
+        let read = attitude_samples(recording, &plan.signal.attitude_samples)?;
+        let noise = declared_noise(model, file)?;
         let body_from_sensing = body_from_sensing(&model.gyro.installation_rad);
         let sensing_from_body = body_from_sensing.try_inverse().ok_or_else(|| {
-            InputError::new(model_file, "the installation matrix has no inverse")
+            InputError::new(file, "the installation matrix has no inverse")
                 .channel("gyro.installation_rad")
         })?;
-        let mut streams = Streams::align_without_reference(recording, model, &plan.align)?;
+        let mut streams = Streams::align_without_reference(recording, model, &plan.signal.align)?;
         take_own_motion(&mut streams, model, &body_from_sensing);
-        qualify::qualify(&mut streams, &plan.faults);
+        qualify::qualify(&mut streams, &plan.signal.faults);
         if read.len() < 2 {
-            return Err(too_short(recording, 0.0));
+            return Err(too_short(recording, 0.0, &plan.calibration));
         }
         let place = |time_s: f64| (time_s - streams.start_s) * streams.rate_hz;
         let samples = read
@@ -91,7 +91,7 @@ impl AttitudeRecord {
             .filter(|sample| (0.0..=streams.rows as f64).contains(&sample.place))
             .collect();
         let scale_error = model.gyro.scale_error;
-        let signals = signals(&streams, &noise, scale_error, sensing_from_body, &plan.gate);
+        let signals = signals(&streams, &noise, scale_error, sensing_from_body, plan);
         let mut kinds = Unknowns::fitted_kinds(false);
         kinds.push(RIVAL);
         Ok(Self {
@@ -192,12 +192,15 @@ impl AttitudeRecord {
 
     /// Noise of gyros and reference a row \[rad²\].
     fn levels(&self) -> [NoiseLevels; 3] {
-        let noise = &self.noise;
-        let of_gyros = gyro_levels(noise, self.streams.rate_hz);
-        of_gyros.map(|levels| NoiseLevels {
-            white: levels.white + noise.reference_walk_rad2_s / self.streams.rate_hz,
-            angle: levels.angle + noise.reference_white_rad2,
-            ..levels
+        let rate_hz = self.streams.rate_hz;
+        let reference = self.noise.reference.levels(rate_hz);
+        self.noise.gyros.map(|gyro| {
+            let own = gyro.levels(rate_hz);
+            NoiseLevels {
+                white: own.white + reference.white,
+                angle: own.angle + reference.angle,
+                ..own
+            }
         })
     }
 }
@@ -213,7 +216,7 @@ fn about(mut information: Information, at: &[f64]) -> Information {
 
 /// Noise declared by the model: attitude samples cannot show that of the gyros.
 fn declared_noise(model: &Model, model_file: &Path) -> Result<StepNoise, InputError> {
-    let Some(walk) = model.gyro.angle_random_walk_rad_sqrt_s else {
+    let Some(gyros) = of_gyros(model) else {
         return Err(InputError::new(
             model_file,
             "does not state the gyros' random walk, which attitude samples cannot show",
@@ -221,31 +224,17 @@ fn declared_noise(model: &Model, model_file: &Path) -> Result<StepNoise, InputEr
         .channel("gyro.angle_random_walk_rad_sqrt_s")
         .expected("three numbers in rad/sqrt(s)"));
     };
-    if walk.iter().any(|walk| *walk <= 0.0) {
+    let walks = model.gyro.angle_random_walk_rad_sqrt_s;
+    if walks.is_some_and(|walks| walks.iter().any(|walk| *walk <= 0.0)) {
         return Err(
             InputError::new(model_file, "leaves an attitude without any noise")
                 .channel("gyro.angle_random_walk_rad_sqrt_s")
                 .expected("positive numbers"),
         );
     }
-    let reference = model.reference.clone().unwrap_or_default();
-    let square = |noise: Option<f64>| noise.unwrap_or_default().powi(2);
     Ok(StepNoise {
-        walk_rad2_s: walk.map(|walk| walk * walk),
-        white_rad2: [0, 1, 2].map(|axis: usize| {
-            model.gyro.pulse_weight_rad[axis].powi(2) / 12.0 + model.pickoff_white_rad2(axis)
-        }),
-        reference_walk_rad2_s: square(reference.angle_random_walk_rad_sqrt_s),
-        reference_white_rad2: square(reference.angle_noise_rad),
-    })
-}
-
-/// Noise of the gyros \[rad² per row\].
-fn gyro_levels(noise: &StepNoise, rate_hz: f64) -> [NoiseLevels; 3] {
-    [0, 1, 2].map(|axis: usize| NoiseLevels {
-        white: noise.walk_rad2_s[axis] / rate_hz,
-        angle: noise.white_rad2[axis],
-        ..NoiseLevels::default()
+        gyros,
+        reference: of_reference(model),
     })
 }
 
@@ -255,12 +244,12 @@ fn signals(
     noise: &StepNoise,
     scale_error: [f64; 3],
     sensing_from_body: Matrix3<f64>,
-    gate: &GatePlan,
+    plan: &Plan,
 ) -> Signals {
     let rate_hz = streams.rate_hz;
     let all = vec![true; streams.rows];
     let basis = NoiseBasis::new(&Observations::separate(&all, 1));
-    let levels = gyro_levels(noise, rate_hz);
+    let levels = noise.gyros.map(|gyro| gyro.levels(rate_hz));
     let none = vec![0.0; streams.rows];
     let case_rad: Triad = each_axis(|axis| {
         let own = basis.by_coefficient(levels[axis]);
@@ -273,21 +262,20 @@ fn signals(
             residual: &own,
         };
         let case_rad = &streams.case_rad[axis];
-        shrink(case_rad, &powers, &all, rate_hz, gate).values
+        shrink(case_rad, &powers, &all, rate_hz, &plan.signal.gate).values
     });
     let inputs = Inputs {
         others: &[],
         ..Inputs::of(streams)
     };
     let motion = (case_rad, streams.dither_rad());
-    let plan = CataloguePlan::default();
     Signals::of_known(
         motion,
         inputs,
         rate_hz,
         scale_error,
         sensing_from_body,
-        &plan,
+        &plan.catalogue,
     )
 }
 

@@ -9,14 +9,8 @@ use super::estimate::Estimate;
 use super::unknowns::PAIRS;
 use rlg_findings::result::Identifiable;
 use rlg_model::catalogue::SIX;
+use rlg_plan::CalibrationPlan;
 use rlg_signal::streams::AXES;
-
-/// Limit of a combination's standard deviation, as a share of a typical K (or of its own value): seven standard deviations
-/// from zero, so that neither sign nor size is in doubt.
-const FIXED_SHARE: f64 = 0.15;
-
-/// K of real blocks \[s²\] (Cheng 2023, Tables 1 to 3: 0.67 to 1.5e-7).
-pub const TYPICAL_S2: f64 = 1e-7;
 
 /// Identifiable part of one gyro's pair of coefficients.
 #[derive(Debug, Clone, Copy, PartialEq, Eq)]
@@ -50,11 +44,11 @@ pub struct Unfixed {
 }
 
 /// Decides the identifiable part for each gyro.
-pub fn pairs(estimate: &Estimate) -> [Pair; 3] {
+pub fn pairs(estimate: &Estimate, plan: &CalibrationPlan) -> [Pair; 3] {
     [0, 1, 2].map(|gyro| {
         let fixed = |weights: &[(usize, f64)]| {
             let (value, std) = estimate.combination(weights);
-            std < FIXED_SHARE * TYPICAL_S2.max(value.abs())
+            std < plan.identifiable_share * plan.typical_s2.max(value.abs())
         };
         let (a, b) = (2 * gyro, 2 * gyro + 1);
         let known = match (fixed(&[(a, 1.0)]), fixed(&[(b, 1.0)])) {

@@ -6,11 +6,12 @@
 //!
 //! Units differ by fifteen decades, so the matrix is scaled to a unit diagonal before inversion.
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::{Cholesky, DMatrix, DVector, Dyn};
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
-use super::unknowns::{COEFFICIENTS, Unknowns};
+use super::unknowns::{COEFFICIENTS, Unknowns, flexure_std_s2};
 use rlg_inference::Information;
+use rlg_plan::{CalibrationPlan, NuisancePlan};
 
 /// Joint estimate of all unknowns, with the uncertainty of the six K.
 #[derive(Clone)]
@@ -37,16 +38,18 @@ pub struct Direction {
     pub std: f64,
 }
 
-/// Share of the prior's standard deviation above which a direction counts as not informed by the data.
-pub const INFORMATIVE_SHARE: f64 = 0.5;
-
 /// Eigenvalues of a unit-diagonal matrix below this are rounding errors of sums over 1e6 bins.
 const ROUNDING: f64 = 1e-14;
 
 /// Solves for the unknowns of `set`; unknowns without data keep their prior.
-pub fn estimate(unknowns: &Unknowns, information: &Information, set: &[usize]) -> Estimate {
+pub fn estimate(
+    unknowns: &Unknowns,
+    information: &Information,
+    set: &[usize],
+    plan: &NuisancePlan,
+) -> Estimate {
     let count = set.len();
-    let precision = |index: usize| unknowns.get(index).prior_width().powi(-2);
+    let precision = |index: usize| unknowns.get(index).prior_std(plan).powi(-2);
     let scale: Vec<f64> = set
         .iter()
         .map(|&index| {
@@ -87,11 +90,7 @@ pub fn estimate(unknowns: &Unknowns, information: &Information, set: &[usize]) -
     // Volume of the posterior over that of the prior, in units of the prior's width (Occam factor).
     let volume: f64 = directions(&covariance)
         .iter()
-        .map(|direction| {
-            (direction.std / unknowns.get(0).prior_width())
-                .min(1.0)
-                .ln()
-        })
+        .map(|direction| (direction.std / flexure_std_s2()).min(1.0).ln())
         .sum();
     Estimate {
         log_likelihood_gain,
@@ -120,15 +119,23 @@ impl Estimate {
     }
 }
 
+/// Scales a positive matrix to a unit diagonal: units of its rows differ by decades.
+///
+/// # Returns
+/// The Cholesky factor, if there is one, and the factor of each row.
+pub fn at_unit_diagonal(matrix: &DMatrix<f64>) -> (Option<Cholesky<f64, Dyn>>, DVector<f64>) {
+    let scale = matrix.diagonal().map(|one| one.sqrt().recip());
+    let unit = DMatrix::from_fn(scale.len(), scale.len(), |a, b| {
+        matrix[(a, b)] * scale[a] * scale[b]
+    });
+    (unit.cholesky(), scale)
+}
+
 /// Quadratic form vᵀ C⁻¹ v.
 pub fn quadratic(covariance: &DMatrix<f64>, vector: &DVector<f64>) -> f64 {
-    let scale = DVector::from_fn(vector.len(), |a, _| covariance[(a, a)].sqrt().recip());
-    let unit = DMatrix::from_fn(vector.len(), vector.len(), |a, b| {
-        covariance[(a, b)] * scale[a] * scale[b]
-    });
+    let (root, scale) = at_unit_diagonal(covariance);
     let vector = vector.component_mul(&scale);
-    unit.cholesky()
-        .map_or(f64::INFINITY, |root| vector.dot(&root.solve(&vector)))
+    root.map_or(f64::INFINITY, |root| vector.dot(&root.solve(&vector)))
 }
 
 /// Eigenvectors of the covariance, smallest variance first.
@@ -154,8 +161,8 @@ pub fn directions(covariance: &DMatrix<f64>) -> Vec<Direction> {
 }
 
 /// Standard deviation of the worst direction over that of the best; `None` if the worst has the prior's.
-pub fn condition_number(unknowns: &Unknowns, covariance: &DMatrix<f64>) -> Option<f64> {
+pub fn condition_number(covariance: &DMatrix<f64>, plan: &CalibrationPlan) -> Option<f64> {
     let directions = directions(covariance);
     let (best, worst) = (directions.first()?.std, directions.last()?.std);
-    (worst < INFORMATIVE_SHARE * unknowns.get(0).prior_width()).then(|| worst / best)
+    (worst < plan.uninformed_share * flexure_std_s2()).then(|| worst / best)
 }

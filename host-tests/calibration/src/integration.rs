@@ -6,26 +6,28 @@
 use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rlg_signal::axes::Triad;
 
+use super::noise::DeclaredNoise;
 use super::whiten::Whitener;
 
 /// Noise of gyros and reference.
 pub struct StepNoise {
-    /// Angle random walk of each gyro squared \[rad²/s\].
-    pub walk_rad2_s: [f64; 3],
-    /// White angle noise of each gyro squared \[rad²\].
-    pub white_rad2: [f64; 3],
-    /// Random walk of the reference squared \[rad²/s\].
-    pub reference_walk_rad2_s: f64,
-    /// White noise of the reference squared \[rad²\].
-    pub reference_white_rad2: f64,
+    /// Noise of each gyro.
+    pub gyros: [DeclaredNoise; 3],
+    /// Noise of the reference.
+    pub reference: DeclaredNoise,
 }
 
 impl StepNoise {
+    /// White angle noise of the gyros \[rad²\].
+    fn white_rad2(&self) -> Matrix3<f64> {
+        Matrix3::from_diagonal(&Vector3::from(self.gyros.map(|gyro| gyro.white_rad2)))
+    }
+
     /// White noise of an attitude sample, plus that of the gyros \[rad²\].
     fn of_sample(&self, navigation_from_body: &UnitQuaternion<f64>) -> Matrix3<f64> {
         let c = navigation_from_body.to_rotation_matrix();
-        let own = Matrix3::from_diagonal(&Vector3::from(self.white_rad2));
-        c.matrix() * own * c.matrix().transpose() + Matrix3::identity() * self.reference_white_rad2
+        let own = self.white_rad2();
+        c.matrix() * own * c.matrix().transpose() + Matrix3::identity() * self.reference.white_rad2
     }
 
     /// Random walk of a row in the navigation frame \[rad²\].
@@ -36,11 +38,11 @@ impl StepNoise {
         period_s: f64,
     ) -> Matrix3<f64> {
         let c = middle.to_rotation_matrix();
-        let own = Matrix3::from_diagonal(&Vector3::from(self.walk_rad2_s)) * period_s;
+        let walk_rad2_s = Vector3::from(self.gyros.map(|gyro| gyro.walk_rad2_s));
+        let own = Matrix3::from_diagonal(&walk_rad2_s) * period_s;
         // White angle noise does not telescope if the axes rotate between samples.
         let cross = turn.cross_matrix();
-        let white = Matrix3::from_diagonal(&Vector3::from(self.white_rad2));
-        let turned = cross * white * cross.transpose();
+        let turned = cross * self.white_rad2() * cross.transpose();
         c.matrix() * (own + turned) * c.matrix().transpose()
     }
 }
@@ -143,7 +145,7 @@ pub fn chains(
             let begin = noise.of_sample(&pair[0].navigation_from_body);
             Integration::new(&pair[0], begin)
         });
-        let mut walk = Matrix3::identity() * (noise.reference_walk_rad2_s * (to - from) * period_s);
+        let mut walk = Matrix3::identity() * (noise.reference.walk_rad2_s * (to - from) * period_s);
         integration.advance(increments, to, |middle, turn, share| {
             walk += noise.of_row(middle, turn, period_s) * share;
         });

@@ -7,7 +7,7 @@
 //! words
 //!
 //! From recordings of one instrument and its model: an [`Outcome`] with K and its covariance, the identifiable combinations
-//! and the others, and the model with the identified K. `plan/` proposes a motion that determines all six. Equations:
+//! and the others, and the model with the identified K. `programme/` proposes a motion that determines all six. Equations:
 //! physics §1–3 (tilt δ_ij = −K_ij α_j), §6 (noise); Cheng 2023, Eqs. 10–17 for attitude. Out of scope here: a search for
 //! other physics; a recording that contains some must be diagnosed first.
 //!
@@ -28,7 +28,7 @@ pub mod integration;
 
 mod noise;
 
-pub mod plan;
+pub mod programme;
 
 pub mod positions;
 
@@ -45,12 +45,13 @@ pub mod whiten;
 mod words;
 
 use std::collections::BTreeMap;
-use std::path::Path;
 
+use rlg_findings::result::PlanEntry;
 use rlg_findings::updated_model::set_choice;
 use rlg_inference::Information;
 use rlg_model::catalogue::Kind;
-use rlg_model::{EffectValue, Model, ModelEffect};
+use rlg_model::{DeclaredModel, EffectValue, Model, ModelEffect};
+use rlg_plan::{CalibrationPlan, NuisancePlan, Plan};
 use rlg_recording::error::InputError;
 use rlg_recording::{MANIFEST, Quantity, Recording};
 use rlg_signal::attitude_samples;
@@ -80,43 +81,45 @@ enum Record {
     Attitude(Box<AttitudeRecord>),
 }
 
-/// Calibrates the six K from the recordings together. `model_file` is for messages.
+/// Calibrates the six K from the recordings together.
 pub fn calibrate(
     recordings: &[Recording],
-    model: &Model,
-    model_file: &Path,
+    of: DeclaredModel<'_>,
+    plan: &Plan,
     progress: &dyn Fn(&str),
 ) -> Result<Outcome, InputError> {
     agreement::gyros_report_alike(recordings)?;
+    let DeclaredModel { model, file } = of;
+    let own_plan = &plan.calibration;
     // Flexure in the model would be subtracted by the prediction, and only the remainder be estimated.
     let mut bare = model.clone();
     bare.effects.retain(|effect| effect.kind != FLEXURE);
     let mut records = Vec::new();
     for recording in recordings {
         progress(&format!("reading {}", recording.name));
-        records.push(evaluate(recording, &bare, model_file)?);
+        records.push(evaluate(recording, DeclaredModel::new(&bare, file), plan)?);
     }
     progress("estimating");
     let unknowns = Unknowns::of(recordings.len());
-    let (joint, informations) = solve(&records, &unknowns);
+    let (joint, informations) = solve(&records, &unknowns, &own_plan.prior);
     let mut own = Vec::new();
     for (record, recording) in records.iter().zip(recordings) {
         let unknowns = Unknowns::of(1);
         let estimate = if records.len() == 1 {
             joint.clone()
         } else {
-            solve(std::slice::from_ref(record), &unknowns).0
+            solve(std::slice::from_ref(record), &unknowns, &own_plan.prior).0
         };
-        agreement::is_credible(recording, &estimate, &unknowns)?;
+        agreement::is_credible(recording, &estimate, &unknowns, &own_plan.agreement)?;
         own.push((unknowns, estimate));
     }
     let most_rad_s2 = informations
         .iter()
         .flat_map(|part| part.acceleration_rad_s2)
         .fold(0.0, f64::max);
-    agreement::moved(model_file, recordings, &joint, most_rad_s2)?;
-    agreement::agree(recordings, &own, &joint)?;
-    let pairs = combinations::pairs(&joint);
+    agreement::moved(file, recordings, &joint, most_rad_s2, own_plan)?;
+    agreement::agree(recordings, &own, &joint, &own_plan.agreement)?;
+    let pairs = combinations::pairs(&joint, own_plan);
     let findings = words::Findings {
         recordings,
         records: &informations,
@@ -125,7 +128,9 @@ pub fn calibrate(
         unknowns: &unknowns,
         joint: &joint,
         pairs: &pairs,
-        confused: confused(&informations, &unknowns, &joint),
+        confused: confused(&informations, &unknowns, &joint, own_plan),
+        plan: own_plan,
+        changed: &PlanEntry::changed(plan),
     };
     Ok(Outcome {
         calibration: findings.calibration(),
@@ -142,18 +147,20 @@ impl Record {
     }
 }
 
-fn evaluate(recording: &Recording, model: &Model, model_file: &Path) -> Result<Record, InputError> {
+fn evaluate(
+    recording: &Recording,
+    of: DeclaredModel<'_>,
+    plan: &Plan,
+) -> Result<Record, InputError> {
     let rates = AXES.iter().any(|axis| {
         recording
             .channel(&Quantity::ReferenceIncrement, axis)
             .is_some()
     });
     if rates {
-        rates::record_information(recording, model, model_file)
-            .map(|own| Record::Rates(Box::new(own)))
+        rates::record_information(recording, of, plan).map(|own| Record::Rates(Box::new(own)))
     } else if attitude_samples::has_attitude(recording) {
-        AttitudeRecord::new(recording, model, model_file)
-            .map(|record| Record::Attitude(Box::new(record)))
+        AttitudeRecord::new(recording, of, plan).map(|record| Record::Attitude(Box::new(record)))
     } else {
         Err(InputError::new(
             recording.folder.join(MANIFEST),
@@ -167,7 +174,11 @@ fn evaluate(recording: &Recording, model: &Model, model_file: &Path) -> Result<R
 }
 
 /// Solves for all unknowns; recordings with attitudes are linearised again at each estimate.
-fn solve(records: &[Record], unknowns: &Unknowns) -> (Estimate, Vec<RecordInformation>) {
+fn solve(
+    records: &[Record],
+    unknowns: &Unknowns,
+    prior: &NuisancePlan,
+) -> (Estimate, Vec<RecordInformation>) {
     let set: Vec<usize> = unknowns.fitted().collect();
     let nonlinear = records
         .iter()
@@ -175,10 +186,13 @@ fn solve(records: &[Record], unknowns: &Unknowns) -> (Estimate, Vec<RecordInform
     let mut values = vec![0.0; unknowns.count()];
     for _ in 0..if nonlinear { STEPS - 1 } else { 0 } {
         let parts = informations(records, unknowns, &values);
-        values = estimate(unknowns, &total(&parts, unknowns), &set).values;
+        values = estimate(unknowns, &total(&parts, unknowns), &set, prior).values;
     }
     let parts = informations(records, unknowns, &values);
-    (estimate(unknowns, &total(&parts, unknowns), &set), parts)
+    (
+        estimate(unknowns, &total(&parts, unknowns), &set, prior),
+        parts,
+    )
 }
 
 /// Information of each recording, linearised at the joint unknowns `values`.
@@ -202,16 +216,20 @@ fn total(parts: &[RecordInformation], unknowns: &Unknowns) -> Information {
     total
 }
 
-/// True if an elastic rate W would explain the recordings as well: flexure then is less than [`SEPARATE`] standard
-/// deviations outside the span of W (diagnosis road, step 8).
-fn confused(parts: &[RecordInformation], unknowns: &Unknowns, joint: &Estimate) -> bool {
-    const SEPARATE: f64 = 5.0;
+/// True if an elastic rate W would explain the recordings as well: flexure then is less than `separate_deviations` outside
+/// the span of W.
+fn confused(
+    parts: &[RecordInformation],
+    unknowns: &Unknowns,
+    joint: &Estimate,
+    plan: &CalibrationPlan,
+) -> bool {
     let set: Vec<usize> = unknowns.fitted().chain(unknowns.rivals()).collect();
-    let with_rival = estimate(unknowns, &total(parts, unknowns), &set);
+    let with_rival = estimate(unknowns, &total(parts, unknowns), &set, &plan.prior);
     let k = nalgebra::DVector::from_column_slice(&joint.values[..unknowns::COEFFICIENTS]);
     let alone = estimate::quadratic(&joint.covariance, &k).sqrt();
     let outside = estimate::quadratic(&with_rival.covariance, &k).sqrt();
-    alone >= SEPARATE && outside < SEPARATE
+    alone >= plan.separate_deviations && outside < plan.separate_deviations
 }
 
 /// Model with the identified K switched on; its setting for the firmware's compensation is unchanged.

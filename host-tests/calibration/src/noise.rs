@@ -4,12 +4,12 @@ use rlg_findings::excess::excess_square;
 use rlg_inference::NoiseLevels;
 use rlg_model::Model;
 
-/// Declared noise of one gyro against its reference.
+/// Declared noise of one gyro, of its reference, or of one against the other.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct DeclaredNoise {
-    /// Angle random walk squared, of gyro and reference \[rad²/s\].
+    /// Angle random walk squared \[rad²/s\].
     pub walk_rad2_s: f64,
-    /// White angle noise squared: pulse quantisation, pickoff and reference \[rad²\].
+    /// White angle noise squared \[rad²\].
     pub white_rad2: f64,
 }
 
@@ -36,19 +36,35 @@ impl DeclaredNoise {
     }
 }
 
-/// Returns the declared noise; `None` if the gyros' angle random walk is not stated, or the total walk of an axis is
-/// zero.
-pub fn declared(model: &Model) -> Option<[DeclaredNoise; 3]> {
+/// Returns the declared noise of the gyros alone; `None` if their angle random walk is not stated.
+pub fn of_gyros(model: &Model) -> Option<[DeclaredNoise; 3]> {
     let walks = model.gyro.angle_random_walk_rad_sqrt_s?;
-    let reference = model.reference.clone().unwrap_or_default();
-    let of_reference = |noise: Option<f64>| noise.unwrap_or_default().powi(2);
+    Some([0, 1, 2].map(|axis: usize| DeclaredNoise {
+        walk_rad2_s: walks[axis].powi(2),
+        white_rad2: model.gyro_white_rad2(axis),
+    }))
+}
+
+/// Returns the declared noise of the reference alone; zero if it is not stated.
+pub fn of_reference(model: &Model) -> DeclaredNoise {
+    let reference = model.reference.as_ref();
+    let square = |noise: Option<f64>| noise.unwrap_or_default().powi(2);
+    DeclaredNoise {
+        walk_rad2_s: square(reference.and_then(|one| one.angle_random_walk_rad_sqrt_s)),
+        white_rad2: square(reference.and_then(|one| one.angle_noise_rad)),
+    }
+}
+
+/// Returns the declared noise of gyros and reference with the excess noise of the model's effects; `None` if the gyros' angle
+/// random walk is not stated, or the total walk of an axis is zero.
+pub fn declared(model: &Model) -> Option<[DeclaredNoise; 3]> {
+    let (gyros, reference) = (of_gyros(model)?, of_reference(model));
     let noise = [0, 1, 2].map(|axis: usize| DeclaredNoise {
-        walk_rad2_s: walks[axis].powi(2)
-            + of_reference(reference.angle_random_walk_rad_sqrt_s)
+        walk_rad2_s: gyros[axis].walk_rad2_s
+            + reference.walk_rad2_s
             + excess_square(model, "angle_random_walk", axis),
-        white_rad2: model.gyro.pulse_weight_rad[axis].powi(2) / 12.0
-            + model.pickoff_white_rad2(axis)
-            + of_reference(reference.angle_noise_rad)
+        white_rad2: gyros[axis].white_rad2
+            + reference.white_rad2
             + excess_square(model, "pulse_quantisation", axis) / 12.0,
     });
     noise

@@ -6,9 +6,6 @@
 //!
 //! The whole recording is fitted: no model is selected, so none needs held-out data.
 
-use rlg_plan::Plan;
-use std::path::Path;
-
 use rlg_catalogue::Signals;
 use rlg_catalogue::signals::Path as SignalPath;
 use rlg_diagnosis::alignment::case_motion::estimate;
@@ -16,7 +13,8 @@ use rlg_diagnosis::rows::data::{Data, bridged};
 use rlg_diagnosis::rows::model_effects::is_predictable;
 use rlg_diagnosis::rows::noise_levels::{drift_prior, first_levels};
 use rlg_inference::{Information, NoiseLevels, NormalEquations, Observations, Search};
-use rlg_model::Model;
+use rlg_model::DeclaredModel;
+use rlg_plan::Plan;
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
 use rlg_signal::axes::{Triad, add_triad};
@@ -25,7 +23,7 @@ use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 
 use super::columns::DesignColumns;
-use super::record::{LEAST_S, RecordInformation, greatest, too_short};
+use super::record::{RecordInformation, greatest, too_short};
 use super::unknowns::{RIVAL, Unknowns};
 
 /// Alternations of motion and fit: the first motion is conditioned on the residual of a model without its flexure, the
@@ -35,22 +33,22 @@ const PASSES: usize = 2;
 /// Computes the information of `recording`. `model` must not contain flexure, which the prediction would subtract.
 pub fn record_information(
     recording: &Recording,
-    model: &Model,
-    model_file: &Path,
+    DeclaredModel { model, file }: DeclaredModel<'_>,
+    plan: &Plan,
 ) -> Result<RecordInformation, InputError> {
-    is_predictable(model, model_file)?;
-    let plan = Plan::default();
+    is_predictable(model, file)?;
     let mut streams = Streams::align(recording, model, &plan.signal.align)?;
     qualify::qualify(&mut streams, &plan.signal.faults);
     let rate_hz = streams.rate_hz;
     let seconds = seconds_of(&streams.usable, rate_hz);
-    if seconds < LEAST_S {
-        return Err(too_short(recording, seconds));
+    let own = &plan.calibration;
+    if seconds < own.least_s {
+        return Err(too_short(recording, seconds, own));
     }
-    let mut data = Data::new(&mut streams, model, &plan, model_file)?;
+    let mut data = Data::new(&mut streams, model, plan, file)?;
     let seen = data.rows_of(&[Use::Fit, Use::Test]);
     let observations = Observations::bridged(&seen)
-        .map_err(|_| too_short(recording, seconds_of(&seen, rate_hz)))?;
+        .map_err(|_| too_short(recording, seconds_of(&seen, rate_hz), own))?;
     let fitted = observations.clone().to_fast_length();
     let mut kinds = Unknowns::fitted_kinds(!model.earth_rate_in_reference);
     kinds.push(RIVAL);
@@ -59,7 +57,7 @@ pub fn record_information(
     let mut pass = 1;
     loop {
         let direct = SignalPath::default();
-        let motion = estimate(&data, &clean_rad, &levels, &seen, direct, &plan);
+        let motion = estimate(&data, &clean_rad, &levels, &seen, direct, plan);
         let signals = &motion.signals;
         data.set_known(signals);
         let mut residual_rad = residual_rad(&data, signals);
@@ -83,16 +81,16 @@ pub fn record_information(
         )
         .fit(&[0], None);
         if pass == PASSES {
-            let own = levels_of(&fit.levels);
+            let levels = levels_of(&fit.levels);
             let of_gyro = |levels: &NoiseLevels| {
                 let counts = equations.basis_beside_gaps(*levels).counts;
                 counts.iter().sum::<f64>()
             };
             return Ok(RecordInformation {
-                information: Information::of(&equations, &[columns.hypothesis()], &own),
-                levels: own,
+                information: Information::of(&equations, &[columns.hypothesis()], &levels),
+                levels,
                 seconds: observed_rows(&fitted) as f64 / rate_hz,
-                degrees: own.iter().map(of_gyro).sum(),
+                degrees: levels.iter().map(of_gyro).sum(),
                 rate_hz,
                 acceleration_rad_s2: greatest(&signals.independent),
             });

@@ -2,11 +2,9 @@
 
 use rlg_catalogue::signals::CaseMotion;
 use rlg_inference::{Information, NoiseLevels};
+use rlg_plan::CalibrationPlan;
 use rlg_recording::error::InputError;
 use rlg_recording::{MANIFEST, Recording};
-
-/// Least duration of usable rows \[s\]; below it not even the noise is estimable.
-pub const LEAST_S: f64 = 2.0;
 
 /// Information of one recording, with its noise and extent.
 #[derive(Clone)]
@@ -26,13 +24,13 @@ pub struct RecordInformation {
 }
 
 /// Error for a recording with too few usable rows.
-pub fn too_short(recording: &Recording, seconds: f64) -> InputError {
+pub fn too_short(recording: &Recording, seconds: f64, plan: &CalibrationPlan) -> InputError {
     InputError::new(
         recording.folder.join(MANIFEST),
         "has too few rows with all channels measured",
     )
     .value(format!("{seconds:.2} s"))
-    .expected(format!("at least {LEAST_S} s"))
+    .expected(format!("at least {} s", plan.least_s))
 }
 
 /// Largest angular acceleration on each axis \[rad/s²\].

@@ -5,7 +5,7 @@
 use serde::Serialize;
 use std::collections::BTreeMap;
 
-use rlg_findings::result::{EffectEntry, NoiseEntry};
+use rlg_findings::result::{EffectEntry, NoiseEntry, PlanEntry};
 /// Names of the six coefficients.
 pub use rlg_model::catalogue::SIX as NAMES;
 
@@ -34,6 +34,9 @@ pub struct Calibration {
     pub next_experiment: String,
     /// Summary, a line each.
     pub summary: Vec<String>,
+    /// Thresholds other than the defaults, from `--plan FILE`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub plan: Vec<PlanEntry>,
 }
 
 /// One recording.

@@ -10,6 +10,7 @@
 use rlg_catalogue::Entry;
 use rlg_catalogue::entries;
 use rlg_model::catalogue::Kind;
+use rlg_plan::NuisancePlan;
 
 /// Kind of the coefficients to calibrate.
 pub const FLEXURE: &str = "axis_flexure";
@@ -20,21 +21,14 @@ pub const RIVAL: &str = "elastic_rate_by_jerk";
 /// Earth's rotation, if the reference does not contain it.
 pub const EARTH: &str = "earth_rate";
 
-/// Nuisance parameters of every recording, with the prior standard deviation of their difference from the model. Wide
-/// against instruments (physics §5), because it remains in force for unobserved parameters alone: attitude before and after
-/// coning shows neither scale nor delay unless the body also rotates in between.
-const OWN: [(&str, f64); 6] = [
-    // 20 °/h
-    ("gyro_bias", 1e-4),
-    // a thousand ppm
-    ("gyro_scale", 1e-3),
-    // half a degree
-    ("installation", 1e-2),
-    // gyros of one clock are sampled within a fraction of a row of each other
-    ("gyro_delay", 1e-4),
-    ("dither_gain", 1e-2),
-    // the Earth's whole rate
-    (EARTH, 7.3e-5),
+/// Nuisance parameters of every recording.
+const OWN: [&str; 6] = [
+    "gyro_bias",
+    "gyro_scale",
+    "installation",
+    "gyro_delay",
+    "dither_gain",
+    EARTH,
 ];
 
 /// Number of K.
@@ -56,10 +50,16 @@ pub struct Unknown {
 
 impl Unknown {
     /// Prior standard deviation about zero, in the parameter's unit.
-    pub fn prior_width(&self) -> f64 {
-        OWN.iter()
-            .find(|(kind, _)| *kind == self.kind)
-            .map_or_else(|| self.largest(), |(_, width)| *width)
+    pub fn prior_std(&self, plan: &NuisancePlan) -> f64 {
+        match self.kind {
+            "gyro_bias" => plan.gyro_bias_rad_s,
+            "gyro_scale" => plan.gyro_scale,
+            "installation" => plan.installation_rad,
+            "gyro_delay" => plan.gyro_delay_s,
+            "dither_gain" => plan.dither_gain,
+            EARTH => plan.earth_rate_rad_s,
+            _ => self.largest(),
+        }
     }
 
     /// Largest value credible for such an instrument.
@@ -76,6 +76,11 @@ impl Unknown {
 /// Catalogue entry of a kind used in this package.
 pub fn entry(kind: &str) -> &'static Entry {
     entries::find(kind).expect("the kinds of this package stand in the catalogue")
+}
+
+/// Prior standard deviation of each K about zero \[s²\].
+pub fn flexure_std_s2() -> f64 {
+    entry(FLEXURE).size.largest
 }
 
 /// Contract names of a kind's parameters.
@@ -104,7 +109,7 @@ impl Unknowns {
         };
         let mut list: Vec<Unknown> = all(FLEXURE, None).collect();
         for recording in 0..recordings {
-            list.extend(OWN.iter().flat_map(|(kind, _)| all(kind, Some(recording))));
+            list.extend(OWN.iter().flat_map(|kind| all(kind, Some(recording))));
         }
         let rivals_from = list.len();
         list.extend(all(RIVAL, None));
@@ -147,7 +152,7 @@ impl Unknowns {
     /// Kinds that are fitted; the Earth's rotation only if unknown.
     pub fn fitted_kinds(earth: bool) -> Vec<&'static str> {
         std::iter::once(FLEXURE)
-            .chain(OWN.iter().map(|(kind, _)| *kind))
+            .chain(OWN)
             .filter(|kind| earth || *kind != EARTH)
             .collect()
     }

@@ -5,30 +5,27 @@
 
 use std::collections::BTreeMap;
 
-use nalgebra::{DMatrix, DVector};
+use nalgebra::DVector;
 use rlg_catalogue::entries::{Card, card};
 use rlg_findings::entries::rows;
 
 use super::combinations::{self, Known, Pair, symbol};
-use super::estimate::{Estimate, INFORMATIVE_SHARE, condition_number, directions};
+use super::estimate::{Estimate, at_unit_diagonal, condition_number, directions};
 use super::record::RecordInformation;
 use super::result::{
     Calibration, DirectionEntry, NAMES, NuisanceEntry, RecordingEntry, UnfixedEntry,
 };
-use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns};
-use rlg_findings::result::{EffectEntry, NoiseEntry, ParameterEntry, RegimeEntry};
+use super::unknowns::{COEFFICIENTS, FLEXURE, RIVAL, Unknowns, flexure_std_s2};
+use rlg_findings::result::{EffectEntry, NoiseEntry, ParameterEntry, PlanEntry, RegimeEntry};
+use rlg_plan::CalibrationPlan;
 use rlg_recording::Recording;
 use rlg_signal::streams::AXES;
 
-/// Unit of K in text: 1e-8 s².
-const E8: f64 = 1e8;
+/// Factor from s² to the unit of K in text, 1e-8 s².
+pub const E8: f64 = 1e8;
 
 /// Number of recordings and unidentifiable combinations above which the summary only counts them.
 const LINES: usize = 5;
-
-/// Residual power over noise power above which a warning is given: with the 1e4 and more degrees of freedom of a rate
-/// reference a tenth is highly significant; attitude samples have few, so theirs is also compared with its own scatter.
-const LARGEST_NORMALISED_POWER: f64 = 1.1;
 
 /// Input of a calibration's result.
 pub struct Findings<'a> {
@@ -48,6 +45,10 @@ pub struct Findings<'a> {
     pub pairs: &'a [Pair; 3],
     /// An elastic rate explains them as well.
     pub confused: bool,
+    /// Thresholds.
+    pub plan: &'a CalibrationPlan,
+    /// Thresholds other than the defaults.
+    pub changed: &'a [PlanEntry],
 }
 
 impl Findings<'_> {
@@ -60,7 +61,7 @@ impl Findings<'_> {
             format: 1,
             version: env!("CARGO_PKG_VERSION").to_string(),
             effects: vec![self.effect()],
-            condition_number: condition_number(self.unknowns, &self.joint.covariance),
+            condition_number: condition_number(&self.joint.covariance, self.plan),
             directions: directions(&self.joint.covariance)
                 .iter()
                 .map(|direction| DirectionEntry {
@@ -88,6 +89,7 @@ impl Findings<'_> {
                 .collect::<BTreeMap<_, _>>(),
             nuisances: self.nuisances(),
             summary: self.summary(&recordings, &unfixed, &next_experiment),
+            plan: self.changed.to_vec(),
             next_experiment,
             recordings,
         }
@@ -142,19 +144,11 @@ impl Findings<'_> {
     /// C⁻¹K with the covariance of one recording and the joint K.
     fn weighted(&self, own: &Estimate) -> Vec<f64> {
         let k = DVector::from_column_slice(&self.joint.values[..COEFFICIENTS]);
-        let scale = own.covariance.diagonal().map(|v| v.sqrt().recip());
-        let unit = DMatrix::from_fn(COEFFICIENTS, COEFFICIENTS, |a, b| {
-            own.covariance[(a, b)] * scale[a] * scale[b]
-        });
-        unit.cholesky().map_or_else(
+        let (root, scale) = at_unit_diagonal(&own.covariance);
+        let solved = root.map(|root| root.solve(&k.component_mul(&scale)));
+        solved.map_or_else(
             || vec![0.0; COEFFICIENTS],
-            |root| {
-                root.solve(&k.component_mul(&scale))
-                    .component_mul(&scale)
-                    .iter()
-                    .copied()
-                    .collect()
-            },
+            |solved| solved.component_mul(&scale).as_slice().to_vec(),
         )
     }
 
@@ -210,7 +204,8 @@ impl Findings<'_> {
                 let unknown = self.unknowns.get(index);
                 let place = unknown.recording?;
                 // A parameter that the recording does not determine keeps its prior and gets no line.
-                let learnt = self.joint.stds[index] < INFORMATIVE_SHARE * unknown.prior_width();
+                let learnt = self.joint.stds[index]
+                    < self.plan.uninformed_share * unknown.prior_std(&self.plan.prior);
                 learnt.then(|| NuisanceEntry {
                     recording: self.recordings[place].name.clone(),
                     kind: unknown.kind,
@@ -238,7 +233,8 @@ impl Findings<'_> {
             "Nothing is left to separate; twice the table time gives spreads 0.7 times these."
                 .to_owned()
         } else {
-            sentences.push("`rlg calibrate --plan LIMITS.toml` proposes the programme.".to_owned());
+            sentences
+                .push("`rlg calibrate --propose LIMITS.toml` proposes the programme.".to_owned());
             sentences.join(" ")
         }
     }
@@ -249,7 +245,7 @@ impl Findings<'_> {
         unfixed: &[combinations::Unfixed],
         next_experiment: &str,
     ) -> Vec<String> {
-        let mut lines = Vec::new();
+        let mut lines: Vec<String> = PlanEntry::sentence(self.changed).into_iter().collect();
         for entry in recordings.iter().take(LINES) {
             let [x, y, z] = entry.greatest_acceleration_rad_s2;
             lines.push(format!(
@@ -268,7 +264,7 @@ impl Findings<'_> {
             lines.push(self.gyro_line(pair));
         }
         for unfixed in unfixed.iter().take(LINES) {
-            let seen = if unfixed.std < INFORMATIVE_SHARE * self.unknowns.get(0).prior_width() {
+            let seen = if unfixed.std < self.plan.uninformed_share * flexure_std_s2() {
                 format!("known to ± {:.1}e-8 s^2 only", unfixed.std * E8)
             } else {
                 "not seen at all".to_owned()
@@ -278,14 +274,16 @@ impl Findings<'_> {
                 symbol(&unfixed.weights)
             ));
         }
-        match condition_number(self.unknowns, &self.joint.covariance) {
+        match condition_number(&self.joint.covariance, self.plan) {
             Some(number) => lines.push(format!("condition number of the six: {number:.1}")),
             None => lines.push("condition number of the six: infinite".to_owned()),
         }
-        for entry in recordings.iter().filter(|entry| {
-            let degrees = self.records[self.place(entry)].degrees;
-            entry.normalised_power_after > LARGEST_NORMALISED_POWER + 5.0 * (2.0 / degrees).sqrt()
-        }) {
+        let each = recordings.iter().zip(self.records);
+        let beyond_noise = each.filter(|(entry, part)| {
+            entry.normalised_power_after
+                > self.plan.most_power + self.plan.power_deviations * (2.0 / part.degrees).sqrt()
+        });
+        for (entry, _) in beyond_noise {
             lines.push(format!(
                 "{}: the residual has {:.1} times the noise's power; run `rlg diagnose` before trusting this",
                 entry.recording, entry.normalised_power_after
@@ -298,13 +296,6 @@ impl Findings<'_> {
         }
         lines.push(format!("next: {next_experiment}"));
         lines
-    }
-
-    fn place(&self, entry: &RecordingEntry) -> usize {
-        self.recordings
-            .iter()
-            .position(|recording| recording.name == entry.recording)
-            .unwrap_or(0)
     }
 
     fn gyro_line(&self, pair: &Pair) -> String {

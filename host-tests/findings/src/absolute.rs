@@ -71,16 +71,21 @@ impl Diagnosis {
 
     /// Changes the verdict to an unexplained residual, for the reasons `said`.
     pub fn mark_unexplained(&mut self, said: Vec<String>) {
-        let was = opening(self.verdict);
-        self.verdict = match self.verdict {
+        self.conclude(match self.verdict {
             Verdict::Matches => Verdict::Unexplained,
             Verdict::Explained => Verdict::PartlyExplained,
             other => other,
-        };
-        if let Some(first) = self.summary.iter_mut().find(|line| *line == was) {
-            *first = opening(self.verdict).to_string();
-        }
+        });
         self.summary.extend(said);
+    }
+
+    /// Replaces the verdict, and the sentence on it in the summary.
+    pub fn conclude(&mut self, verdict: Verdict) {
+        let was = opening(self.verdict);
+        if let Some(line) = self.summary.iter_mut().find(|line| *line == was) {
+            *line = opening(verdict).to_string();
+        }
+        self.verdict = verdict;
     }
 }
 

@@ -4,7 +4,7 @@
 //! of the undetectable effects; a slow rotation of the vertical is fitted with the accelerometers.
 
 use rlg_attitude::conventions::converted;
-use rlg_diagnosis::unfit::{TooFewRows, Unfit};
+use rlg_diagnosis::unfit::TooFewRows;
 use rlg_model::{DeclaredModel, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -12,7 +12,7 @@ use rlg_signal::streams::Streams;
 
 use crate::lost_rows::{self, Whole};
 use crate::result::Verdict;
-use crate::{Outcome, Settings, second_pass, unusable};
+use crate::{Outcome, Settings, or_unusable, second_pass};
 
 /// Attitudes of a recording without a rotation between two.
 const AT_MOST_ONE: TooFewRows = TooFewRows { have: 1, need: 2 };
@@ -46,26 +46,23 @@ pub(super) fn diagnose(
         Ok((found.outcome, found.corrected))
     };
     let found = second_pass::until_nothing_returns(settings, of, progress, run);
-    let (mut outcome, corrected) = match found {
-        Err(Unfit::TooFewRows(_)) => {
-            let why = "fewer than two attitudes lie within the gyros' record";
-            return Ok(unusable(&recording.name, settings, why, model));
+    let found = found.map(|(mut outcome, corrected)| {
+        if model.accelerometer.is_some() && outcome.diagnosis.verdict != Verdict::Unusable {
+            let found = corrected.and_then(|streams| {
+                accelerometers(settings, &streams, (model, &outcome), progress)
+            });
+            match found {
+                Ok(found) => found.add_to(&mut outcome),
+                Err(reason) => rlg_force::say_why_not(&reason, &mut outcome),
+            }
         }
-        Err(Unfit::Input(error)) => return Err(error),
-        Ok(found) => found,
-    };
-    if model.accelerometer.is_some() && outcome.diagnosis.verdict != Verdict::Unusable {
-        let found = corrected
-            .and_then(|streams| accelerometers(settings, &streams, (model, &outcome), progress));
-        match found {
-            Ok(found) => found.add_to(&mut outcome),
-            Err(reason) => rlg_force::say_why_not(&reason, &mut outcome),
-        }
-    }
-    let sentences = converted.as_ref().map(|one| one.sentence.clone());
-    let sentences = sentences.into_iter().chain(said).collect();
-    outcome.diagnosis.prepend(sentences);
-    Ok(outcome)
+        let sentences = converted.as_ref().map(|one| one.sentence.clone());
+        let sentences = sentences.into_iter().chain(said).collect();
+        outcome.diagnosis.prepend(sentences);
+        outcome
+    });
+    let why = |_| "fewer than two attitudes lie within the gyros' record".to_string();
+    or_unusable(found, &recording.name, settings, model, why)
 }
 
 /// Diagnoses the accelerometers on a motion without known errors: errors of the reference do not affect gravity.

@@ -190,20 +190,16 @@ pub fn diagnose_streams(
     } else {
         beside_reference(settings, &mut streams, of, progress)
     };
-    let mut outcome = match found {
-        Err(Unfit::TooFewRows(why)) => {
-            return Ok(unusable(&name, settings, &too_few_rows(why), model));
+    let found = found.map(|mut outcome| {
+        if let Some(correction) = correction {
+            correction.report(&mut outcome);
         }
-        Err(Unfit::Input(error)) => return Err(error),
-        Ok(outcome) => outcome,
-    };
-    if let Some(correction) = correction {
-        correction.report(&mut outcome);
-    }
-    outcome
-        .diagnosis
-        .judge_noise(&settings.plan.findings.instruments);
-    Ok(outcome)
+        outcome
+            .diagnosis
+            .judge_noise(&settings.plan.findings.instruments);
+        outcome
+    });
+    or_unusable(found, &name, settings, model, too_few_rows)
 }
 
 /// Diagnoses gyros with a reference on the same rows, and their accelerometers.
@@ -269,7 +265,25 @@ fn accelerometers(
     }
 }
 
-/// Outcome of an unusable recording, with the reason.
-fn unusable(recording: &str, settings: &Settings, why: &str, model: &Model) -> Outcome {
-    Outcome::unusable(recording, settings.seed, why, model)
+/// Returns the outcome of an unusable recording where too few rows can be fitted, with the reason by `why`.
+///
+/// # Errors
+/// Data or model are in error.
+fn or_unusable(
+    found: Result<Outcome, Unfit>,
+    recording: &str,
+    settings: &Settings,
+    model: &Model,
+    why: impl FnOnce(TooFewRows) -> String,
+) -> Result<Outcome, InputError> {
+    match found {
+        Ok(outcome) => Ok(outcome),
+        Err(Unfit::TooFewRows(rows)) => Ok(Outcome::unusable(
+            recording,
+            settings.seed,
+            &why(rows),
+            model,
+        )),
+        Err(Unfit::Input(error)) => Err(error),
+    }
 }

@@ -3,7 +3,6 @@
 use std::ops::Range;
 use std::path::Path;
 
-use rlg_diagnosis::Unfit;
 use rlg_diagnosis::long::{self, Long};
 use rlg_diagnosis::rows::model_effects::is_predictable;
 use rlg_diagnosis::search::structure::Found;
@@ -14,7 +13,7 @@ use rlg_recording::error::InputError;
 use rlg_recording::{Extent, Quantity, Recording};
 use rlg_signal::streams::Streams;
 
-use crate::{Outcome, Settings, accelerometers, too_few_rows, unusable};
+use crate::{Outcome, Settings, accelerometers, or_unusable, too_few_rows};
 
 /// Default number of rows in memory, 0.9 kB each: two and a half minutes at 4 kHz.
 pub const MOST_ROWS: usize = 600_000;
@@ -94,22 +93,18 @@ impl<'a> LongRecording<'a> {
         let rows = (&long, self.most_rows);
         let noise = |found: &Found| measured_noise(&found.motion);
         let found = long::diagnose_also(settings, rows, of, progress, noise);
-        let (mut outcome, stretches) = match found {
-            Err(Unfit::TooFewRows(why)) => {
-                return Ok(unusable(name, settings, &too_few_rows(why), model));
-            }
-            Err(Unfit::Input(error)) => return Err(error),
-            Ok(found) => found,
-        };
-        let parts = stretches.iter().map(|(streams, reference_noise)| Part {
-            streams,
-            reference_noise: *reference_noise,
-            read_by_gyros: None,
+        let found = found.map(|(mut outcome, stretches)| {
+            let parts = stretches.iter().map(|(streams, reference_noise)| Part {
+                streams,
+                reference_noise: *reference_noise,
+                read_by_gyros: None,
+            });
+            accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
+            outcome
+                .diagnosis
+                .judge_noise(&settings.plan.findings.instruments);
+            outcome
         });
-        accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
-        outcome
-            .diagnosis
-            .judge_noise(&settings.plan.findings.instruments);
-        Ok(outcome)
+        or_unusable(found, name, settings, model, too_few_rows)
     }
 }

@@ -1,6 +1,5 @@
 //! Several recordings of one unit.
 
-use rlg_diagnosis::Unfit;
 use rlg_diagnosis::rows::channel_correction::{ChannelCorrection, correct_channels};
 use rlg_diagnosis::rows::data_words;
 use rlg_diagnosis::rows::model_effects::is_predictable;
@@ -15,7 +14,7 @@ use rlg_signal::fault::Fault;
 use rlg_signal::qualify;
 use rlg_signal::streams::Streams;
 
-use crate::{Aligned, Outcome, Settings, accelerometers, second_pass, too_few_rows, unusable};
+use crate::{Aligned, Outcome, Settings, accelerometers, or_unusable, second_pass, too_few_rows};
 
 /// Diagnoses aligned recordings of one unit together; recordings with a held-out piece serve validation only.
 ///
@@ -65,30 +64,26 @@ pub fn diagnose_together(
         several::diagnose_also(settings, &mut all, of, progress, noise)
     };
     let found = second_pass::until_nothing_returns(settings, of, progress, run);
-    let (mut outcome, noises) = match found {
-        Err(Unfit::TooFewRows(why)) => {
-            let why = format!("of one of the recordings {}", too_few_rows(why));
-            return Ok(unusable(&names.join(" + "), settings, &why, model));
-        }
-        Err(Unfit::Input(error)) => return Err(error),
-        Ok(found) => found,
-    };
-    let searched = all.iter().filter(|(streams, _)| !streams.piece.held_out);
-    let parts = searched.zip(noises);
-    let parts = parts.map(|((streams, _), reference_noise)| Part {
-        streams,
-        reference_noise,
-        read_by_gyros: None,
+    let found = found.map(|(mut outcome, noises)| {
+        let searched = all.iter().filter(|(streams, _)| !streams.piece.held_out);
+        let parts = searched.zip(noises);
+        let parts = parts.map(|((streams, _), reference_noise)| Part {
+            streams,
+            reference_noise,
+            read_by_gyros: None,
+        });
+        accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
+        outcome
+            .diagnosis
+            .judge_noise(&settings.plan.findings.instruments);
+        let restored = named(&names, restored);
+        outcome.diagnosis.prepend(restored.collect());
+        outcome.diagnosis.summary.extend(named(&names, lines));
+        report_corrections(&mut outcome, &names, turned);
+        outcome
     });
-    accelerometers(settings, parts.collect(), (model, &mut outcome), progress);
-    outcome
-        .diagnosis
-        .judge_noise(&settings.plan.findings.instruments);
-    let restored = named(&names, restored);
-    outcome.diagnosis.prepend(restored.collect());
-    outcome.diagnosis.summary.extend(named(&names, lines));
-    report_corrections(&mut outcome, &names, turned);
-    Ok(outcome)
+    let why = |rows| format!("of one of the recordings {}", too_few_rows(rows));
+    or_unusable(found, &names.join(" + "), settings, model, why)
 }
 
 /// Sentences on each recording, after its name.

@@ -6,7 +6,7 @@ use rlg_catalogue::accelerometers::{KINDS, Kind};
 use rlg_diagnosis::Outcome;
 use rlg_diagnosis::rows::entries_of_rows;
 use rlg_diagnosis::rows::noise_levels::reported;
-use rlg_diagnosis::self_test::{FoundSet, Reach, Row, add_other_self_test, self_test_on};
+use rlg_diagnosis::self_test::{FoundSet, Row, add_other_self_test, self_test_on};
 use rlg_diagnosis::tiles::held_out_figures::{Validation, drift_chance, validate};
 use rlg_diagnosis::tiles::locate::{self, Location};
 use rlg_diagnosis::tiles::noise_spectrum::Noise;
@@ -14,7 +14,7 @@ use rlg_findings::entries::unlisted;
 use rlg_findings::result::{
     ChannelEntry, EffectEntry, ForceNoiseEntry, LocationEntry, RunnerUp, Tested, UNLISTED, Verdict,
 };
-use rlg_findings::sentences::{REJECTED, effect_lines, opening};
+use rlg_findings::sentences::{REJECTED, effect_lines};
 use rlg_findings::updated_model::switch_on;
 use rlg_inference::{Columns, Drift};
 use rlg_recording::units::MICRO_G_PER_M_S2 as MICRO_G;
@@ -53,12 +53,7 @@ impl Diagnosed {
         let is_clean = !followed && shown.left.is_empty() && self.confirmed.unconfirmed.is_empty();
         let diagnosis = &mut outcome.diagnosis;
         let verdict = joined(diagnosis.verdict, is_found, is_clean);
-        if diagnosis.verdict != verdict {
-            diagnosis.verdict = verdict;
-            if let Some(first) = diagnosis.summary.first_mut() {
-                *first = opening(verdict).to_string();
-            }
-        }
+        diagnosis.conclude(verdict);
         diagnosis.summary.extend(self.sentences(&shown, &effects));
         let locations = shown.locations.iter();
         diagnosis
@@ -373,12 +368,7 @@ impl Diagnosed {
 /// Row of a candidate in the self-test; `None` for expressions.
 fn row_of(one: &Candidate) -> Option<Row<'_>> {
     let kind = kind_of(one)?;
-    let reach = Reach {
-        unit: kind.unit,
-        typical: kind.typical,
-        largest: kind.largest,
-    };
-    Some(Row::new(one.kind, &one.hypothesis, Some(reach)))
+    Some(Row::new(one.kind, &one.hypothesis, Some(kind.into())))
 }
 
 /// Combines the gyros' verdict with that of the accelerometers.

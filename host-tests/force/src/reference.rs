@@ -35,7 +35,7 @@ pub fn noise_of(levels_rad2: [[f64; 2]; 3]) -> ReferenceNoise {
 pub fn gyro_noise(model: &Model, walk_rad_sqrt_s: [f64; 3], rate_hz: f64) -> ReferenceNoise {
     each_axis(|axis| NoiseLevels {
         white: walk_rad_sqrt_s[axis].powi(2) / rate_hz,
-        angle: model.gyro.pulse_weight_rad[axis].powi(2) / 12.0 + model.pickoff_white_rad2(axis),
+        angle: model.gyro_white_rad2(axis),
         ..NoiseLevels::default()
     })
 }

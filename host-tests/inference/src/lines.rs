@@ -2,6 +2,8 @@
 
 use rlg_plan::LineScanPlan;
 
+use crate::noise_estimate::median;
+
 /// A spectral line.
 #[derive(Debug, Clone, Copy, PartialEq)]
 pub struct Line {
@@ -30,11 +32,7 @@ pub fn strongest(residual: &[f64], rows: usize, plan: &LineScanPlan) -> Option<L
     let pairs: Vec<f64> = power.windows(2).map(|pair| pair[0] + pair[1]).collect();
     let medians: Vec<f64> = pairs
         .chunks(each)
-        .map(|block| {
-            let mut block = block.to_vec();
-            let middle = block.len() / 2;
-            *block.select_nth_unstable_by(middle, f64::total_cmp).1
-        })
+        .map(|block| median(block.iter().copied()))
         .collect();
     // In a steep spectrum the larger of two neighbouring medians is used.
     let beside = |k: usize| {

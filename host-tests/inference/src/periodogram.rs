@@ -5,6 +5,7 @@ use realfft::num_complex::Complex64;
 use rlg_plan::PeriodogramPlan;
 
 use crate::noise::{NoiseBasis, NoiseLevels};
+use crate::noise_estimate::median;
 use crate::transform::Transform;
 
 /// A residual weighted by the inverse of its noise.
@@ -133,20 +134,17 @@ impl<'a> Periodogram<'a> {
             .filter_map(|away| place.checked_sub(away * self.step));
         let above = away.map(|away| place + away * self.step);
         let near = below.filter(|&place| place > self.step).chain(above);
-        let mut gains: Vec<f64> = near
+        let gains: Vec<f64> = near
             .filter_map(|place| self.gains.get(place).copied())
             .collect();
         if gains.is_empty() {
             return (1.0, 1.0);
         }
-        let middle = gains.len() / 2;
-        let median = *gains.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let count = gains.len() as f64;
+        let median = median(gains);
         // A gain of noise is exponential with mean 2.
         let level = 0.5 * median / std::f64::consts::LN_2;
-        (
-            level.max(f64::MIN_POSITIVE),
-            EFFICIENCY * gains.len() as f64,
-        )
+        (level.max(f64::MIN_POSITIVE), EFFICIENCY * count)
     }
 }
 

@@ -181,6 +181,11 @@ impl Model {
     pub fn pickoff_white_rad2(&self, axis: usize) -> f64 {
         (self.pickoff_gain(axis) * self.pickoff_noise_rad()[axis]).powi(2)
     }
+
+    /// White noise of a gyro's angle: rounding to pulses, and pickoff \[rad²\].
+    pub fn gyro_white_rad2(&self, axis: usize) -> f64 {
+        self.gyro.pulse_weight_rad[axis].powi(2) / 12.0 + self.pickoff_white_rad2(axis)
+    }
 }
 
 impl Gyro {

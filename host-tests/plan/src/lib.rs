@@ -1,10 +1,11 @@
-//! Thresholds of a diagnosis: one tree of numbers, each with unit, permitted range and reason, fixed before the data are seen.
+//! Thresholds of a diagnosis and of a calibration: one tree of numbers, each with unit, permitted range and reason, fixed before the data are seen.
 //!
 //! A package takes the section that it needs; [`Plan`] has them all. `rlg plan` prints the tree as a file that
-//! `rlg diagnose --plan FILE` reads, `docs/plan.md` is its table, and `rlg challenge --marks --vary NAME`
+//! `rlg diagnose --plan FILE` and `rlg calibrate --plan FILE` read, `docs/plan.md` is its table, and `rlg challenge --marks --vary NAME`
 //! evaluates other values of one number.
 
 mod attitude;
+mod calibration;
 mod catalogue;
 mod faults;
 mod findings;
@@ -21,6 +22,7 @@ mod several;
 mod signal;
 
 pub use attitude::*;
+pub use calibration::*;
 pub use catalogue::*;
 pub use faults::*;
 pub use findings::*;
@@ -39,7 +41,7 @@ use number::Entry;
 use section::{Facts, Field, section};
 
 section! {
-    /// All thresholds of a diagnosis.
+    /// All thresholds of a diagnosis and of a calibration.
     Plan {
         /// Preparation of the recorded channels.
         signal: SignalPlan;
@@ -65,6 +67,8 @@ section! {
         force: ForcePlan;
         /// Still positions without a reference.
         positions: PositionPlan;
+        /// Flexure coefficients by a programme of motion.
+        calibration: CalibrationPlan;
     }
 }
 

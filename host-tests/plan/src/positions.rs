@@ -21,7 +21,11 @@ section! {
         most_knocked: usize = 4, "1", [0.0, 10000.0];
         /// Rotation of the force up to which two blocks are one position: half a degree.
         same_direction_rad: f64 = 0.0087, "rad", [0.0, 4.0];
-        /// Largest rotation from the first to the last quarter of a position, relative to `same_direction_rad`: a unit that
+        /// Blocks left out at either end of a position that keeps `least_blocks`: the hand still touches the unit.
+        touched_blocks: usize = 1, "1", [0.0, 1000.0];
+        /// Parts of a position of which the first and the last are compared for a rotation.
+        turning_parts: usize = 4, "1", [2.0, 1000.0];
+        /// Largest rotation from the first to the last part of a position, relative to `same_direction_rad`: a unit that
         /// rotates further is not still.
         turning_share: f64 = 0.5, "1", [0.0, 10.0];
         /// Rotation of the force beyond which two positions are different attitudes: a unit that stands in fewer than
@@ -43,6 +47,9 @@ section! {
         held_out_every: usize = 5, "1", [2.0, 1000.0];
         /// Least number of positions for each effect of a set.
         of_effect: usize = 2, "1", [1.0, 1000.0];
+        /// Everyday kinds with which a second search starts, bias and scale error first: with few positions no error of a new
+        /// unit is worth its parameters alone.
+        new_unit_kinds: usize = 2, "1", [0.0, 10.0];
         /// Standard deviation, in cross-validation, of a column without a prior: the largest plausible difference from
         /// gravity.
         largest_m_s2: f64 = 1.0, "m/s²", [1e-9, 100.0];
@@ -52,5 +59,7 @@ section! {
         settled: f64 = 0.1, "σ", [1e-6, 10.0];
         /// Largest relative difference of a position's force from gravity.
         far_from_gravity: f64 = 0.2, "1", [0.0, 10.0];
+        /// Least share of a position's rows with all gyros measured for their mean rate.
+        measured_share: f64 = 0.5, "1", [0.0, 1.0];
     }
 }

@@ -243,4 +243,15 @@ impl Recording {
             .iter()
             .find_map(|table| Some((table, table.channel(quantity, axis)?)))
     }
+
+    /// Lists the channels of all tables.
+    pub fn channels(&self) -> impl Iterator<Item = &Channel> {
+        self.tables.iter().flat_map(|table| &table.channels)
+    }
+
+    /// True if any channel holds one of these quantities, about whatever axis.
+    pub fn holds(&self, quantities: &[Quantity]) -> bool {
+        self.channels()
+            .any(|channel| quantities.contains(&channel.quantity))
+    }
 }

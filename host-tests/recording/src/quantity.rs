@@ -64,14 +64,13 @@ impl Quantity {
     /// Quantities of gyros, the least processed first.
     pub const GYROS: [Self; 3] = [Self::GyroCount, Self::GyroIncrement, Self::GyroRate];
 
+    /// Quantities of accelerometers.
+    pub const FORCES: [Self; 2] = [Self::SpecificForce, Self::VelocityIncrement];
+
     /// True if a row holds a sum or a mean over its period.
     pub fn is_of_a_period(&self) -> bool {
-        let others = [
-            Self::ReferenceIncrement,
-            Self::SpecificForce,
-            Self::VelocityIncrement,
-        ];
-        Self::GYROS.contains(self) || others.contains(self)
+        let is_of_unit = Self::GYROS.contains(self) || Self::FORCES.contains(self);
+        is_of_unit || *self == Self::ReferenceIncrement
     }
 
     /// Returns the quantity of a name in the file; an unlisted name is kept as [`Quantity::Other`].

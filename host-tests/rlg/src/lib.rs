@@ -32,6 +32,8 @@ pub mod fleet;
 
 pub mod terminal;
 
+mod json;
+
 pub mod unit_port;
 
 pub mod command;

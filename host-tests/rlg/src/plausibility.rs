@@ -9,6 +9,7 @@
 use std::collections::BTreeMap;
 use std::path::Path;
 
+use rlg_signal::quantiles::median;
 use strapdown::earth::ROTATION_RAD_S;
 
 use crate::error::InputError;
@@ -231,8 +232,7 @@ fn gravity(
     turning: &Windows,
     bounds: &Bounds,
 ) -> Result<(), InputError> {
-    let quantities = [Quantity::SpecificForce, Quantity::VelocityIncrement];
-    let found = quantities.iter().find_map(|quantity| {
+    let found = Quantity::FORCES.iter().find_map(|quantity| {
         let has_all = |table: &&Table| {
             AXES.iter()
                 .all(|axis| table.channel(quantity, axis).is_some())
@@ -252,14 +252,13 @@ fn gravity(
         let rate = turning.get(window).map_or(f64::INFINITY, size);
         *change < bounds.slow_rad_s && rate < bounds.slow_rad_s
     });
-    let mut found: Vec<f64> = still
+    let found: Vec<f64> = still
         .filter_map(|(window, _)| forces.get(&window).map(size))
         .collect();
     if found.len() < bounds.fewest_windows {
         return Ok(());
     }
-    found.sort_by(f64::total_cmp);
-    let found = found[found.len() / 2];
+    let found = median(found).unwrap_or(0.0);
     let gravity_m_s2 = recording
         .site
         .map_or(STANDARD_GRAVITY_M_S2, |site| site.gravity_m_s2);

@@ -42,8 +42,7 @@ impl Rows {
         (gyro_rate_hz, gyro_start_s, gyro_rows): (f64, f64, usize),
         plan: &AccelerometerRowsPlan,
     ) -> Result<Self, String> {
-        let kinds = [Quantity::SpecificForce, Quantity::VelocityIncrement];
-        let found = kinds.iter().find_map(|quantity| {
+        let found = Quantity::FORCES.iter().find_map(|quantity| {
             let one = |axis: usize| recording.channel(quantity, AXES[axis]);
             Some((quantity, [one(0)?, one(1)?, one(2)?]))
         });

@@ -7,6 +7,7 @@ use rlg_plan::{FaultPlan, SpikePlan};
 use std::ops::Range;
 
 use super::fault::{Detail, Fault};
+use super::quantiles::median;
 use super::repeated::Repeat;
 use super::streams::{AXES, Streams};
 use super::{repeated, stops};
@@ -51,13 +52,7 @@ fn row_noise(values: &[f64]) -> f64 {
     /// Median absolute value of that difference for white noise, in standard deviations of the noise.
     const MEDIAN: f64 = 0.6745 * 1.224_744_871;
     let off = |three: &[f64]| (three[1] - 0.5 * (three[0] + three[2])).abs();
-    let mut sizes: Vec<f64> = values.windows(3).map(off).collect();
-    if sizes.is_empty() {
-        return 0.0;
-    }
-    let middle = sizes.len() / 2;
-    let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-    *median / MEDIAN
+    median(values.windows(3).map(off)).unwrap_or(0.0) / MEDIAN
 }
 
 /// True if the reference keeps changing in a stretch with one constant gyro value.
@@ -192,7 +187,7 @@ impl Bend {
         let mut least = vec![f64::INFINITY; rows];
         for first in (0..rows).step_by(plan.around) {
             let window = first..(first + plan.around).min(rows);
-            let mut sizes: Vec<f64> = window
+            let sizes: Vec<f64> = window
                 .clone()
                 .filter(|&row| usable[row])
                 .map(|row| off[row].abs())
@@ -200,11 +195,10 @@ impl Bend {
             if sizes.len() < plan.around / 4 {
                 continue;
             }
-            let middle = sizes.len() / 2;
-            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
+            let usual = median(sizes).unwrap_or(0.0);
             // A median of 0: the channel is too coarse for a scale estimate.
-            if *median > 0.0 {
-                least[window].fill(plan.off * *median / 0.6745);
+            if usual > 0.0 {
+                least[window].fill(plan.off * usual / 0.6745);
             }
         }
         Self { off, least }

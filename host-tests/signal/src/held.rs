@@ -6,6 +6,8 @@
 use rlg_plan::HoldPlan;
 use std::ops::Range;
 
+use crate::quantiles::median;
+
 /// A held channel.
 #[derive(Debug, Clone, PartialEq)]
 pub struct Hold {
@@ -28,7 +30,8 @@ pub fn find(values: &[f64], measured: &[bool], plan: &HoldPlan) -> Option<Hold> 
         return None;
     }
     let stretches: Vec<usize> = changes.windows(2).map(|two| two[1] - two[0]).collect();
-    let usual = median(&stretches);
+    let lengths = stretches.iter().map(|&length| length as f64);
+    let usual = median(lengths).unwrap_or(0.0) as usize;
     if usual < 2 {
         return None;
     }
@@ -85,12 +88,6 @@ fn moves_by_pulses(values: &[f64], changes: &[usize], plan: &HoldPlan) -> bool {
     let largest = sizes[sizes.len() - 1];
     let least = sizes.iter().find(|size| **size > ROUNDING * largest);
     least.is_none_or(|least| sizes[sizes.len() / 2] < plan.least_steps * least)
-}
-
-fn median(values: &[usize]) -> usize {
-    let mut sorted = values.to_vec();
-    sorted.sort_unstable();
-    sorted.get(sorted.len() / 2).copied().unwrap_or(0)
 }
 
 #[cfg(test)]

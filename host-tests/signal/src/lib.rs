@@ -16,6 +16,8 @@
 
 pub mod axes;
 
+pub mod quantiles;
+
 pub mod channels;
 
 mod unmeasured;

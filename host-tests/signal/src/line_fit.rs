@@ -8,6 +8,7 @@ use realfft::RealToComplex;
 use realfft::num_complex::Complex64;
 
 use crate::axes::Triad;
+use crate::quantiles::median;
 use crate::stops::runs;
 use crate::transforms;
 
@@ -50,10 +51,9 @@ pub(crate) fn powers(spectra: &Spectra, bins: &Range<usize>) -> Vec<f64> {
     bins.clone().map(power).collect()
 }
 
-pub(crate) fn median(values: &[f64]) -> f64 {
-    let mut values = values.to_vec();
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
+/// Median power of some bins; 0 without one.
+pub(crate) fn median_power(powers: &[f64]) -> f64 {
+    median(powers.iter().copied()).unwrap_or(0.0)
 }
 
 /// Sum of e^(2πi f k) over `count` values of k about 0, f in turns.
@@ -145,7 +145,7 @@ impl Window {
         let own = at.saturating_sub(ASIDE)..(at + ASIDE + 1).min(count);
         let bins = own.start + first..own.end + first;
         // The likelihood is that of the power of three channels: their median is 2.67 times the mean of one.
-        let noise = median(&powers(left, &(0..count))) / 2.674 * HANN;
+        let noise = median_power(&powers(left, &(0..count))) / 2.674 * HANN;
         let at_share = |share: f64| {
             let line = self.of_line(share, &bins);
             let energy: f64 = line.iter().map(|value| value.norm_sqr()).sum();

@@ -5,6 +5,7 @@
 
 use super::extremes::beyond_rad;
 use super::fault::{Detail, Fault, is_between_pulses, pulse, repeats};
+use super::quantiles::median;
 use super::streams::{AXES, Streams};
 use rlg_plan::{ChannelPulsePlan, FaultPlan, SpikePlan};
 
@@ -31,7 +32,7 @@ impl Off {
         let mut least_rad = vec![f64::INFINITY; off_rad.len()];
         for first in (0..off_rad.len()).step_by(plan.around) {
             let window = first..(first + plan.around).min(off_rad.len());
-            let mut sizes: Vec<f64> = window
+            let sizes: Vec<f64> = window
                 .clone()
                 .filter(|&row| are_usable(streams, row))
                 .map(|row| off_rad[row].abs())
@@ -39,9 +40,8 @@ impl Off {
             if sizes.len() < plan.around / 4 {
                 continue;
             }
-            let middle = sizes.len() / 2;
-            let (_, median, _) = sizes.select_nth_unstable_by(middle, f64::total_cmp);
-            least_rad[window].fill(plan.angle_off * *median / 0.6745);
+            let usual_rad = median(sizes).unwrap_or(0.0);
+            least_rad[window].fill(plan.angle_off * usual_rad / 0.6745);
         }
         Self { off_rad, least_rad }
     }

@@ -19,7 +19,7 @@ use nalgebra::{Matrix3, Vector3};
 use realfft::num_complex::Complex64;
 
 use crate::axes::{Triad, add};
-use crate::line_fit::{Spectra, Window, median, powers};
+use crate::line_fit::{Spectra, Window, median_power, powers};
 
 pub use crate::line_fit::OwnLine;
 
@@ -146,8 +146,8 @@ impl Search<'_> {
     fn own_peaks(&self, gyros: &Spectra, block: &Range<usize>) -> Vec<Peak> {
         let left = residual((gyros, gyros), &self.reference, block, self.plan.outlying);
         let own = peaks(gyros, block, self.plan.shared);
-        let noise = self.plan.shared * median(&powers(&self.reference, block));
-        let hides = self.plan.shared * median(&powers(gyros, block));
+        let noise = self.plan.shared * median_power(&powers(&self.reference, block));
+        let hides = self.plan.shared * median_power(&powers(gyros, block));
         let of_gyros = |peak: &Peak| {
             let mut own = own.iter();
             peak.power() < hides
@@ -183,7 +183,7 @@ impl Search<'_> {
         }
         let of_gyros = powers(with, &block);
         let own = of_gyros[bin - block.start];
-        line.is_hidden = own < self.plan.shared * median(&of_gyros);
+        line.is_hidden = own < self.plan.shared * median_power(&of_gyros);
         (coherence >= self.plan.coherent).then_some(line)
     }
 
@@ -231,7 +231,7 @@ impl Peak {
 /// Bins that stand above the median of their block and above both neighbours.
 fn peaks(spectra: &Spectra, block: &Range<usize>, least: f64) -> Vec<Peak> {
     let powers = powers(spectra, block);
-    let median = median(&powers);
+    let median = median_power(&powers);
     let beside = |at: usize| {
         let before = at.checked_sub(1).map_or(0.0, |at| powers[at]);
         before.max(powers.get(at + 1).copied().unwrap_or(0.0))
@@ -301,7 +301,7 @@ fn residual(
             None => Matrix3::zeros(),
         };
         let powers = powers(&less(fitted, &transfer), &(0..block.len()));
-        let most = outlying * median(&powers);
+        let most = outlying * median_power(&powers);
         bins = block
             .clone()
             .filter(|bin| powers[bin - block.start] <= most)

@@ -12,6 +12,7 @@ use nalgebra::{DMatrix, DVector};
 use rlg_plan::{FramePlan, ReferenceNoisePlan};
 
 use crate::frames::Frames;
+use crate::quantiles::median;
 
 /// Prior of one term of the reference's noise.
 #[derive(Debug, Clone)]
@@ -243,9 +244,7 @@ fn background(power: &[f64], plan: &ReferenceNoisePlan) -> Vec<f64> {
     (0..count)
         .map(|k| {
             let around = k.saturating_sub(beside)..(k + beside + 1).min(count);
-            let mut sorted = power[around].to_vec();
-            sorted.sort_by(f64::total_cmp);
-            let median = sorted[sorted.len() / 2];
+            let median = median(power[around].iter().copied()).unwrap_or(0.0);
             let own = power[k.saturating_sub(1)..(k + 2).min(count)]
                 .iter()
                 .copied()

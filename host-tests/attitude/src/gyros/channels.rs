@@ -10,6 +10,7 @@ use rlg_recording::error::InputError;
 use rlg_signal::attitude_samples::{SlowSample, slow_samples};
 use rlg_signal::axes::Triad;
 use rlg_signal::known_channels::{self, KINDS};
+use rlg_signal::quantiles::median;
 use rlg_signal::streams::Streams;
 
 /// Reference increments resampled to the gyros' rows.
@@ -74,10 +75,8 @@ pub(crate) fn reference_rows(
 /// Rate of the attitudes, by the median of the times between them \[Hz\].
 pub(crate) fn readings_hz(samples: &[SlowSample]) -> Option<f64> {
     let pairs = samples.windows(2);
-    let mut lasts_s: Vec<f64> = pairs.map(|pair| pair[1].time_s - pair[0].time_s).collect();
-    lasts_s.sort_unstable_by(f64::total_cmp);
-    let median_s = lasts_s.get(lasts_s.len() / 2)?;
-    (*median_s > 0.0).then(|| 1.0 / median_s)
+    let median_s = median(pairs.map(|pair| pair[1].time_s - pair[0].time_s))?;
+    (median_s > 0.0).then(|| 1.0 / median_s)
 }
 
 /// Returns the gyros' streams with the rates between attitudes, on the gyros' rows.

@@ -14,6 +14,7 @@ use std::f64::consts::PI;
 use rlg_findings::excess::excess_square;
 use rlg_model::Model;
 use rlg_plan::AttitudeNoisePlan;
+use rlg_signal::quantiles::median;
 
 use crate::likelihood::modulation::Modulation;
 use crate::likelihood::octaves::Octaves;
@@ -291,20 +292,14 @@ impl NoiseTerms {
 
     fn start_of(&self, powers: &[f64], axes: &[usize]) -> Vec<f64> {
         let density = self.densities(powers, axes);
-        let mut sorted = density.clone();
-        sorted.sort_by(f64::total_cmp);
-        let median = sorted[sorted.len() / 2];
+        let usual = |values: &[f64]| median(values.iter().copied()).unwrap_or(0.0);
+        let white = usual(&density);
         let highest = density.len().saturating_sub(20);
-        let mut ratios: Vec<f64> = (highest..density.len())
+        let ratios: Vec<f64> = (highest..density.len())
             .map(|bin| density[bin] / self.binned[1][bin])
             .collect();
-        ratios.sort_by(f64::total_cmp);
-        let mut levels = vec![0.5 * median, 0.5 * ratios[ratios.len() / 2]];
-        levels.extend((2..self.count()).map(|term| {
-            let mut powers = self.binned[term].clone();
-            powers.sort_by(f64::total_cmp);
-            0.05 * median / powers[powers.len() / 2]
-        }));
+        let mut levels = vec![0.5 * white, 0.5 * usual(&ratios)];
+        levels.extend((2..self.count()).map(|term| 0.05 * white / usual(&self.binned[term])));
         levels
     }
 

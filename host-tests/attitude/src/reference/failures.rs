@@ -1,6 +1,7 @@
 //! Stretches in which the reference failed: it turned faster than the unit ever did.
 
 use rlg_signal::attitude_samples::SlowSample;
+use rlg_signal::quantiles::median;
 
 use crate::rows::linearised_rows::Gyros;
 
@@ -16,9 +17,7 @@ pub(crate) fn find(gyros: &Gyros, samples: &[SlowSample]) -> Vec<bool> {
             (stamp, turned_rad / (to.time_s - from.time_s))
         })
         .collect();
-    let mut rates: Vec<f64> = steps.iter().map(|(_, rate)| *rate).collect();
-    rates.sort_by(f64::total_cmp);
-    let Some(usual_rad_s) = rates.get(rates.len() / 2) else {
+    let Some(usual_rad_s) = median(steps.iter().map(|(_, rate)| *rate)) else {
         return failed;
     };
     let own = gyros.sensed_rad.iter().map(|row| row.norm());

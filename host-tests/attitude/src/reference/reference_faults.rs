@@ -3,6 +3,7 @@
 use nalgebra::Vector3;
 use rlg_plan::{AttitudePlan, ReferenceFaultPlan};
 use rlg_signal::axes::Triad;
+use rlg_signal::quantiles::{median, quantile};
 
 use crate::rows::fitting::Fitting;
 use crate::rows::increments::{Increments, Stamps};
@@ -76,10 +77,10 @@ fn out_of_median(error_rad: &Triad, period_s: f64, plan: &ReferenceFaultPlan, fa
             squares.sum::<f64>().sqrt()
         })
         .collect();
-    let whole = median(away.clone());
+    let whole = median(away.iter().copied()).unwrap_or(0.0);
     // The scale changes with the motion: the 80th percentile over four widths, of which a fifth may be faulty.
     let sizes = away.chunks(4 * width).flat_map(|stretch| {
-        let scale = quantile(stretch.to_vec(), 0.8) + 0.25 * whole;
+        let scale = quantile(stretch.iter().copied(), 0.8).unwrap_or(0.0) + 0.25 * whole;
         stretch.iter().map(move |away| away / scale)
     });
     let sizes: Vec<f64> = sizes.collect();
@@ -139,12 +140,12 @@ fn rough(
             (square.sqrt(), square_rate.map(f64::sqrt))
         })
         .collect();
-    let typical = median(sizes.iter().map(|(size, _)| *size).collect());
+    let typical = median(sizes.iter().map(|(size, _)| *size)).unwrap_or(0.0);
     for (stretch, (size, rate)) in sizes.iter().enumerate() {
         let axis = rate.imax();
         let least_rate = plan.similar_rate * rate[axis];
         let alike = sizes.iter().filter(|(_, other)| other[axis] >= least_rate);
-        let of_alike = median(alike.map(|(size, _)| *size).collect());
+        let of_alike = median(alike.map(|(size, _)| *size)).unwrap_or(0.0);
         if *size > plan.rough * typical && *size > plan.rough * of_alike {
             faulty[range(stretch)].fill(true);
         }
@@ -169,18 +170,6 @@ fn scatter(values: &[f64], used: &[usize]) -> f64 {
     });
     let explained = explained.fold(0.0, f64::max);
     (whole - explained).max(0.0) / count.max(1.0)
-}
-
-fn median(values: Vec<f64>) -> f64 {
-    quantile(values, 0.5)
-}
-
-fn quantile(mut values: Vec<f64>, share: f64) -> f64 {
-    if values.is_empty() {
-        return 0.0;
-    }
-    let place = (share * values.len() as f64) as usize;
-    *values.select_nth_unstable_by(place, f64::total_cmp).1
 }
 
 /// Median of the values up to `half` places away, by a sorted window.

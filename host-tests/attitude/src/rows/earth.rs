@@ -7,6 +7,7 @@
 
 use nalgebra::{DVector, Matrix3, Matrix6, Vector3, Vector6};
 use rlg_plan::EarthPlan;
+use rlg_signal::quantiles::median;
 use rlg_signal::still::ROTATION_RAD_S;
 
 use crate::likelihood::block_sums::Estimates;
@@ -43,9 +44,9 @@ impl Slow {
             return slow;
         }
         let of_axis = |axis: usize| -> (f64, f64) {
-            let centre = median(rows.iter().map(|(_, excess)| excess[axis]));
+            let centre = median(rows.iter().map(|(_, excess)| excess[axis])).unwrap_or(0.0);
             let away = rows.iter().map(|(_, excess)| (excess[axis] - centre).abs());
-            (centre, NORMAL * median(away))
+            (centre, NORMAL * median(away).unwrap_or(0.0))
         };
         let axes = [0, 1, 2].map(of_axis);
         let mut information = Matrix6::zeros();
@@ -79,12 +80,6 @@ impl Slow {
         }
         slow
     }
-}
-
-fn median(values: impl Iterator<Item = f64>) -> f64 {
-    let mut values: Vec<f64> = values.collect();
-    let middle = values.len() / 2;
-    *values.select_nth_unstable_by(middle, f64::total_cmp).1
 }
 
 /// True if a rate is no longer than the Earth's rotation, within its covariance.

@@ -55,16 +55,11 @@ pub struct Diagnosed {
 /// True for a recording of still positions: accelerometers without a reference and, if there are gyros, at least as many
 /// attitudes as distinguish a moved unit from one at rest.
 pub fn serves(recording: &Recording, plan: &Plan) -> bool {
-    let has = |quantity: &Quantity| {
-        let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
-        channels.any(|channel| channel.quantity == *quantity)
-    };
     let references = [Quantity::ReferenceIncrement, Quantity::ReferenceAttitude];
-    let forces = [Quantity::SpecificForce, Quantity::VelocityIncrement];
-    if references.iter().any(has) || !forces.iter().any(has) {
+    if recording.holds(&references) || !recording.holds(&Quantity::FORCES) {
         return false;
     }
-    if !Quantity::GYROS.iter().any(has) {
+    if !recording.holds(&Quantity::GYROS) {
         return true;
     }
     let Ok(rows) = rows_of(recording, &plan.signal.align.accelerometers) else {
@@ -79,12 +74,7 @@ pub fn serves(recording: &Recording, plan: &Plan) -> bool {
 fn rows_of(recording: &Recording, plan: &AccelerometerRowsPlan) -> Result<Rows, String> {
     let is_force = |table: &&Table| {
         let mut channels = table.channels.iter();
-        channels.any(|channel| {
-            matches!(
-                channel.quantity,
-                Quantity::SpecificForce | Quantity::VelocityIncrement
-            )
-        })
+        channels.any(|channel| Quantity::FORCES.contains(&channel.quantity))
     };
     let table = recording.tables.iter().find(is_force);
     let clock = table.and_then(|table| match table.clock {
@@ -173,11 +163,10 @@ pub fn diagnose(
     };
     progress("searching the accelerometers' effects");
     let found = find(&observed.of(&fitted), (&plan, settings.left_out));
-    let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
     let diagnosed = Diagnosed {
         recording: recording.name.clone(),
         model: model.clone(),
-        has_gyros: channels.any(|channel| Quantity::GYROS.contains(&channel.quantity)),
+        has_gyros: recording.holds(&Quantity::GYROS),
         rows,
         block_rows,
         positions,

@@ -6,7 +6,7 @@ use std::ops::Range;
 use nalgebra::DMatrix;
 use rlg_catalogue::accelerometers::DRIFT;
 use rlg_diagnosis::Outcome;
-use rlg_diagnosis::self_test::{FoundSet, Reach, Row, self_test_on};
+use rlg_diagnosis::self_test::{FoundSet, Row, self_test_on};
 use rlg_findings::combinations::choice;
 use rlg_findings::entries::{correlated, unlisted};
 use rlg_findings::result::{
@@ -411,12 +411,7 @@ impl Diagnosed {
             .map(|&one| &found.candidates[one].hypothesis)
             .collect();
         let rows = found.candidates.iter().filter_map(|one| {
-            let kind = one.row()?;
-            let reach = Reach {
-                unit: kind.unit,
-                typical: kind.typical,
-                largest: kind.largest,
-            };
+            let reach = one.row()?.into();
             Some(Row::new(one.kind, &one.hypothesis, Some(reach)))
         });
         let rows: Vec<Row> = rows.collect();

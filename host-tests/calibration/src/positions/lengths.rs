@@ -12,6 +12,7 @@
 use nalgebra::{DMatrix, DVector, SymmetricEigen, Vector3};
 use rlg_inference::{Hypothesis, Likelihood, NoiseBasis, NoiseLevels, Term};
 use rlg_plan::PositionPlan;
+use rlg_signal::quantiles::median;
 use std::ops::Range;
 
 use super::still::Position;
@@ -118,10 +119,13 @@ impl Record {
 
     /// Unit of powers \[m/s²\].
     pub fn unit_m_s2(&self) -> f64 {
-        let mut within = self.within_m2_s4.clone();
-        within.sort_by(f64::total_cmp);
-        within[within.len() / 2].sqrt()
+        usual_m2_s4(&self.within_m2_s4).sqrt()
     }
+}
+
+/// Median variance of a position's mean \[m²/s⁴\].
+pub(super) fn usual_m2_s4(within_m2_s4: &[f64]) -> f64 {
+    median(within_m2_s4.iter().copied()).unwrap_or(0.0)
 }
 
 /// Generalised eigenbasis of the walk's covariance and of the noise within and between positions.

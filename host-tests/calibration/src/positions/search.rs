@@ -9,7 +9,7 @@ use rlg_plan::{Plan, PositionPlan};
 
 use super::candidates::{Candidate, Column, MadeOf, candidates};
 use super::errors::Errors;
-use super::lengths::{Lengths, Readings, Record};
+use super::lengths::{Lengths, Readings, Record, usual_m2_s4};
 
 /// Measurements of a recording by position.
 #[derive(Clone)]
@@ -85,8 +85,6 @@ impl Observed {
         let within_m2_s4: Vec<f64> = within
             .map(|(along, variance)| along.map(|one| one * one).dot(variance))
             .collect();
-        let mut sorted = within_m2_s4.clone();
-        sorted.sort_by(f64::total_cmp);
         Record {
             length_m_s2,
             columns,
@@ -95,7 +93,7 @@ impl Observed {
             freedom: readings.freedom,
             scatter_m2_s4: readings
                 .slow_m2_s4
-                .max(sorted[sorted.len() / 2])
+                .max(usual_m2_s4(&within_m2_s4))
                 .max(plan.least_scatter_m_s2.powi(2)),
             gravity_std_m_s2: match gravity_std_m_s2 > 0.0 {
                 true => gravity_std_m_s2.max(plan.gravity_std_m_s2),
@@ -185,7 +183,8 @@ pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
         // With few positions no error alone is worth its parameters if two act: a second search starts from the errors of a
         // new unit.
         let first = search.run(&before, most);
-        let second = search.run(&new_unit(&candidates, most), most);
+        let new_unit = new_unit(&candidates, most.min(own.new_unit_kinds));
+        let second = search.run(&new_unit, most);
         let fit = rlg_inference::search::best_of(vec![second], first);
         let (next, settled) = sizes_of((&fit, &candidates), &sizes, plan.positions.settled);
         let stays = settled && fit.members == before;
@@ -206,14 +205,14 @@ pub fn find(observed: &Observed, (plan, left_out): (&Plan, &[&str])) -> Found {
     }
 }
 
-/// Places of the whole everyday kinds, bias and scale error first.
+/// Places of at most `most` whole everyday kinds, bias and scale error first.
 fn new_unit(candidates: &[Candidate], most: usize) -> Vec<usize> {
     let is_whole = |place: &usize| {
         let one = &candidates[*place];
         one.row().is_some_and(|kind| kind.everyday) && one.columns.len() == 3
     };
     let mut whole: Vec<usize> = (0..candidates.len()).filter(is_whole).collect();
-    whole.truncate(most.min(2));
+    whole.truncate(most);
     whole
 }
 

@@ -9,6 +9,7 @@ use std::ops::Range;
 
 use nalgebra::Vector3;
 use rlg_signal::accelerometer_rows::Rows;
+use rlg_signal::quantiles::quantile;
 
 /// Position: blocks of still rows.
 #[derive(Debug, Clone, PartialEq)]
@@ -27,12 +28,7 @@ impl Position {
 
     /// Sum of squared deviations of the blocks from their mean \[m²/s⁴\], x y z.
     pub fn scatter_m2_s4(&self) -> Vector3<f64> {
-        let mean = self.mean_m_s2();
-        let squares = self
-            .blocks_m_s2
-            .iter()
-            .map(|one| (one - mean).map(|v| v * v));
-        squares.sum()
+        squares_about_mean(&self.blocks_m_s2)
     }
 
     /// Half of the difference between the means of the second and the first half, along the force \[m/s²\]: as uncertain as
@@ -46,6 +42,13 @@ impl Position {
 fn mean(blocks: &[Vector3<f64>]) -> Vector3<f64> {
     let sum: Vector3<f64> = blocks.iter().sum();
     sum / blocks.len().max(1) as f64
+}
+
+/// Sum of squared deviations from the mean, by axis.
+pub(super) fn squares_about_mean(blocks: &[Vector3<f64>]) -> Vector3<f64> {
+    let mean = mean(blocks);
+    let squares = blocks.iter().map(|one| (one - mean).map(|v| v * v));
+    squares.sum()
 }
 
 /// Detected positions.
@@ -120,9 +123,9 @@ impl Found {
     /// Adds blocks as a position, if they are enough and do not rotate.
     fn take(&mut self, blocks: &[Block], at: &[usize], plan: &PositionPlan) {
         let rows = at[0] * self.block_rows..(at[at.len() - 1] + 1) * self.block_rows;
-        // The hand still touches the unit during the first and the last block.
-        let inner = match at.len() > plan.least_blocks + 2 {
-            true => &at[1..at.len() - 1],
+        let touched = plan.touched_blocks;
+        let inner = match at.len() > plan.least_blocks + 2 * touched {
+            true => &at[touched..at.len() - touched],
             false => at,
         };
         if inner.len() < plan.least_blocks {
@@ -130,7 +133,7 @@ impl Found {
         }
         let blocks_m_s2: Vec<Vector3<f64>> =
             inner.iter().map(|&one| blocks[one].mean_m_s2).collect();
-        let ends = blocks_m_s2.len().div_ceil(4);
+        let ends = blocks_m_s2.len().div_ceil(plan.turning_parts);
         let first = mean(&blocks_m_s2[..ends]);
         let last = mean(&blocks_m_s2[blocks_m_s2.len() - ends..]);
         if first.angle(&last) > plan.turning_share * plan.same_direction_rad {
@@ -183,10 +186,7 @@ fn least_step_m_s2(rows: &Rows) -> Vector3<f64> {
 fn quiet_variance(blocks: &[Block], share: f64) -> Vector3<f64> {
     Vector3::from_fn(|axis, _| {
         let measured = blocks.iter().filter(|block| block.is_measured);
-        let mut all: Vec<f64> = measured.map(|block| block.variance[axis]).collect();
-        all.sort_by(f64::total_cmp);
-        let place = (share * all.len() as f64) as usize;
-        all.get(place).copied().unwrap_or(0.0)
+        quantile(measured.map(|block| block.variance[axis]), share).unwrap_or(0.0)
     })
 }
 

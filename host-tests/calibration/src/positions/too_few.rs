@@ -3,6 +3,7 @@
 use rlg_diagnosis::{Outcome, Settings, at_rest};
 use rlg_findings::result::Diagnosis;
 use rlg_model::Model;
+use rlg_plan::PositionPlan;
 use rlg_recording::Recording;
 use rlg_recording::units::MICRO_G_PER_M_S2 as MICRO_G;
 use rlg_signal::accelerometer_rows::Rows;
@@ -10,8 +11,13 @@ use rlg_signal::accelerometer_rows::Rows;
 use super::lengths::Readings;
 use super::still::Position;
 
-/// Next experiment if nothing is confounded.
-pub(super) const NEXT: &str = "Hold the unit still in 18 positions or more, ten seconds each: every axis up and down, and between two axes by 45 degrees.";
+/// Next experiment if nothing is confounded: as many positions as hold some out.
+pub(super) fn next_experiment(plan: &PositionPlan) -> String {
+    format!(
+        "Hold the unit still in {} positions or more, ten seconds each: every axis up and down, and between two axes by 45 degrees.",
+        plan.least_to_hold_out
+    )
+}
 
 /// Outcome of a recording with the unit in too few attitudes.
 ///
@@ -34,7 +40,7 @@ pub(super) fn outcome(
         plan.positions.least_attitudes
     );
     let mut diagnosis = Diagnosis {
-        next_experiment: NEXT.to_string(),
+        next_experiment: next_experiment(&plan.positions),
         ..Diagnosis::unusable(&recording.name, settings.seed, &why)
     };
     diagnosis.summary = vec![format!(

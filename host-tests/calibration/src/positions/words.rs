@@ -11,7 +11,7 @@ use rlg_signal::axes::AXES;
 
 use super::candidates::{Column, names, shows};
 use super::diagnose::Diagnosed;
-use super::too_few::NEXT;
+use super::too_few::next_experiment;
 
 /// Reason why some kinds are not observable.
 const STILL: &str = "needs motion; the unit was at rest wherever it was compared with gravity";
@@ -123,9 +123,10 @@ impl Diagnosed {
         let confused = (0..self.found.named.len())
             .find(|&place| !self.alike(place).is_empty() && self.candidate(place).kind != UNLISTED);
         let kind = confused.and_then(|place| self.candidate(place).row());
+        let next = next_experiment(&self.plan.positions);
         match kind {
-            Some(kind) => format!("{NEXT} {}", kind.experiment),
-            None => NEXT.to_string(),
+            Some(kind) => format!("{next} {}", kind.experiment),
+            None => next,
         }
     }
 

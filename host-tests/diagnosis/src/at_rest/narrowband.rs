@@ -5,6 +5,7 @@ use std::f64::consts::TAU;
 use realfft::num_complex::Complex64;
 use rlg_inference::{Dct, Observations};
 use rlg_plan::SteadyPlan;
+use rlg_signal::quantiles::median;
 use rlg_signal::streams::{Triad, each_axis};
 
 /// Returns the values on the rows of the spans, each outlying coefficient reduced to its neighbours' level.
@@ -108,9 +109,7 @@ fn clip(spectrum: &mut [f64], plan: &SteadyPlan) {
         if power[k] < 2.0 * mean {
             continue;
         }
-        let mut near = power[near].to_vec();
-        let middle = near.len() / 2;
-        let median = *near.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let median = median(power[near].iter().copied()).unwrap_or(0.0);
         if power[k] > far_out * median {
             spectrum[k] *= (median / power[k]).sqrt();
         }

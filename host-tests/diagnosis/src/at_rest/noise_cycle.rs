@@ -10,6 +10,7 @@ use std::ops::Range;
 
 use realfft::num_complex::Complex64;
 use rlg_plan::CyclePlan;
+use rlg_signal::quantiles::median;
 use rlg_signal::streams::Triad;
 use statrs::distribution::{ChiSquared, ContinuousCDF};
 
@@ -101,9 +102,8 @@ fn chance(power: f64, turns: usize, rows: usize) -> f64 {
 /// (row, squared value over their mean) of some rows; jolts clipped, so that none decides.
 fn squares(values: &[f64], ranges: &[Range<usize>], jolt: f64) -> Vec<(usize, f64)> {
     let rows: Vec<usize> = ranges.iter().flat_map(Clone::clone).collect();
-    let mut sorted: Vec<f64> = rows.iter().map(|&row| values[row] * values[row]).collect();
-    sorted.sort_by(f64::total_cmp);
-    let median = sorted.get(sorted.len() / 2).copied().unwrap_or(0.0);
+    let squares = rows.iter().map(|&row| values[row] * values[row]);
+    let median = median(squares).unwrap_or(0.0);
     let held = |row: usize| (values[row] * values[row]).min(jolt * median);
     let mean = rows.iter().map(|&row| held(row)).sum::<f64>() / rows.len().max(1) as f64;
     rows.iter()

@@ -7,6 +7,7 @@ use nalgebra::Matrix3;
 use rlg_inference::{Dct, Fit, NoiseBasis, NoiseLevels, Observations};
 use rlg_signal::axes::Triad;
 use rlg_signal::partition::Use;
+use rlg_signal::quantiles::median;
 use statrs::distribution::{ContinuousCDF, Normal};
 
 use crate::alignment::case_motion::{Level, Motion};
@@ -231,9 +232,7 @@ fn angle_of_highest(
             let sine = (0.5 * std::f64::consts::PI * k as f64 / rows as f64).sin();
             spectrum[k].powi(2) / (4.0 * sine * sine)
         };
-        let mut powers: Vec<f64> = (from..to).map(of).collect();
-        let middle = powers.len() / 2;
-        let median = *powers.select_nth_unstable_by(middle, f64::total_cmp).1;
+        let median = median((from..to).map(of)).unwrap_or(0.0);
         let count = (to - from) as f64;
         let value = median / MEDIAN;
         Level {

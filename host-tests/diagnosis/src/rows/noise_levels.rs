@@ -4,6 +4,7 @@ use rlg_inference::search::DriftPrior;
 use rlg_inference::transform::Transform;
 use rlg_inference::{Drift, NoiseLevels, Observations};
 use rlg_model::Gyro;
+use rlg_signal::quantiles::median;
 
 use crate::tiles::noise_spectrum::Noise;
 use rlg_signal::streams::{Triad, each_axis};
@@ -38,15 +39,14 @@ fn levels_under(
             .zip(&basis.counts)
             .map(|(p, count)| p / count)
             .collect();
-        let white = 0.5 * median(&density);
-        let ratios: Vec<f64> = density
+        let white = 0.5 * median(density.iter().copied()).unwrap_or(0.0);
+        let ratios = density
             .iter()
             .zip(&basis.power[1])
-            .map(|(p, lambda)| p / lambda)
-            .collect();
+            .map(|(p, lambda)| p / lambda);
         let start = NoiseLevels {
             white,
-            angle: 0.5 * median(&ratios),
+            angle: 0.5 * median(ratios).unwrap_or(0.0),
             flicker: white,
             walk: white,
         };
@@ -87,12 +87,6 @@ pub(crate) fn joint_drift(each: impl Iterator<Item = DriftPrior>) -> DriftPrior 
         }
     }
     DriftPrior::Declared(declared)
-}
-
-fn median(values: &[f64]) -> f64 {
-    let mut sorted = values.to_vec();
-    sorted.sort_by(f64::total_cmp);
-    sorted[sorted.len() / 2]
 }
 
 /// Levels per row as the report's θ at `rate_hz`.

@@ -4,6 +4,7 @@
 
 use rand::SeedableRng;
 use rand_chacha::ChaCha8Rng;
+use rlg_catalogue::accelerometers;
 use rlg_findings::result::{
     Diagnosis, SelfTestEntry, SelfTestKind, SelfTestPoint, Sensitivity, Tested,
 };
@@ -173,6 +174,16 @@ impl Reach {
             typical: entry.size.typical,
             largest: entry.size.largest,
         })
+    }
+}
+
+impl From<&accelerometers::Kind> for Reach {
+    fn from(kind: &accelerometers::Kind) -> Self {
+        Self {
+            unit: kind.unit,
+            typical: kind.typical,
+            largest: kind.largest,
+        }
     }
 }
 

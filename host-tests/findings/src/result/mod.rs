@@ -134,31 +134,41 @@ pub struct PlanEntry {
     pub default: Vec<f64>,
 }
 
-impl Diagnosis {
-    /// Records the thresholds that differ from the defaults, in the summary too.
-    pub fn under_plan(&mut self, changed: Vec<PlanEntry>) {
-        if changed.is_empty() {
-            return;
-        }
+impl PlanEntry {
+    /// Numbers of a plan that differ from the defaults.
+    pub fn changed(plan: &Plan) -> Vec<Self> {
+        let changed = plan.changed().into_iter();
+        changed
+            .map(|(own, default)| Self {
+                number: own.name,
+                value: own.values,
+                default: default.values,
+            })
+            .collect()
+    }
+
+    /// Sentence on such numbers; `None` without any.
+    pub fn sentence(changed: &[Self]) -> Option<String> {
         let words = |values: &[f64]| {
             let each: Vec<String> = values.iter().map(|value| format!("{value}")).collect();
             each.join(", ")
         };
-        let each: Vec<String> = changed
-            .iter()
-            .map(|one| {
-                format!(
-                    "{} {} instead of {}",
-                    one.number,
-                    words(&one.value),
-                    words(&one.default)
-                )
-            })
-            .collect();
-        self.prepend(vec![format!(
-            "Thresholds other than the defaults: {}.",
-            each.join("; ")
-        )]);
+        let each = changed.iter().map(|one| {
+            let [own, default] = [&one.value, &one.default].map(|values| words(values));
+            format!("{} {own} instead of {default}", one.number)
+        });
+        let each: Vec<String> = each.collect();
+        (!each.is_empty()).then(|| {
+            let numbers = each.join("; ");
+            format!("Thresholds other than the defaults: {numbers}.")
+        })
+    }
+}
+
+impl Diagnosis {
+    /// Records the thresholds that differ from the defaults, in the summary too.
+    pub fn under_plan(&mut self, changed: Vec<PlanEntry>) {
+        self.prepend(PlanEntry::sentence(&changed).into_iter().collect());
         self.plan = changed;
     }
 

@@ -15,6 +15,7 @@ use super::diagnose::{rows, work};
 use super::inputs::{check_plausible, given_or_ideal, results_folder};
 use super::steps::Steps;
 use crate::error::InputError;
+use crate::json;
 use crate::model::{DeclaredModel, Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::recording::{Quantity, Recording};
@@ -217,11 +218,7 @@ fn write(
     model: &Model,
     mut out: OutputFolder,
 ) -> Result<(), InputError> {
-    let mut json = serde_json::to_string_pretty(registration).map_err(|error| {
-        let problem = format!("the result has no JSON form ({error})");
-        InputError::new(out.target(), problem)
-    })?;
-    json.push('\n');
+    let json = json::text(registration, out.target())?;
     out.write(REGISTRATION, json.as_bytes())?;
     out.write(MODEL, model.to_toml().as_bytes())?;
     out.commit()

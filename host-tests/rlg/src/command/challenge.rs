@@ -15,6 +15,7 @@ use crate::challenge::score::{Scores, score};
 use crate::challenge::trial::{Family, MIX};
 use crate::challenge::{Plan, Share, lines_of, prepare};
 use crate::error::InputError;
+use crate::json;
 use crate::output::OutputFolder;
 use crate::recording::Recording;
 use crate::report::challenge::page;
@@ -307,9 +308,7 @@ fn write(
     let read_answers: Vec<Answer> = lines_of(&answers, &out.join(ANSWERS))?;
     let read_outcomes: Vec<Outcome> = lines_of(&outcomes, &out.join(OUTCOMES))?;
     let scores = score(plan, &read_answers, &read_outcomes);
-    let mut json = serde_json::to_string_pretty(&scores)
-        .map_err(|error| InputError::new(out, format!("the result has no JSON form ({error})")))?;
-    json.push('\n');
+    let json = json::text(&scores, out)?;
     let mut folder = OutputFolder::create(out)?;
     if let Some(commitments) = commitments {
         folder.write(COMMITMENTS, commitments.as_bytes())?;

@@ -10,6 +10,7 @@ use rlg_findings::sentences::combination;
 use super::page_beside::declared;
 use crate::demo::{Demo, SegmentDrift, tell};
 use crate::error::InputError;
+use crate::json;
 use crate::output::OutputFolder;
 use crate::recording::Recording;
 use crate::report::beside::{Beside, rates};
@@ -66,10 +67,7 @@ impl DemoCommand {
             },
         )?;
         let diagnosis = &demo.outcome.diagnosis;
-        let mut json = serde_json::to_string_pretty(diagnosis).map_err(|error| {
-            InputError::new(&self.out, format!("the result has no JSON form ({error})"))
-        })?;
-        json.push('\n');
+        let json = json::text(diagnosis, &self.out)?;
         out.write("diagnosis.json", json.as_bytes())?;
         let simulation = &demo.simulation;
         let weight_rad = simulation.model.gyro.pulse_weight_rad;

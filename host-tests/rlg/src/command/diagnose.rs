@@ -7,7 +7,7 @@ use std::process::ExitCode;
 use clap::Args;
 use rlg_attitude::serves as is_slow;
 use rlg_diagnosis::Outcome;
-use rlg_findings::result::Verdict;
+use rlg_findings::result::{PlanEntry, Verdict};
 
 use super::fail_on::FailOn;
 use super::given::Given;
@@ -22,6 +22,7 @@ use crate::diagnose::{
 };
 use crate::error::InputError;
 use crate::fleet::run::{RUN_FILE, RunFile};
+use crate::json;
 use crate::model::{DeclaredModel, Model, MotionSource};
 use crate::output::OutputFolder;
 use crate::plausibility::{Bounds, is_unreferenced_motion};
@@ -328,7 +329,9 @@ impl Diagnose {
         }
         .map_err(|error| given.renamed(error))?;
         spinner.finish_and_clear();
-        outcome.diagnosis.under_plan(plan::entries(&settings.plan));
+        outcome
+            .diagnosis
+            .under_plan(PlanEntry::changed(&settings.plan));
         Ok(Diagnosed {
             outcome,
             assumed,
@@ -416,12 +419,11 @@ fn together(
 
 /// Returns the kind of work for a recording.
 pub(super) fn work(recording: &Recording, model: &Model) -> Work {
-    let mut channels = recording.tables.iter().flat_map(|table| &table.channels);
     if is_slow(recording, model) {
         Work::Attitudes
     } else if model.motion == MotionSource::Static {
         Work::AtRest
-    } else if channels.any(|channel| channel.quantity == Quantity::DitherAngle) {
+    } else if recording.holds(&[Quantity::DitherAngle]) {
         Work::DitheredInMemory
     } else {
         Work::Rates
@@ -454,13 +456,7 @@ fn write(
     mut out: OutputFolder,
 ) -> Result<(), InputError> {
     let diagnosis = &outcome.diagnosis;
-    let mut json = serde_json::to_string_pretty(diagnosis).map_err(|error| {
-        InputError::new(
-            out.target(),
-            format!("the result has no JSON form ({error})"),
-        )
-    })?;
-    json.push('\n');
+    let json = json::text(diagnosis, out.target())?;
     out.write("diagnosis.json", json.as_bytes())?;
     match diagnosis.verdict {
         Verdict::Unusable => out.without("model.toml"),

@@ -85,8 +85,8 @@ impl Export {
             "{}: {frames} frames of {FRAME_BYTES} bytes",
             self.out.display()
         ));
-        let channels = recording.tables.iter().flat_map(|table| &table.channels);
-        let mut left: Vec<&str> = channels
+        let mut left: Vec<&str> = recording
+            .channels()
             .map(|channel| &channel.quantity)
             .filter(|quantity| !bank_file::holds(quantity))
             .map(Quantity::name)
@@ -192,8 +192,7 @@ impl Export {
                 ));
             }
         }
-        let channels = || recording.tables.iter().flat_map(|table| &table.channels);
-        if channels().any(|channel| channel.quantity == Quantity::GyroCount) {
+        if recording.holds(&[Quantity::GyroCount]) {
             terminal.warn(
                 "the weight of a pulse stands in the model, not here: rlg import asks for it as --unit gyro_count:WEIGHT*rad",
             );

@@ -12,6 +12,7 @@ use strapdown::{AlignmentError, Solution};
 
 use super::inputs::{read_model, results_folder};
 use crate::error::InputError;
+use crate::json;
 use crate::navigate::figures::TrajectoryFigures;
 use crate::navigate::trajectory::NotAtRest;
 use crate::navigate::{Place, Readings, Start, Trajectory, navigate};
@@ -130,9 +131,7 @@ impl NavigateCommand {
 
         spinner.set_message("writing");
         table(&recording, &readings, before.as_ref(), &after).write_into(&mut out)?;
-        let mut text = serde_json::to_string_pretty(&results)
-            .map_err(|error| InputError::new(&self.out, format!("cannot be written ({error})")))?;
-        text.push('\n');
+        let text = json::text(&results, &self.out)?;
         let page = report::navigation::page(&report::navigation::Navigation {
             recording: &recording.name,
             readings: &readings,

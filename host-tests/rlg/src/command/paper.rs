@@ -5,6 +5,7 @@ use std::path::PathBuf;
 use clap::Args;
 
 use crate::error::InputError;
+use crate::json;
 use crate::output::OutputFolder;
 use crate::paper::lengths::Lengths;
 use crate::paper::page::page;
@@ -44,10 +45,7 @@ impl PaperCommand {
         let bar = terminal.bar(rows(&lengths) as u64, "simulating");
         let paper = reproduce(self.seed, &lengths, &|done| bar.inc(done as u64))?;
         bar.finish_and_clear();
-        let mut json = serde_json::to_string_pretty(&paper.results).map_err(|error| {
-            InputError::new(&self.out, format!("the result has no JSON form ({error})"))
-        })?;
-        json.push('\n');
+        let json = json::text(&paper.results, &self.out)?;
         out.write("paper.json", json.as_bytes())?;
         out.write("paper.html", page(&paper, &json).as_bytes())?;
         out.commit()?;

@@ -1,9 +1,8 @@
-//! `rlg plan`: prints the thresholds of a diagnosis as a file for `rlg diagnose --plan`; reads such a file.
+//! `rlg plan`: prints the thresholds of a diagnosis and of a calibration as a file for `--plan`; reads such a file.
 
 use std::path::{Path, PathBuf};
 
 use clap::Args;
-use rlg_findings::result::PlanEntry;
 use rlg_plan::{Number, Plan};
 use serde_json::{Map, json};
 
@@ -11,10 +10,10 @@ use crate::error::InputError;
 use crate::plan_file;
 use crate::terminal::Terminal;
 
-/// Print the thresholds of a diagnosis
+/// Print the thresholds of a diagnosis and of a calibration
 ///
 /// Every number with its unit, permitted range and reason, as a file: change a number, leave out what stays, and give the
-/// file to rlg diagnose --plan.
+/// file to rlg diagnose --plan or rlg calibrate --plan.
 #[derive(Debug, Args)]
 #[command(
     after_help = "Example:\n  rlg plan > plan.toml\n  rlg diagnose RECORDING --model model.toml --plan plan.toml"
@@ -53,16 +52,4 @@ fn values(number: &Number) -> serde_json::Value {
 /// Reads a plan; the defaults without a file.
 pub(super) fn given(file: Option<&Path>) -> Result<Plan, InputError> {
     file.map_or_else(|| Ok(Plan::default()), plan_file::read)
-}
-
-/// Entries of `diagnosis.json` for the numbers that differ from the defaults.
-pub(super) fn entries(plan: &Plan) -> Vec<PlanEntry> {
-    let changed = plan.changed().into_iter();
-    changed
-        .map(|(own, default)| PlanEntry {
-            number: own.name,
-            value: own.values,
-            default: default.values,
-        })
-        .collect()
 }

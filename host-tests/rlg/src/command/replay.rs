@@ -12,6 +12,7 @@ use serde::Serialize;
 
 use super::inputs::{read_model, results_folder};
 use crate::error::InputError;
+use crate::json;
 use crate::output::OutputFolder;
 use crate::recording::{Axis, Channel, Clock, MANIFEST, Quantity, Recording, Segment, Table};
 use crate::replay::drift::{
@@ -234,9 +235,7 @@ impl ReplayCommand {
             rows_left_out: input.rows_left_out,
         };
         compensated(recording, input, &segments, &done).write_into(out)?;
-        let mut text = serde_json::to_string_pretty(&report)
-            .map_err(|error| InputError::new(&self.out, format!("cannot be written ({error})")))?;
-        text.push('\n');
+        let text = json::text(&report, &self.out)?;
         out.write("replay.json", text.as_bytes())?;
         Ok(report)
     }

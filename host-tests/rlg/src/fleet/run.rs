@@ -8,6 +8,7 @@ use serde::{Deserialize, Serialize};
 use serde_json::Value;
 
 use crate::error::InputError;
+use crate::json;
 use crate::output::OutputFolder;
 use crate::recording::About;
 
@@ -135,10 +136,7 @@ impl RunFile {
 
     /// Adds the file to `out`.
     pub fn write_into(&self, out: &mut OutputFolder) -> Result<(), InputError> {
-        let mut json = serde_json::to_string_pretty(self).map_err(|error| {
-            InputError::new(out.target(), format!("has no JSON form ({error})"))
-        })?;
-        json.push('\n');
+        let json = json::text(self, out.target())?;
         out.write(RUN_FILE, json.as_bytes())
     }
 }

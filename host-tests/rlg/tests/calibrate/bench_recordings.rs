@@ -6,8 +6,9 @@ use std::path::PathBuf;
 use nalgebra::{DMatrix, DVector};
 use rlg::calibrate::calibrate;
 use rlg::diagnose::result::ParameterEntry;
-use rlg::model::Model;
+use rlg::model::{DeclaredModel, Model};
 use rlg::recording::Recording;
+use rlg_plan::Plan;
 
 /// 3σ in six dimensions: the squared Mahalanobis distance that contains 99.73 % of a six-dimensional normal.
 const THREE_SIGMA_SIX: f64 = 20.06;
@@ -31,7 +32,13 @@ fn read(name: &str) -> Option<(Recording, Model, PathBuf)> {
 /// Computes the squared Mahalanobis distance of the calibrated six from the concealed ones.
 fn distance(name: &str) -> Option<f64> {
     let (recording, model, file) = read(name)?;
-    let outcome = calibrate(&[recording], &model, &file, &|_| {}).expect("a calibration");
+    let outcome = calibrate(
+        &[recording],
+        DeclaredModel::new(&model, &file),
+        &Plan::default(),
+        &|_| {},
+    )
+    .expect("a calibration");
     for line in &outcome.calibration.summary {
         println!("{line}");
     }
@@ -73,7 +80,12 @@ fn recordings_of_two_instruments_are_not_taken_for_one() {
     let Some((shake, _, _)) = read("bench-shake") else {
         return;
     };
-    let Err(error) = calibrate(&[coning, shake], &model, &file, &|_| {}) else {
+    let Err(error) = calibrate(
+        &[coning, shake],
+        DeclaredModel::new(&model, &file),
+        &Plan::default(),
+        &|_| {},
+    ) else {
         panic!("two instruments were taken for one");
     };
     assert!(error.to_string().contains("bench-shake"), "{error}");

@@ -5,6 +5,8 @@ use std::path::Path;
 use rayon::prelude::*;
 use rlg::calibrate::calibrate;
 use rlg::calibrate::result::Calibration;
+use rlg::model::DeclaredModel;
+use rlg_plan::Plan;
 
 use crate::closed_form::{Against, Programme, TABLE_3, coning, make, spins};
 
@@ -30,8 +32,8 @@ fn deviations(
             let made = make(&programme(), &TABLE_3, &against(), seed);
             let outcome = calibrate(
                 &[made.recording],
-                &made.model,
-                Path::new("model.toml"),
+                DeclaredModel::new(&made.model, Path::new("model.toml")),
+                &Plan::default(),
                 &|_| {},
             )
             .expect("a calibration");

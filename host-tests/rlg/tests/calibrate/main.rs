@@ -6,4 +6,5 @@ mod coverage;
 mod planner;
 mod refusals;
 mod table_three;
+mod thresholds;
 mod what_is_known;

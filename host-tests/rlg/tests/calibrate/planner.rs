@@ -5,11 +5,12 @@ use std::path::Path;
 
 use assert_cmd::Command;
 use rayon::prelude::*;
-use rlg::calibrate::plan::limits::Limits;
-use rlg::calibrate::plan::{Plan, plan};
-use rlg::model::{Model, ModelEffect};
+use rlg::calibrate::programme::limits::Limits;
+use rlg::calibrate::programme::{Programme, propose};
+use rlg::model::{DeclaredModel, Model, ModelEffect};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
+use rlg_plan::Plan;
 
 use crate::closed_form::TABLE_3;
 use crate::table_three::{self, calibration, ignorant};
@@ -20,13 +21,13 @@ const SIX_WITHIN: f64 = 0.05;
 const NAMES: [&str; 6] = ["xy", "xz", "yx", "yz", "zx", "zy"];
 
 /// Returns the instrument of the Table 3 test.
-fn instrument() -> Model {
+pub fn instrument() -> Model {
     let scenario = table_three::scenario("[[motion]]\nkind = \"still\"\nduration_s = 0.25\n");
     simulate(&scenario, 0, |_| {}).model
 }
 
 /// 400 °/s and 600 °/s², with a time and a sample rate.
-fn limits_text(table_time_s: f64, rate_hz: f64) -> String {
+pub fn limits_text(table_time_s: f64, rate_hz: f64) -> String {
     format!(
         "format = 1\ngreatest_rate_rad_s = {:?}\ngreatest_acceleration_rad_s2 = {:?}\n\
          table_time_s = {table_time_s:?}\nrate_hz = {rate_hz:?}\n",
@@ -35,17 +36,19 @@ fn limits_text(table_time_s: f64, rate_hz: f64) -> String {
     )
 }
 
-fn planned(text: &str) -> (Limits, Plan) {
+fn planned(text: &str) -> (Limits, Programme) {
     let folder = tempfile::tempdir().expect("a temporary folder");
     let file = folder.path().join("limits.toml");
     fs::write(&file, text).expect("a file");
     let limits = Limits::read(&file).expect("limits");
-    let plan = plan(&limits, &file, &instrument(), Path::new("model.toml")).expect("a plan");
-    (limits, plan)
+    let instrument = instrument();
+    let model = DeclaredModel::new(&instrument, Path::new("model.toml"));
+    let programme = propose(&limits, &file, model, &Plan::default()).expect("a programme");
+    (limits, programme)
 }
 
 /// Returns the planned scenario with the flexure of Table 3 concealed in it.
-fn with_table_3(plan: &Plan) -> Scenario {
+fn with_table_3(programme: &Programme) -> Scenario {
     let values: String = NAMES
         .iter()
         .zip(TABLE_3)
@@ -53,7 +56,7 @@ fn with_table_3(plan: &Plan) -> Scenario {
         .collect();
     let text = format!(
         "{}\n[[effect]]\nkind = \"axis_flexure\"\nconcealed = true\n{values}",
-        plan.scenario
+        programme.scenario
     );
     Scenario::parse(&text, Path::new("scenario.toml"))
         .expect("a scenario that rlg simulate accepts")
@@ -68,18 +71,21 @@ fn a_programme_stays_within_its_limits_and_its_time() {
             "format = 1\ngreatest_rate_rad_s = {rate:?}\ngreatest_acceleration_rad_s2 = {acceleration:?}\n\
              table_time_s = {seconds:?}\ngreatest_frequency_hz = 20.0\n"
         );
-        let (limits, plan) = planned(&text);
-        for line in &plan.entry.summary {
+        let (limits, programme) = planned(&text);
+        for line in &programme.entry.summary {
             println!("{line}");
         }
-        assert!(plan.entry.table_time_s <= limits.table_time_s);
-        assert!(plan.entry.greatest_rate_rad_s <= limits.greatest_rate_rad_s);
-        assert!(plan.entry.greatest_acceleration_rad_s2 <= limits.greatest_acceleration_rad_s2);
+        assert!(programme.entry.table_time_s <= limits.table_time_s);
+        assert!(programme.entry.greatest_rate_rad_s <= limits.greatest_rate_rad_s);
+        assert!(
+            programme.entry.greatest_acceleration_rad_s2 <= limits.greatest_acceleration_rad_s2
+        );
         // A programme that leaves half of either limit unused is not the most informative.
         assert!(
-            plan.entry.greatest_acceleration_rad_s2 > 0.5 * limits.greatest_acceleration_rad_s2
+            programme.entry.greatest_acceleration_rad_s2
+                > 0.5 * limits.greatest_acceleration_rad_s2
         );
-        assert!(plan.entry.summary.len() <= 20);
+        assert!(programme.entry.summary.len() <= 20);
     }
 }
 
@@ -87,11 +93,11 @@ fn a_programme_stays_within_its_limits_and_its_time() {
 #[test]
 fn the_planned_programme_gives_all_six_of_table_three_in_the_time_of_the_coning_programme() {
     let coning_s = 3.0 * (table_three::CONING_S + 20.0);
-    let (_, plan) = planned(&limits_text(coning_s, 4000.0));
-    for line in &plan.entry.summary {
+    let (_, programme) = planned(&limits_text(coning_s, 4000.0));
+    for line in &programme.entry.summary {
         println!("{line}");
     }
-    let simulation = simulate(&with_table_3(&plan), 1, |_| {});
+    let simulation = simulate(&with_table_3(&programme), 1, |_| {});
     let model = ignorant(&simulation.model);
     let outcome = calibration(&[simulation.recording], &model);
     let effect: &ModelEffect = outcome
@@ -105,7 +111,7 @@ fn the_planned_programme_gives_all_six_of_table_three_in_the_time_of_the_coning_
         println!(
             "K_{name}: {value:.3e}, Table 3 {truth:.1e}, off by {:.2} %, predicted spread {:.2} %",
             100.0 * (value / truth - 1.0),
-            100.0 * plan.entry.std[*name] / truth
+            100.0 * programme.entry.std[*name] / truth
         );
         assert!((value / truth - 1.0).abs() < SIX_WITHIN);
     }
@@ -114,12 +120,12 @@ fn the_planned_programme_gives_all_six_of_table_three_in_the_time_of_the_coning_
 
 /// Twelve seeds of 90 s at 1 kHz: 72 normalised errors, with an rms of 1 ± 0.08 if the prediction holds.
 #[test]
-fn simulated_scatter_is_what_the_plan_predicts() {
+fn simulated_scatter_is_what_the_programme_predicts() {
     const SEEDS: u64 = 12;
     /// Four standard deviations of the rms of 72 standard normal errors.
     const WITHIN: f64 = 0.33;
-    let (_, plan) = planned(&limits_text(90.0, 1000.0));
-    let scenario = with_table_3(&plan);
+    let (_, programme) = planned(&limits_text(90.0, 1000.0));
+    let scenario = with_table_3(&programme);
     let found: Vec<(f64, f64)> = (0..SEEDS)
         .into_par_iter()
         .flat_map_iter(|seed| {
@@ -127,13 +133,13 @@ fn simulated_scatter_is_what_the_plan_predicts() {
             let model = ignorant(&simulation.model);
             let outcome = rlg::calibrate::calibrate(
                 &[simulation.recording],
-                &model,
-                Path::new("model.toml"),
+                DeclaredModel::new(&model, Path::new("model.toml")),
+                &Plan::default(),
                 &|_| {},
             )
             .expect("a calibration");
             let effect = outcome.calibration.effects[0].clone();
-            let predicted = plan.entry.std.clone();
+            let predicted = programme.entry.std.clone();
             effect
                 .parameters
                 .into_iter()
@@ -182,7 +188,11 @@ fn limits_that_no_programme_meets_are_refused_by_name() {
         fs::write(&limits, good.replace(from, to)).expect("a file");
         let output = Command::cargo_bin("rlg")
             .expect("the command is built")
-            .args(["calibrate".as_ref(), "--plan".as_ref(), limits.as_os_str()])
+            .args([
+                "calibrate".as_ref(),
+                "--propose".as_ref(),
+                limits.as_os_str(),
+            ])
             .args(["--model".as_ref(), model.as_os_str()])
             .arg("--out")
             .arg(folder.path().join("out"))

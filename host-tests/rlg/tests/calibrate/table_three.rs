@@ -5,10 +5,11 @@ use std::path::Path;
 
 use nalgebra::{UnitQuaternion, Vector3};
 use rlg::calibrate::{Outcome, calibrate};
-use rlg::model::Model;
+use rlg::model::{DeclaredModel, Model};
 use rlg::recording::{Quantity, Recording};
 use rlg::simulate::scenario::Scenario;
 use rlg::simulate::simulate;
+use rlg_plan::Plan;
 
 use crate::closed_form::{TABLE_3, attitude_table};
 
@@ -101,8 +102,8 @@ fn with_attitude(mut recording: Recording, increments_rad: &[[f64; 3]]) -> Recor
 }
 
 pub fn calibration(recordings: &[Recording], model: &Model) -> Outcome {
-    let outcome =
-        calibrate(recordings, model, Path::new("model.toml"), &|_| {}).expect("a calibration");
+    let model = DeclaredModel::new(model, Path::new("model.toml"));
+    let outcome = calibrate(recordings, model, &Plan::default(), &|_| {}).expect("a calibration");
     for line in &outcome.calibration.summary {
         println!("{line}");
     }

@@ -4,18 +4,20 @@ use std::path::Path;
 
 use rlg::calibrate::{Outcome, calibrate};
 use rlg::error::InputError;
-use rlg::model::ModelEffect;
+use rlg::model::{DeclaredModel, Model, ModelEffect};
+use rlg::recording::Recording;
+use rlg_plan::Plan;
 
 use crate::closed_form::{Against, Made, TABLE_3, coning, make, spins};
 
 fn of(made: &[&Made]) -> Result<Outcome, InputError> {
     let recordings: Vec<_> = made.iter().map(|made| made.recording.clone()).collect();
-    calibrate(
-        &recordings,
-        &made[0].model,
-        Path::new("model.toml"),
-        &|_| {},
-    )
+    under(&made[0].model, &recordings)
+}
+
+fn under(model: &Model, recordings: &[Recording]) -> Result<Outcome, InputError> {
+    let model = DeclaredModel::new(model, Path::new("model.toml"));
+    calibrate(recordings, model, &Plan::default(), &|_| {})
 }
 
 fn flexure(outcome: &Outcome) -> &ModelEffect {
@@ -47,7 +49,7 @@ fn coning_gives_three_sums_and_says_that_the_differences_are_not_known() {
             assert!(unfixed.combination.values().any(|weight| *weight < 0.0));
             assert!(unfixed.motion.contains("spin about"), "{}", unfixed.motion);
         }
-        assert!(calibration.next_experiment.contains("--plan"));
+        assert!(calibration.next_experiment.contains("--propose"));
         let model = flexure(&outcome);
         assert_eq!(model.number("xy"), model.number("xz"));
         let choice = model.choice().expect("differences are a choice");
@@ -139,9 +141,8 @@ fn flexure_that_the_model_already_has_is_replaced_and_not_added_to() {
         parameters: [("xy".to_owned(), rlg::model::EffectValue::Number(3e-8))].into(),
     });
     let recordings = [made.recording.clone()];
-    let fresh =
-        calibrate(&recordings, &made.model, Path::new("m"), &|_| {}).expect("a calibration");
-    let again = calibrate(&recordings, &half, Path::new("m"), &|_| {}).expect("a calibration");
+    let fresh = under(&made.model, &recordings).expect("a calibration");
+    let again = under(&half, &recordings).expect("a calibration");
     assert_eq!(flexure(&fresh), flexure(&again));
     assert_eq!(again.model.effects.len(), 1);
 }
@@ -158,7 +159,7 @@ fn an_effect_that_the_model_has_is_no_part_of_what_is_fitted() {
         });
         let fitted = |model| {
             let recordings = [made.recording.clone()];
-            let outcome = calibrate(&recordings, model, Path::new("m"), &|_| {});
+            let outcome = under(model, &recordings);
             let calibration = outcome.expect("a calibration").calibration;
             let mut nuisances = calibration.nuisances.into_iter();
             let scale = nuisances.find(|one| one.kind == "gyro_scale" && one.name == "x");

@@ -9,7 +9,7 @@ use rlg_findings::numbers::{ARCSEC_PER_RAD, DEG_H};
 use rlg_findings::result::{
     EffectEntry, Identifiable, NoiseEntry, ParameterEntry, UNLISTED, Verdict,
 };
-use rlg_findings::sentences::{effect_lines, opening};
+use rlg_findings::sentences::effect_lines;
 use rlg_findings::updated_model::switch_on;
 use rlg_model::{EffectValue, ModelEffect};
 use rlg_plan::Plan;
@@ -121,10 +121,8 @@ impl Turned {
         let is_consistent = diagnosis.verdict.is_consistent() && !is_left;
         diagnosis.effects.extend(effects);
         let is_listed = |one: &EffectEntry| one.kind != UNLISTED;
-        diagnosis.verdict = Verdict::of(diagnosis.effects.iter().any(is_listed), is_consistent);
-        if let Some(first) = diagnosis.summary.first_mut() {
-            *first = opening(diagnosis.verdict).to_string();
-        }
+        let is_found = diagnosis.effects.iter().any(is_listed);
+        diagnosis.conclude(Verdict::of(is_found, is_consistent));
         diagnosis.summary.extend(lines);
         diagnosis.noise = AXES
             .iter()

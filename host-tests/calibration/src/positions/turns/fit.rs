@@ -8,6 +8,7 @@ use nalgebra::{DMatrix, DVector, Vector3};
 
 use super::prediction::{ALL, Sizes, predict};
 use super::readings::Gyros;
+use crate::estimate::at_unit_diagonal;
 
 /// Steps of Gauss and Newton: from errors of a tenth the third changes no printed digit.
 const STEPS: usize = 5;
@@ -190,10 +191,8 @@ impl Step {
             information.ger(weight, &one.derivatives, &one.derivatives, 1.0);
             moment.axpy(weight * one.left, &one.derivatives, 1.0);
         }
-        // Units of rates, angles and ratios differ by decades.
-        let unit = information.diagonal().map(|one| one.sqrt().recip());
-        let scaled = DMatrix::from_fn(ALL, ALL, |a, b| information[(a, b)] * unit[a] * unit[b]);
-        let inverse = scaled.cholesky()?.inverse();
+        let (root, unit) = at_unit_diagonal(&information);
+        let inverse = root?.inverse();
         let covariance = DMatrix::from_fn(ALL, ALL, |a, b| inverse[(a, b)] * unit[a] * unit[b]);
         let mut freedom = [0.0; 2];
         for one in observations {

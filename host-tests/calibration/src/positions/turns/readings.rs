@@ -11,7 +11,7 @@ use rlg_signal::qualify;
 use rlg_signal::still::shown_rad;
 use rlg_signal::streams::Streams;
 
-use super::super::still::Position;
+use super::super::still::{Position, squares_about_mean};
 
 /// Rest at one position.
 #[derive(Debug, Clone)]
@@ -71,13 +71,14 @@ impl Gyros {
         };
         let spans: Vec<Range<usize>> = positions.iter().map(|one| span_of(&one.rows)).collect();
         let block_rows = (plan.positions.block_s * streams.rate_hz).round() as usize;
+        let measured_share = plan.positions.measured_share;
         let mut scatter = Scatter::default();
         let mut rest = |span: &Range<usize>| {
             let seen: Vec<usize> = span.clone().filter(|&row| streams.usable[row]).collect();
             let sum: Vector3<f64> = seen.iter().map(|&row| of_row(row)).sum();
             let blocks = seen.chunks_exact(block_rows.max(1));
             scatter.add(blocks.map(|block| block.iter().map(|&row| of_row(row)).sum()));
-            (2 * seen.len() > span.len()).then(|| Rest {
+            (seen.len() as f64 > measured_share * span.len() as f64).then(|| Rest {
                 mean_rad_s: sum * streams.rate_hz / seen.len() as f64,
                 length_s: seen.len() as f64 / streams.rate_hz,
             })
@@ -122,11 +123,7 @@ impl Scatter {
         if blocks.len() < 2 {
             return;
         }
-        let mean = blocks.iter().sum::<Vector3<f64>>() / blocks.len() as f64;
-        let squares = blocks
-            .iter()
-            .map(|one| (one - mean).map(|away| away * away));
-        self.squares_rad2 += squares.sum::<Vector3<f64>>();
+        self.squares_rad2 += squares_about_mean(&blocks);
         self.freedom += blocks.len() as f64 - 1.0;
     }
 

@@ -26,7 +26,7 @@ pub fn recording(file: &Path, site: Option<Site>, assembled: &mut Assembled) -> 
 
 /// Makes the model of an ideal unit: nothing is corrected, no noise is declared.
 pub fn ideal(recording: &Recording, assembled: &Assembled) -> Model {
-    let channels = recording.tables.iter().flat_map(|table| &table.channels);
+    let channels = recording.channels();
     let quantities: Vec<Quantity> = channels.map(|channel| channel.quantity.clone()).collect();
     still::ideal(assembled.pulse_weight_rad, &quantities)
 }

@@ -4,6 +4,7 @@
 //! two is the unit, whatever axes and signs.
 
 use crate::recording::{AXES, Channel, Clock, Quantity, Table};
+use rlg_signal::quantiles::median;
 
 /// Length of a stretch \[s\]: longer than the delays of loggers, shorter than the motions of hands and tables.
 const STRETCH_S: f64 = 0.25;
@@ -345,8 +346,6 @@ pub fn force_length(tables: &[Table]) -> Option<f64> {
         let force = |axis: &str| table.channel(&Quantity::SpecificForce, axis);
         let forces = [force("x")?, force("y")?, force("z")?];
         let lengths = (0..table.rows).map(|row| size(forces.map(|channel| channel.values[row])));
-        let mut lengths: Vec<f64> = lengths.filter(|length| length.is_finite()).collect();
-        lengths.sort_by(f64::total_cmp);
-        lengths.get(lengths.len() / 2).copied()
+        median(lengths.filter(|length| length.is_finite()))
     })
 }

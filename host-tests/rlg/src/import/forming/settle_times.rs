@@ -7,6 +7,7 @@ use crate::import::files::date_times::origin_since_1970_s;
 use crate::import::mapping::mapped::Plan;
 use crate::import::mapping::questions::Question;
 use crate::recording::units::Unit;
+use rlg_signal::quantiles::median;
 
 /// Units of stamps.
 const UNITS: [&str; 4] = ["s", "ms", "us", "ns"];
@@ -89,13 +90,8 @@ fn by_data(stamps: &[f64]) -> Told {
     if let Some(unit) = UNITS.iter().find(|unit| is_date(unit)) {
         return Told::Decided(unit, "its values are then dates since 1970".to_owned());
     }
-    let mut steps: Vec<f64> = known
-        .windows(2)
-        .map(|pair| pair[1] - pair[0])
-        .filter(|step| *step > 0.0)
-        .collect();
-    steps.sort_by(f64::total_cmp);
-    let step = steps.get(steps.len() / 2).copied().unwrap_or(f64::NAN);
+    let steps = known.windows(2).map(|pair| pair[1] - pair[0]);
+    let step = median(steps.filter(|step| *step > 0.0)).unwrap_or(f64::NAN);
     let rate_hz = |unit: &str| 1.0 / (step * scale(unit));
     let usual = UNITS
         .iter()

@@ -44,7 +44,7 @@ impl Settled {
             self.guess_in(blocks, Dimension::AngularRate, "gyro_rate");
         }
         let Ok(plan) = self.plan(blocks) else { return };
-        let forces = [Quantity::SpecificForce, Quantity::VelocityIncrement].map(Target::Stored);
+        let forces = Quantity::FORCES.map(Target::Stored);
         let mut mapped = plan.mapped.iter();
         if !mapped.any(|one| forces.contains(&one.target)) {
             self.guess_in(blocks, Dimension::Force, "specific_force");

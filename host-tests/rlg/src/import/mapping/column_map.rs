@@ -417,12 +417,10 @@ impl Plan {
 /// True if a file holds three accelerometers, neither gyros nor a reference, and no column that might be one of those: still
 /// positions identify them by gravity alone.
 fn are_accelerometers_alone(plan: &Plan) -> bool {
-    let forces = [Quantity::SpecificForce, Quantity::VelocityIncrement];
+    let forces = Quantity::FORCES.map(Target::Stored);
     let of_axis = |axis: &str| {
         plan.mapped.iter().any(|mapped| {
-            let is_force = forces
-                .iter()
-                .any(|one| mapped.target == Target::Stored(one.clone()));
+            let is_force = forces.contains(&mapped.target);
             is_force && mapped.axis.as_deref() == Some(axis)
         })
     };

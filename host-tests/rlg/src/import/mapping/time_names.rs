@@ -5,6 +5,7 @@ use super::known_forms::Form;
 use super::name_table;
 use crate::import::files::columns::{Block, Column};
 use crate::recording::units::{Dimension, Unit};
+use rlg_signal::quantiles;
 
 /// Returns the unit text of a column of times, `Some(None)` if the name means time but has no unit.
 pub fn time_unit(name: &str) -> Option<Option<String>> {
@@ -89,10 +90,9 @@ pub fn steps(values: &[f64]) -> Vec<f64> {
 }
 
 /// Returns the median of the finite values; NaN without any.
-pub fn median(mut values: Vec<f64>) -> f64 {
-    values.retain(|value| value.is_finite());
-    values.sort_by(f64::total_cmp);
-    values.get(values.len() / 2).copied().unwrap_or(f64::NAN)
+pub fn median(values: Vec<f64>) -> f64 {
+    let finite = values.into_iter().filter(|value| value.is_finite());
+    quantiles::median(finite).unwrap_or(f64::NAN)
 }
 
 /// True if a word means time; a capital T is a temperature as often.

@@ -1,4 +1,4 @@
-//! Limits of a turntable: the file of `rlg calibrate --plan`.
+//! Limits of a turntable: the file of `rlg calibrate --propose`.
 //!
 //! TOML in SI units gives checked [`Limits`]. An unknown key is an error, because an ignored limit may break a table.
 

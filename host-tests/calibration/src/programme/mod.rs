@@ -2,7 +2,7 @@
 //!
 //! limits → candidates (moves) → design → predict → scenario
 //!
-//! From the table's limits and the instrument's model, a [`Plan`]: moves within the limits, their predicted covariance
+//! From the table's limits and the instrument's model, a [`Programme`]: moves within the limits, their predicted covariance
 //! against a rate reference (Cramér–Rao bound, physics §6), and a scenario for `rlg simulate`.
 //!
 //! Out of scope: the gimbals of a particular table, and moves that excite several pairs at once.
@@ -25,8 +25,12 @@ use serde::Serialize;
 use super::estimate::{condition_number, directions};
 use super::noise::{DeclaredNoise, declared};
 use super::result::NAMES;
-use super::unknowns::{COEFFICIENTS, Unknowns};
-use rlg_model::Model;
+use super::unknowns::COEFFICIENTS;
+use super::words::E8;
+use rlg_findings::entries::rows;
+use rlg_findings::result::PlanEntry;
+use rlg_model::{DeclaredModel, Model};
+use rlg_plan::{Plan, ProgrammePlan};
 use rlg_recording::error::InputError;
 use rlg_signal::streams::AXES;
 
@@ -34,25 +38,19 @@ use candidates::{Candidate, candidates, rounded_up};
 use limits::Limits;
 use rlg_catalogue::moves::{Kind, Move};
 
-/// Rest at the start and at the end \[s\], for the bias alone and for an attitude sample.
-const REST_S: f64 = 4.0;
-
-/// Least duration at full motion of every variant \[s\]; below it a programme is mostly ramps.
-const LEAST_PLATEAU_S: f64 = 2.0;
-
 /// Proposed programme.
-pub struct Plan {
+pub struct Programme {
     /// The moves, in order.
     pub moves: Vec<Move>,
     /// `plan.json`.
-    pub entry: PlanEntry,
+    pub entry: ProgrammeEntry,
     /// `scenario.toml`.
     pub scenario: String,
 }
 
 /// `plan.json`.
 #[derive(Debug, Clone, Serialize)]
-pub struct PlanEntry {
+pub struct ProgrammeEntry {
     /// Format of this file.
     pub format: u32,
     /// Moves in words.
@@ -73,25 +71,29 @@ pub struct PlanEntry {
     pub condition_number: Option<f64>,
     /// Summary, a line each.
     pub summary: Vec<String>,
+    /// Thresholds other than the defaults, from `--plan FILE`.
+    #[serde(skip_serializing_if = "Vec::is_empty")]
+    pub plan: Vec<PlanEntry>,
 }
 
-/// Plans within the limits of `limits_file` for the instrument of `model_file`.
-pub fn plan(
+/// Proposes a programme within the limits of `limits_file` for the instrument of a model.
+pub fn propose(
     limits: &Limits,
     limits_file: &Path,
-    model: &Model,
-    model_file: &Path,
-) -> Result<Plan, InputError> {
-    let noise = noise_of(model, model_file)?;
-    let candidates = candidates(limits, &noise);
-    let moves = programme(limits, limits_file, &candidates)?;
-    let covariance = predict::covariance(&moves, limits, &noise).ok_or_else(|| {
+    DeclaredModel { model, file }: DeclaredModel<'_>,
+    plan: &Plan,
+) -> Result<Programme, InputError> {
+    let noise = noise_of(model, file)?;
+    let own = &plan.calibration;
+    let candidates = candidates(limits, &noise, &own.programme);
+    let moves = programme(limits, limits_file, &candidates, &own.programme)?;
+    let covariance = predict::covariance(&moves, limits, &noise, plan).ok_or_else(|| {
         InputError::new(limits_file, "leaves no time to measure")
             .channel("table_time_s")
             .value(limits.table_time_s)
     })?;
-    let entry = entry(&moves, &covariance);
-    Ok(Plan {
+    let entry = entry(&moves, &covariance, plan);
+    Ok(Programme {
         scenario: scenario::text("calibration-programme", &moves, limits, model),
         moves,
         entry,
@@ -120,6 +122,7 @@ fn programme(
     limits: &Limits,
     file: &Path,
     candidates: &[Candidate],
+    plan: &ProgrammePlan,
 ) -> Result<Vec<Move>, InputError> {
     let too_little = |least_s: f64| {
         InputError::new(file, "leaves no time at full motion beside rest and ramps")
@@ -135,7 +138,7 @@ fn programme(
                 .expected("a frequency at which the greatest rate and acceleration can be reached"),
         );
     }
-    let shares = design::shares(candidates, limits.table_time_s);
+    let shares = design::shares(candidates, limits.table_time_s, plan.least_share);
     let used: Vec<(&Candidate, f64)> = candidates
         .iter()
         .zip(shares)
@@ -145,24 +148,26 @@ fn programme(
         .iter()
         .map(|(candidate, _)| 2.0 * candidate.ramp_s * candidate.variants.len() as f64)
         .sum();
-    let left_s = limits.table_time_s - 2.0 * REST_S - ramps_s;
-    let least_s = 2.0 * REST_S
+    let left_s = limits.table_time_s - 2.0 * plan.rest_s - ramps_s;
+    let least_s = 2.0 * plan.rest_s
         + ramps_s
         + used
             .iter()
-            .map(|(candidate, share)| LEAST_PLATEAU_S * candidate.variants.len() as f64 / share)
+            .map(|(candidate, share)| {
+                plan.least_plateau_s * candidate.variants.len() as f64 / share
+            })
             .fold(0.0, f64::max);
     let rest = Move {
         kind: Kind::Still,
-        duration_s: REST_S,
+        duration_s: plan.rest_s,
         ramp_s: 0.0,
     };
     let mut moves = vec![rest];
     for (candidate, share) in used {
         let count = candidate.variants.len();
-        // Rounded down to quarters of a second, so that the total stays within the time.
-        let plateau_s = rounded_up(left_s * share / count as f64 - 0.25);
-        if plateau_s < LEAST_PLATEAU_S {
+        // Rounded down, so that the total stays within the time.
+        let plateau_s = rounded_up(left_s * share / count as f64 - plan.grid_s, plan);
+        if plateau_s < plan.least_plateau_s {
             return Err(too_little(least_s));
         }
         moves.extend((0..count).map(|variant| candidate.moved(variant, plateau_s)));
@@ -171,7 +176,7 @@ fn programme(
     Ok(moves)
 }
 
-fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> PlanEntry {
+fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>, plan: &Plan) -> ProgrammeEntry {
     let name = |k: usize| NAMES[k].to_owned();
     let std: BTreeMap<String, f64> = (0..COEFFICIENTS)
         .map(|k| (name(k), covariance[(k, k)].sqrt()))
@@ -191,43 +196,43 @@ fn entry(moves: &[Move], covariance: &nalgebra::DMatrix<f64>) -> PlanEntry {
         });
     let table_time_s: f64 = moves.iter().map(|one| one.duration_s).sum();
     let programme: Vec<String> = moves.iter().map(words).collect();
-    let condition_number = condition_number(&Unknowns::of(0), covariance);
+    let condition_number = condition_number(covariance, &plan.calibration);
     let worst = directions(covariance).last().map_or(0.0, |d| d.std);
-    let mut summary = vec![format!(
+    let changed = PlanEntry::changed(plan);
+    let mut summary: Vec<String> = PlanEntry::sentence(&changed).into_iter().collect();
+    summary.push(format!(
         "{} moves in {table_time_s:.1} s, up to {:.2} rad/s and {:.2} rad/s^2; each spin also in the other sense",
         moves.len(),
         greatest.0,
         greatest.1
-    )];
+    ));
     summary.extend(moves.iter().filter(|one| one.leads()).map(words));
     for (gyro, axis) in AXES.iter().enumerate() {
         let (a, b) = (name(2 * gyro), name(2 * gyro + 1));
         summary.push(format!(
             "predicted for gyro {axis}: K_{a} ± {:.3}, K_{b} ± {:.3}, sum ± {:.3} e-8 s^2",
-            std[&a] * 1e8,
-            std[&b] * 1e8,
-            sum_std[&format!("{a}+{b}")] * 1e8
+            std[&a] * E8,
+            std[&b] * E8,
+            sum_std[&format!("{a}+{b}")] * E8
         ));
     }
     summary.push(format!(
         "worst direction ± {:.3} e-8 s^2, condition number {}",
-        worst * 1e8,
+        worst * E8,
         condition_number.map_or("infinite".to_owned(), |number| format!("{number:.2}"))
     ));
-    PlanEntry {
+    ProgrammeEntry {
         format: 1,
         table_time_s,
         greatest_rate_rad_s: greatest.0,
         greatest_acceleration_rad_s2: greatest.1,
         std,
         sum_std,
-        covariance: covariance
-            .row_iter()
-            .map(|row| row.iter().copied().collect())
-            .collect(),
+        covariance: rows(covariance),
         condition_number,
         summary,
         programme,
+        plan: changed,
     }
 }
 

@@ -7,19 +7,16 @@
 use nalgebra::DMatrix;
 
 use super::candidates::Candidate;
-use crate::unknowns::{COEFFICIENTS, Unknowns};
+use crate::unknowns::{COEFFICIENTS, flexure_std_s2};
 
 /// Number of steps; the weights of useless candidates halve every few.
 const STEPS: usize = 400;
 
-/// Least share of the time: below, a candidate is not worth its ramps.
-const LEAST_SHARE: f64 = 0.02;
-
-/// Shares of the time, one for each candidate, with sum 1.
-pub fn shares(candidates: &[Candidate], time_s: f64) -> Vec<f64> {
+/// Shares of the time, one for each candidate, with sum 1; those below `least_share` are 0.
+pub fn shares(candidates: &[Candidate], time_s: f64, least_share: f64) -> Vec<f64> {
     let mut shares = vec![1.0 / candidates.len() as f64; candidates.len()];
     // The prior of unobserved directions keeps M invertible.
-    let prior = Unknowns::of(0).get(0).prior_width().powi(-2);
+    let prior = flexure_std_s2().powi(-2);
     // In units of a typical K the numbers are near one.
     const UNIT: f64 = 1e-8;
     let information: Vec<DMatrix<f64>> = candidates
@@ -59,7 +56,7 @@ pub fn shares(candidates: &[Candidate], time_s: f64) -> Vec<f64> {
         }
     }
     for share in &mut shares {
-        if *share < LEAST_SHARE {
+        if *share < least_share {
             *share = 0.0;
         }
     }

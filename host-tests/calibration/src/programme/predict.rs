@@ -11,7 +11,7 @@ use rlg_catalogue::Signals;
 use rlg_catalogue::experiment::information;
 use rlg_catalogue::moves::{Move, increments_rad};
 use rlg_catalogue::signals::Inputs;
-use rlg_plan::CataloguePlan;
+use rlg_plan::Plan;
 
 use super::limits::Limits;
 use crate::columns::DesignColumns;
@@ -19,17 +19,15 @@ use crate::estimate::estimate;
 use crate::noise::DeclaredNoise;
 use crate::unknowns::{COEFFICIENTS, Unknowns};
 
-/// Row rate for each hertz of the fastest move: the column has twice its frequency, and is then flat to a thousandth over a
-/// row.
-const ROWS_PER_CYCLE: f64 = 40.0;
-
 /// Covariance of a programme; `None` if too short to transform.
 pub fn covariance(
     moves: &[Move],
     limits: &Limits,
     noise: &[DeclaredNoise; 3],
+    plan: &Plan,
 ) -> Option<DMatrix<f64>> {
-    let rate_hz = (ROWS_PER_CYCLE * limits.greatest_frequency_hz).min(limits.rate_hz);
+    let own = &plan.calibration;
+    let rate_hz = (own.programme.rows_per_cycle * limits.greatest_frequency_hz).min(limits.rate_hz);
     let (motion, inputs) = ((increments_rad(moves, rate_hz), None), Inputs::default());
     let signals = Signals::of_known(
         motion,
@@ -37,7 +35,7 @@ pub fn covariance(
         rate_hz,
         [0.0; 3],
         Matrix3::identity(),
-        &CataloguePlan::default(),
+        &plan.catalogue,
     );
     let unknowns = Unknowns::of(1);
     let columns = DesignColumns::new(&signals, &Unknowns::fitted_kinds(false));
@@ -45,7 +43,7 @@ pub fn covariance(
     let made = columns.made_of(&signals).columns;
     let information = information(&signals, made, &[columns.hypothesis()], &levels)?;
     let set: Vec<usize> = unknowns.fitted().collect();
-    let covariance = estimate(&unknowns, &information, &set).covariance;
+    let covariance = estimate(&unknowns, &information, &set, &own.prior).covariance;
     debug_assert_eq!(covariance.nrows(), COEFFICIENTS);
     Some(covariance)
 }

@@ -17,7 +17,7 @@ const FINE_RAD: &str = "5e-9";
 /// Text of the scenario.
 pub fn text(name: &str, moves: &[Move], limits: &Limits, model: &Model) -> String {
     let mut out = format!(
-        "# A calibration programme by `rlg calibrate --plan`. Body rates; a three-axis table follows them.\n\
+        "# A calibration programme by `rlg calibrate --propose`. Body rates; a three-axis table follows them.\n\
          format = 1\nname = {}\nrate_hz = {}\n",
         string(name),
         float(limits.rate_hz)
