@@ -4,7 +4,7 @@ use rlg_plan::{CataloguePlan, Plan};
 use std::path::Path;
 use std::sync::Arc;
 
-use nalgebra::{Matrix3, Vector3};
+use nalgebra::{Matrix3, UnitQuaternion, Vector3};
 use rlg_model::{DeclaredModel, EffectValue, Model};
 use rlg_recording::Recording;
 use rlg_recording::error::InputError;
@@ -286,11 +286,18 @@ fn gyro_spikes(streams: &mut Streams, samples: &[SlowSample], plan: &Plan) -> Ve
         let row_of = |time_s: f64| ((time_s - start_s) * rate_hz).round().max(0.0) as usize;
         let rows = row_of(before.time_s)..row_of(after.time_s).min(sensed_rad[0].len());
         let turned_rad = before.shown.turn_to(&after.shown);
-        let own_rad =
-            Vector3::from_fn(|axis, _| sensed_rad[axis][rows.clone()].iter().sum::<f64>());
-        let mut without_rad = own_rad;
-        without_rad[axis] -= excess_rad;
-        (turned_rad - own_rad).norm() <= (turned_rad - without_rad).norm()
+        // The rotation left between both, less an excess of the row.
+        let apart_rad = |excess_rad: f64| {
+            let of_row = |one: usize| {
+                let mut turn = Vector3::from_fn(|axis, _| sensed_rad[axis][one]);
+                turn[axis] -= if one == row { excess_rad } else { 0.0 };
+                UnitQuaternion::from_scaled_axis(turn)
+            };
+            let own = rows.clone().map(of_row);
+            let own = own.fold(UnitQuaternion::identity(), |turned, turn| turned * turn);
+            own.angle_to(&UnitQuaternion::from_scaled_axis(turned_rad))
+        };
+        apart_rad(0.0) <= apart_rad(excess_rad)
     };
     qualify::spikes_beside(streams, &plan.signal.faults, is_motion)
 }
