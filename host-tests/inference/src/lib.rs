@@ -8,7 +8,7 @@
 //! In the order of the data: [`dct`] transforms → [`observations`] selects the seen rows → [`noise`] computes the spectrum
 //! of each term → [`transform`] removes the nuisance parameters of gaps → [`normal_equations`] sums columns and records by frequency →
 //! [`evaluate`] fits a set of hypotheses with its noise, over any data with a [`likelihood`]; [`information`] holds the
-//! normal equations of its parameters → [`search`] finds the set by the steps of [`stepwise`], [`judgement`] compares it with others; [`score_test`] screens long lists of additions, over
+//! normal equations of its parameters → [`search`] finds the set by the steps of [`mod@stepwise`], [`judgement`] compares it with others; [`score_test`] screens long lists of additions, over
 //! [`sums`] of rows where there are many; [`events`] scans all rows for steps and impulses, [`change_point`] locates a step, [`lines`] all frequencies for
 //! lines, and [`periodogram`] with [`phase_course`] for lines between the coefficients with a wandering phase, and
 //! [`line_fit`] with their exact columns; [`block_validation`] cross-validates an effect over blocks of rows. [`laws`] are those that

@@ -103,21 +103,27 @@ pub fn spikes_beside(
     plan: &FaultPlan,
     is_motion: impl Fn(usize, usize, f64) -> bool,
 ) -> Vec<Fault> {
-    let mut spikes = data_faults::own_spikes(streams, &plan.spikes);
-    spikes.retain(|spike| {
-        let axis = AXES.iter().position(|axis| spike.channel.ends_with(axis));
-        let Some((axis, Detail::Spike { size_rad })) = axis.zip(Some(&spike.detail)) else {
-            return false;
-        };
-        let row = spike.rows.start;
-        let is_spike = !is_motion(axis, row, *size_rad);
-        if is_spike {
-            streams.usable[row] = false;
-            streams.sensed_rad[axis][row] -= size_rad;
+    let spikes = data_faults::own_spikes(streams, &plan.spikes);
+    let refuted = spikes.into_iter().filter_map(|spike| {
+        let axis = AXES.iter().position(|axis| spike.channel.ends_with(axis))?;
+        match spike.detail {
+            Detail::Spike { size_rad } if !is_motion(axis, spike.rows.start, size_rad) => {
+                Some((axis, size_rad, spike))
+            }
+            _ => None,
         }
-        is_spike
     });
-    gathered(spikes, plan)
+    let refuted: Vec<(usize, f64, Fault)> = refuted.collect();
+    let mut kept = Vec::new();
+    for (axis, size_rad, spike) in &refuted {
+        // One of a channel whose others are motion may be motion, too.
+        if refuted.iter().filter(|(other, ..)| other == axis).count() >= plan.spikes.least {
+            streams.usable[spike.rows.start] = false;
+            streams.sensed_rad[*axis][spike.rows.start] -= size_rad;
+            kept.push(spike.clone());
+        }
+    }
+    gathered(kept, plan)
 }
 
 /// Masks the rows of faults, and their edges.

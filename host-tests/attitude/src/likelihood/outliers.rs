@@ -73,12 +73,19 @@ impl Weighted {
         self.scaled(self.jump(row), row)
     }
 
-    /// Standard deviation of each component of a jump \[rad\].
-    pub fn jump_std_rad(&self, row: usize) -> [f64; 3] {
-        let std = self
-            .jump_information
-            .map(|information| information.powf(-0.5));
-        self.scaled(std, row)
+    /// A jump in a row and its standard deviation by the information of that very row \[rad\]: the lowest coefficients carry
+    /// much of it, and not alike in all rows.
+    ///
+    /// # Inputs
+    /// `unit`: the same noise's weights of a unit in this row of each axis.
+    pub fn exact_jump_rad(&self, unit: &Self, row: usize) -> [[f64; 2]; 3] {
+        [0, 1, 2].map(|axis: usize| {
+            let own = unit.rows[axis][row];
+            [
+                self.rows[axis][row] / own,
+                (self.level(axis, row) / own).sqrt(),
+            ]
+        })
     }
 
     /// Estimates a jump in a row, in noise levels of that row.
@@ -128,5 +135,44 @@ impl Weighted {
             }
         }
         errors
+    }
+}
+
+#[cfg(test)]
+mod tests {
+    use rlg_plan::AttitudePlan;
+
+    use super::Weighted;
+    use crate::likelihood::equations::{Band, BandNoise};
+    use crate::likelihood::noise::{Levels, NoiseTerms};
+
+    #[test]
+    fn a_jump_has_its_size_in_every_row() {
+        const ROWS: usize = 400;
+        const SIZE_RAD: f64 = 0.02;
+        let plan = AttitudePlan::default();
+        let band = Band::new(ROWS, 0.02, &plan.noise.band);
+        let terms = NoiseTerms::new(ROWS, 0.02, band.cut, false, &plan.noise);
+        let mut levels = vec![0.0; terms.count()];
+        // White noise of the angle, far above the random walk.
+        (levels[0], levels[1]) = (1e-12, 2.5e-7);
+        let levels = Levels::of_all(levels);
+        let noise = BandNoise { band, terms };
+        let times_s: Vec<f64> = (0..=ROWS).map(|row| 0.02 * row as f64).collect();
+        let weighted = |size: f64, row: usize| {
+            let one = || {
+                (0..ROWS)
+                    .map(|own| if own == row { size } else { 0.0 })
+                    .collect()
+            };
+            Weighted::new(&noise, &levels, &[one(), one(), one()], &times_s)
+        };
+        for row in [3, 130, 200, 397] {
+            let found = weighted(SIZE_RAD, row).exact_jump_rad(&weighted(1.0, row), row);
+            for [size, std] in found {
+                assert!((size - SIZE_RAD).abs() < 1e-12, "{row}: {size}");
+                assert!(std > 0.0 && std < 1e-3, "{row}: {std}");
+            }
+        }
     }
 }

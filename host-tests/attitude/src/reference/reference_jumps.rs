@@ -89,12 +89,17 @@ pub fn sizes(about: &About, (fitting, left_rad): (&Fitting, &Triad), known: &Sta
         .map(|(row, pair)| {
             let mut alone = left_rad.clone();
             increments.silence_free(&mut alone, |free| free != row);
-            let weighted = fitting.weighted(&alone, increments);
+            let mut unit: Triad = std::array::from_fn(|_| vec![0.0; increments.rows()]);
+            unit.iter_mut().for_each(|values| values[row] = 1.0);
+            let unit = fitting.weighted(&unit, increments);
+            let sizes = fitting
+                .weighted(&alone, increments)
+                .exact_jump_rad(&unit, row);
             Jump {
                 stamp: pair[1],
                 row,
-                size_rad: weighted.jump_rad(row),
-                std_rad: weighted.jump_std_rad(row),
+                size_rad: sizes.map(|[size_rad, _]| size_rad),
+                std_rad: sizes.map(|[_, std_rad]| std_rad),
             }
         })
         .collect()

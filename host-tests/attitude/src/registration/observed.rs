@@ -297,7 +297,8 @@ fn gyro_spikes(streams: &mut Streams, samples: &[SlowSample], plan: &Plan) -> Ve
             let own = own.fold(UnitQuaternion::identity(), |turned, turn| turned * turn);
             own.angle_to(&UnitQuaternion::from_scaled_axis(turned_rad))
         };
-        apart_rad(0.0) <= apart_rad(excess_rad)
+        // A difference above half of the excess decides for neither.
+        apart_rad(excess_rad) >= 0.5 * excess_rad.abs()
     };
     qualify::spikes_beside(streams, &plan.signal.faults, is_motion)
 }
