@@ -131,7 +131,7 @@ pub(super) fn spikes(streams: &Streams, plan: &SpikePlan) -> Vec<Fault> {
     })
 }
 
-/// The same of the gyros' rates alone, which may be blows to the case.
+/// Finds single outliers of the gyros' rates alone, which may be blows to the case.
 pub(super) fn own_spikes(streams: &Streams, plan: &SpikePlan) -> Vec<Fault> {
     spikes_of(streams, plan, |_| None)
 }

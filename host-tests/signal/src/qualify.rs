@@ -101,13 +101,13 @@ pub fn qualify(streams: &mut Streams, plan: &FaultPlan) -> Vec<Fault> {
 pub fn spikes_beside(
     streams: &mut Streams,
     plan: &FaultPlan,
-    is_motion: impl Fn(usize, usize, f64) -> bool,
+    is_motion: impl Fn(&Streams, usize, usize, f64) -> bool,
 ) -> Vec<Fault> {
     let spikes = data_faults::own_spikes(streams, &plan.spikes);
     let refuted = spikes.into_iter().filter_map(|spike| {
         let axis = AXES.iter().position(|axis| spike.channel.ends_with(axis))?;
         match spike.detail {
-            Detail::Spike { size_rad } if !is_motion(axis, spike.rows.start, size_rad) => {
+            Detail::Spike { size_rad } if !is_motion(streams, axis, spike.rows.start, size_rad) => {
                 Some((axis, size_rad, spike))
             }
             _ => None,

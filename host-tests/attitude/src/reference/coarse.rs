@@ -66,7 +66,7 @@ impl Compared {
 pub struct Likeness {
     /// Residual share of the turns' sum of squares under the rotation \[1\].
     pub left: f64,
-    /// The same under the linear map of least squares: channels reversed, exchanged or in another unit \[1\].
+    /// Residual share under the linear map of least squares: channels reversed, exchanged or in another unit \[1\].
     pub left_by_any_map: f64,
     /// Angle of the rotation \[rad\].
     pub turned_rad: f64,

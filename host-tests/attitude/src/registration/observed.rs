@@ -271,9 +271,9 @@ pub(crate) fn observe<'a>(
 
 /// Finds single rows of the gyros beyond their neighbours in which the attitude did not turn, and masks them.
 fn gyro_spikes(streams: &mut Streams, samples: &[SlowSample], plan: &Plan) -> Vec<Fault> {
-    let (start_s, rate_hz) = (streams.start_s, streams.rate_hz);
-    let sensed_rad = streams.sensed_rad.clone();
-    let is_motion = |axis: usize, row: usize, excess_rad: f64| {
+    let is_motion = |streams: &Streams, axis: usize, row: usize, excess_rad: f64| {
+        let (start_s, rate_hz) = (streams.start_s, streams.rate_hz);
+        let sensed_rad = &streams.sensed_rad;
         // Late attitudes turn within some more rows.
         let reach_s = plan.attitude.reference_faults.joined_s;
         let [begin_s, end_s] = [row, row + 1].map(|row| start_s + row as f64 / rate_hz);

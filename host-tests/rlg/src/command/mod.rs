@@ -195,7 +195,7 @@ pub fn diagnose_in_process(
     }
 }
 
-/// The same command line with `--anyway`, to paste.
+/// Command line with `--anyway` appended, to paste.
 fn anyway(arguments: impl Iterator<Item = OsString>) -> String {
     let given = arguments
         .skip(1)
